@@ -18,6 +18,11 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
 std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
                                          const Campaign& campaign);
 
+/// Whether a candidate may be chosen: no member of a family whose effects occur together.
+inline bool may_be_alone(const Candidate& candidate) {
+  return !candidate.only_together || !candidate.effect.members.empty();
+}
+
 /// Every parameter with every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 

@@ -35,12 +35,16 @@ class EffectModel {
   int in_fit(size_t k) const { return declared_ + static_cast<int>(k); }
   /// The p with which the k-th chosen candidate was added; none if it replaced another one.
   std::optional<double> p_at_gate(size_t k) const { return p_at_gate_[k]; }
-  /// Whether the k-th chosen candidate has the sign that it may have.
-  bool has_possible_sign(size_t k) const;
+  /// Whether the k-th chosen candidate has coefficients that its law allows.
+  bool is_allowed(size_t k) const;
   /// Whether the model has this effect, declared or chosen.
   bool contains(const Effect& effect) const;
   /// The distortion of space with most coefficients among the candidates.
   std::optional<Candidate> finest_distortion() const;
+
+  /// How many members of the k-th chosen candidate, a family, these readings show: those whose
+  /// largest coefficient alone would lower BIC.
+  int members_shown(size_t k);
 
   void add(const Candidate& candidate, double p);
   void exchange(size_t k, const Candidate& candidate);
@@ -77,13 +81,16 @@ class EffectModel {
     Robot start;
     std::shared_ptr<const Linearization> linear;
     std::shared_ptr<const ProjectedCandidates> projected;
+    std::vector<std::optional<double>> p_at_gate;
 
     /// Without what can be made again.
     void forget_view();
   };
-  Fitted fitted() const { return {chosen_, fit_, near_, start_, linear_, projected_}; }
-  /// Comes back to a model of as many effects that exchanges have led away from. Which of the
-  /// effects were not added but replaced another one stays as it is.
+  Fitted fitted() const {
+    return {chosen_, fit_, near_, start_, linear_, projected_, p_at_gate_};
+  }
+  /// Comes back to a model that changes have led away from. After exchanges, which of the effects
+  /// were not added but replaced another one stays as it is.
   void come_back(const Fitted& before);
 
   /// What some chosen candidates, all on one parameter, explain together.
@@ -118,6 +125,9 @@ class EffectModel {
   Refined best_of(const std::vector<Candidate>& candidates, int effect);
   Refined with_best_frequency(const Candidate& found, int effect);
   void drop_impossible_members(size_t k);
+  std::vector<double> t_of_members(size_t k) const;
+  Candidate alone(const Effect& single) const;
+  bool is_allowed(const Candidate& candidate, const std::vector<Coefficient>& fitted) const;
   double standard_deviation(int effect, Eigen::Index coefficient) const;
   void refit(const std::vector<Effect>& start);
   void start_from(const std::vector<Effect>& start);
