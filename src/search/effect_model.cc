@@ -368,7 +368,6 @@ void EffectModel::Fitted::forget_view() {
 }
 
 void EffectModel::come_back(const Fitted& before) {
-  if (chosen_.size() != before.chosen.size()) p_at_gate_ = before.p_at_gate;
   chosen_ = before.chosen;
   fit_ = before.fit;
   near_ = before.near;

@@ -81,16 +81,13 @@ class EffectModel {
     Robot start;
     std::shared_ptr<const Linearization> linear;
     std::shared_ptr<const ProjectedCandidates> projected;
-    std::vector<std::optional<double>> p_at_gate;
 
     /// Without what can be made again.
     void forget_view();
   };
-  Fitted fitted() const {
-    return {chosen_, fit_, near_, start_, linear_, projected_, p_at_gate_};
-  }
-  /// Comes back to a model that changes have led away from. After exchanges, which of the effects
-  /// were not added but replaced another one stays as it is.
+  Fitted fitted() const { return {chosen_, fit_, near_, start_, linear_, projected_}; }
+  /// Comes back to a model of as many effects that exchanges have led away from. Which of the
+  /// effects were not added but replaced another one stays as it is.
   void come_back(const Fitted& before);
 
   /// What some chosen candidates, all on one parameter, explain together.

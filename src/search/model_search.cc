@@ -156,7 +156,8 @@ bool ModelSearch::step() {
   std::optional<CrossValidation> left_out;
   for (int candidate : order) {
     if (scores[candidate].score <= 0 || trials == kMaxTrials) break;
-    if (!may_enter(candidates()[candidate])) continue;
+    // What occurs together explains a part of nearly everything: it may only replace what was found.
+    if (!may_enter(candidates()[candidate]) || candidates()[candidate].only_together) continue;
     ++trials;
     if (!model_.scan().is_possible(candidate, scores[candidate].coefficients)) continue;
     if (!left_out) left_out.emplace(fit, options_.seed);
@@ -169,13 +170,7 @@ bool ModelSearch::step() {
       failed_at_gate_ = true;
       return false;
     }
-    const EffectModel::Fitted before = model_.fitted();
     model_.add(model_.refined(candidates()[candidate], -1), p);
-    if (is_half_shown(model_.chosen().size() - 1)) {
-      model_.come_back(before);
-      barred_.insert(candidates()[candidate].effect.name);
-      return step();
-    }
     barred_.clear();
     settle_place_of(model_.chosen().size() - 1);
     return true;
@@ -229,6 +224,19 @@ bool ModelSearch::is_new_model() {
   return seen_.insert(names).second && seen_.size() < kMaxModels;
 }
 
+// Whether the event of a chosen family may as well be that of the station or of the tool, which are
+// moved more often than an arm is bent: not excluded by odds of 1000 to 1.
+bool ModelSearch::may_be_knock(size_t k) {
+  const double least = model_.score_of({static_cast<int>(k)}).score - 2 * std::log(1000.0);
+  const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
+      least, std::vector<int>{model_.in_fit(k)}, [&](int candidate) {
+        const Effect& other = candidates()[candidate].effect;
+        return moved_by(other) != Moved::arm && other.driver.kind == DriverKind::time;
+      });
+  return std::ranges::any_of(scores,
+                             [&](const CandidateScore& score) { return score.score > least; });
+}
+
 // Whether a chosen family whose effects occur together shows in too few of them, or, as an event, at
 // no time. Of a load the one sign and the ratio of the compliances speak for the weaker axes.
 bool ModelSearch::is_half_shown(size_t k) {
@@ -242,6 +250,7 @@ bool ModelSearch::is_half_shown(size_t k) {
   if (!may_be_one_mass(model_.fit().robot, model_.fit().robot.effects[model_.in_fit(k)])) return true;
   const std::optional<std::array<double, 2>> at = step_ci95(model_, campaign_, k);
   if (!at || chosen.effect.driver.kind != DriverKind::time) return false;
+  if (may_be_knock(k)) return true;
   const auto [first, last] = std::ranges::minmax(campaign_.time_s);
   return std::min((*at)[1], last) - std::max((*at)[0], first) > kOneTime * (last - first);
 }

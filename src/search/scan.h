@@ -37,7 +37,9 @@ struct Candidate {
   std::string in_words{};  ///< from the catalogue
   bool of_most_arms = false;
   std::string of_family{};     ///< name of the family of which it is a member; empty: of none
-  bool only_together = false;  ///< it may enter the model with its family alone; of this too
+  /// It may enter the model with its family alone, and this in the place of another effect alone.
+  /// Of the family too.
+  bool only_together = false;
   bool alike = false;          ///< all members of its family have one sign
   /// What it may add to its parameter over a campaign at most, with the only sign that it may have
   /// [SI]; 0: of any sign, and as large as errors of arms are.

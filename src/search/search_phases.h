@@ -47,6 +47,7 @@ class ModelSearch {
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   bool is_half_shown(size_t k);
+  bool may_be_knock(size_t k);
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 
   // Revisions (search_revisions.cc).
