@@ -251,6 +251,8 @@ int run(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
   app::warn_of_touches(command, robot, measured.training, result.trace.fit.set);
+  if (result.trace.left_out)
+    command.warn(app::left_out_in_words(robot, *result.trace.left_out));
   if (const std::string lost = app::lost_to_poses(robot, measured.training, result.trace.fit.set);
       !lost.empty())
     command.warn(lost);

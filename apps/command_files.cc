@@ -236,6 +236,25 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
       parameter_name(robot.chain, *scale), length, 100 / length));
 }
 
+std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
+  constexpr size_t kNamed = 6;
+  std::string names;
+  for (size_t k = 0; k < std::min(kNamed, left_out.parameters.size()); ++k)
+    names += (k > 0 ? ", " : "") + parameter_name(robot.chain, left_out.parameters[k]);
+  if (left_out.parameters.size() > kNamed)
+    names += fmt::format(" and {} more", left_out.parameters.size() - kNamed);
+  return fmt::format(
+      "'identify' of the robot file leaves out parameters that the readings show ({}): the best "
+      "values of those that it names leave {:.3g} mm in these poses, all together {:.3g}; no effect "
+      "is named in their place{}, and 'identify: auto' identifies them",
+      names, left_out.without / kMillimetre, left_out.with / kMillimetre,
+      left_out.beside.empty()
+          ? ""
+          : fmt::format(" ({} beside them: {})", left_out.beside.size(),
+                        to_string(left_out.beside.front().parameter) + " follows " +
+                            to_string(left_out.beside.front().driver)));
+}
+
 std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
                           const IdentifiableSet& set) {
   std::string names;

@@ -11,6 +11,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
+#include "armtrue/calibration/left_out.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/certificate_io.h"
@@ -187,6 +188,8 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
 /// The warning for poses that do not show a parameter that other poses would show; empty if there
 /// is none.
 std::string lost_to_poses(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
+/// That the robot file leaves out parameters which the readings show, for a search of effects.
+std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
 
 /// Warns if what --refit fits to few readings takes up much of their errors, which are then those
 /// of no other pose. `given`: the robot before the fit.

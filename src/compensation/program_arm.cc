@@ -37,6 +37,7 @@ bool is_of_the_arm(DriverKind kind) {
     case DriverKind::force:
     case DriverKind::moment:
     case DriverKind::tool_weight:
+    case DriverKind::gravity_direction:
       return true;
     case DriverKind::time:
     case DriverKind::temperature:

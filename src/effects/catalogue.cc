@@ -40,13 +40,23 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
   const auto in_chain = [&](int number) {
     return number < static_cast<int>(of_arm.size()) ? of_arm[static_cast<size_t>(number)] : -1;
   };
+  const std::vector<JointName> axes = joint_names(robot.chain);
+  // Puts the name of a joint in the place of a letter; false if there is no such joint.
+  const auto put = [&](std::string& text, const char* letter, int joint) {
+    const size_t at = text.find(letter);
+    if (at == std::string::npos) return true;
+    if (joint < 0 || joint >= joints) return false;
+    text.replace(at, 3, axes[static_cast<size_t>(joint)].axis);
+    return true;
+  };
   const auto add = [&](const Parameter& parameter, int joint) {
     Effect effect{entry.name, parameter, entry.driver, entry.shape, {}};
-    if (!entry.family.empty()) effect.family = Family{entry.family, entry.typical};
     int& of_driver = effect.driver.factor && effect.driver.joint < 0 ? effect.driver.second_joint
                                                                      : effect.driver.joint;
     if (entry.driver_joint == CatalogueEntry::Joint::own) of_driver = joint;
     if (entry.driver_joint == CatalogueEntry::Joint::previous) of_driver = joint - 1;
+    if (entry.driver_joint == CatalogueEntry::Joint::next)
+      of_driver = joint + 1 < joints ? joint + 1 : -1;
     if (entry.driver_joint == CatalogueEntry::Joint::fixed) {
       of_driver = in_chain(of_driver);
       if (effect.driver.second_joint >= 0 && &of_driver != &effect.driver.second_joint &&
@@ -55,6 +65,12 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
     }
     const bool needs_joint = entry.driver_joint != CatalogueEntry::Joint::none;
     if (needs_joint && of_driver < 0) return;
+    if (std::string family = entry.family; !family.empty()) {
+      if (!put(family, "{j}", joint) || !put(family, "{k}", of_driver) ||
+          !put(family, "{n}", joint < 0 ? -1 : joint + 1))
+        return;
+      effect.family = Family{family, entry.typical};
+    }
     // A travel has no cycles per turn, because its pitch is not stated.
     if (effect.shape.kind == ShapeKind::harmonic && is_travel(effect.driver, robot.chain)) return;
     effects.push_back(std::move(effect));

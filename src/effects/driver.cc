@@ -30,6 +30,7 @@ constexpr Word kWords[] = {
     {DriverKind::elevation, "elevation", "rad", false},
     {DriverKind::incidence, "incidence", "rad", false},
     {DriverKind::place, "place", "m", false},
+    {DriverKind::gravity_direction, "gravity-direction", "", false},
 };
 
 const Word& word(DriverKind kind) {

@@ -86,6 +86,10 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
            to_string(parameter) + ", which moves no part of the arm, it does none; take another driver";
   if (shape.kind == ShapeKind::pre_sliding && driver.kind != DriverKind::stroke)
     return "the shape 'pre-sliding' needs the driver 'stroke <j>', the way since the last reversal";
+  if (driver.kind == DriverKind::gravity_direction &&
+      (parameter.owner != Owner::tool || shape.kind != ShapeKind::linear || driver.factor))
+    return "'gravity-direction', a vector in the axes of the last link, drives the tool or a "
+           "parameter of it in the shape 'linear', without a factor";
   if (has_at(shape.kind) && driver.kind != DriverKind::time && !is_angle(driver.kind))
     return "the shape '" + to_string(shape) + "' needs a time or an angle as driver";
   return "";

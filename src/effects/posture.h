@@ -28,6 +28,7 @@ inline bool is_of_posture(DriverKind kind) {
     case DriverKind::elevation:
     case DriverKind::incidence:
     case DriverKind::place:
+    case DriverKind::gravity_direction:
       break;
   }
   return true;

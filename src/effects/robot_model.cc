@@ -46,6 +46,8 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
       tool_(robot.chain.tool),
       instrument_(instrument_place(robot)),
       up_(upwards(robot)),
+      gravity_(robot.gravity.normalized()),
+      ground_(robot.ground_link.value_or(-1)),
       parameters_(moved_parameters(effect, robot)) {
   if (!effect.members.empty()) {
     bind_members(effect, robot, temperature_names);
@@ -104,7 +106,9 @@ int BoundEffect::bind_loads(const Effect& effect, const Robot& robot) {
   if (load_values > 1 && driver_.factor == DriverKind::gravity_torque)
     fail("a torque of gravity as a factor needs the robot's masses");
 
-  needs_frames_ = !loads_.empty() || driver_.kind == DriverKind::range ||
+  if (driver_.kind == DriverKind::gravity_direction) load_values = 3;
+  needs_frames_ = !loads_.empty() || driver_.kind == DriverKind::gravity_direction ||
+                  driver_.kind == DriverKind::range ||
                   driver_.kind == DriverKind::azimuth || driver_.kind == DriverKind::elevation ||
                   driver_.kind == DriverKind::incidence || driver_.kind == DriverKind::place;
   return load_values;
@@ -211,6 +215,12 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
     return evaluate_product(shape_, context.q[driver_.joint], context.q[driver_.second_joint], out);
   if (driver_.kind == DriverKind::place)
     return evaluate_polynomial(shape_, frames->back() * tool_.translation, out);
+  if (driver_.kind == DriverKind::gravity_direction) {
+    const Eigen::Vector3d down =
+        ground_ < 0 ? gravity_ : Vector3d((*frames)[static_cast<size_t>(ground_)].rotation * gravity_);
+    Eigen::Map<Eigen::Vector3d>(out, 3) = frames->back().rotation.transpose() * down;
+    return;
+  }
   const bool linear_load =
       (driver_.kind == DriverKind::gravity_torque || driver_.kind == DriverKind::moment) &&
       shape_.kind == ShapeKind::linear;

@@ -32,23 +32,32 @@ std::vector<int> read_joints(YamlMap& map, bool of_a_joint) {
 void read_driver(YamlMap& map, CatalogueEntry& entry) {
   std::string driver = map.text("driver");
   for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
-                                    std::pair{" previous", CatalogueEntry::Joint::previous}})
+                                    std::pair{" previous", CatalogueEntry::Joint::previous},
+                                    std::pair{" next", CatalogueEntry::Joint::next}})
     if (driver.ends_with(word)) {
       if (entry.joints.empty() && !entry.of_every_joint)
         map.fail("driver", "'" + driver + "' needs a parameter of a joint");
       if (driver.find('*') != std::string::npos && !driver.starts_with("time *"))
         map.fail("driver", "'" + driver +
-                               "': own and previous stand for the joint of a driver "
+                               "': own, previous and next stand for the joint of a driver "
                                "without a factor; give numbers, in an entry for each joint");
       entry.driver_joint = which;
       driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
     }
-  // "temperature" alone stands for every sensor of the campaign.
-  const std::optional<Driver> parsed =
-      driver == "temperature" ? Driver{DriverKind::temperature, -1, -1, ""} : parse_driver(driver);
+  // "temperature" without a name stands for every sensor of the campaign.
+  constexpr std::string_view kAnySensor = " * temperature";
+  std::optional<Driver> parsed;
+  if (driver == "temperature") {
+    parsed = Driver{DriverKind::temperature, -1, -1, ""};
+  } else if (driver.ends_with(kAnySensor)) {
+    parsed = parse_driver(driver + " any");
+    if (parsed) parsed->where.clear();
+  } else {
+    parsed = parse_driver(driver);
+  }
   if (!parsed)
     map.fail("driver", "'" + driver + "' is no driver; give one of " + kDriverForms +
-                           ", where own and previous may stand for the <j> of one alone, and "
+                           ", where own, previous and next may stand for the <j> of one alone, and "
                            "temperature for every sensor");
   entry.driver = *parsed;
   if (entry.driver_joint == CatalogueEntry::Joint::none && parsed->joint >= 0)
@@ -72,6 +81,13 @@ void read_family(YamlMap& map, CatalogueEntry& entry) {
     entry.typical = map.number(key) * unit;
     if (entry.typical <= 0) map.fail(key, "must be above zero");
   }
+  const std::string together = map.text("only_together", "no");
+  if (together != "yes" && together != "no")
+    map.fail("only_together", "'" + together + "' is neither yes nor no");
+  entry.only_together = together == "yes";
+  if ((entry.only_together || entry.alike) && entry.family.empty())
+    map.fail(entry.alike ? "sign" : "only_together",
+             "is about the effects of a family; name it under 'family'");
   if (!entry.family.empty() && entry.typical == 0)
     map.fail("family", "needs the typical size of a member, as typical_mrad or typical_mm");
 }
@@ -100,9 +116,17 @@ CatalogueEntry read_entry(YamlMap map) {
                           "' follows time or a joint angle here, over which t* and tau are "
                           "searched; take such a driver or another shape");
   const std::string sign = map.text("sign", "any");
-  if (sign != "any" && sign != "positive")
-    map.fail("sign", "'" + sign + "' is neither any nor positive");
+  if (sign != "any" && sign != "positive" && sign != "alike")
+    map.fail("sign", "'" + sign + "' is none of any, positive and alike");
   entry.only_positive = sign == "positive";
+  entry.alike = sign == "alike";
+  if (map.has("most_of_length")) {
+    const bool is_length = is_link_parameter(entry.parameter, LinkParameter::d) ||
+                           is_link_parameter(entry.parameter, LinkParameter::r);
+    if (!is_length) map.fail("most_of_length", "is about lengths: give the parameter d or r");
+    entry.most_of_length = map.number("most_of_length");
+    if (entry.most_of_length == 0) map.fail("most_of_length", "must not be zero");
+  }
   entry.usual = read_usual(map);
   read_family(map, entry);
   entry.in_words = map.text("in_words", "");

@@ -21,6 +21,11 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
 /// Sets the range of a series over places to a cube around those of the campaign.
 void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape);
 
+/// Whether a candidate may be chosen: no member of a family whose effects occur together.
+inline bool may_be_alone(const Candidate& candidate) {
+  return !candidate.only_together || !candidate.effect.members.empty();
+}
+
 /// Every parameter with every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 

@@ -47,6 +47,14 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
          (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
 }
 
+// The length of a link as it was built.
+double length_of(const Parameter& parameter, const Robot& robot) {
+  const KinematicChain& chain = robot.nominal ? *robot.nominal : robot.chain;
+  const Link& link = chain.links[static_cast<size_t>(
+      link_of_parameter(*find_parameter(chain, parameter)))];
+  return is_link_parameter(parameter, LinkParameter::d) ? link.d : link.r;
+}
+
 // Whether nearly all strokes are so long that the shape looks like backlash, which is another
 // effect: its values correlate with the direction so much that both count as the same.
 bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& campaign) {
@@ -90,12 +98,19 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
   for (const CatalogueEntry& entry : catalogue)
     for (const Effect& effect : expand(entry, robot)) {
       std::vector<Driver> drivers{effect.driver};
-      if (effect.driver.kind == DriverKind::temperature && effect.driver.where.empty()) {
+      if (effect.driver.involves(DriverKind::temperature) && effect.driver.where.empty()) {
         drivers.clear();
-        for (const std::string& where : campaign.temperature_names)
-          drivers.push_back({DriverKind::temperature, -1, -1, where});
+        for (const std::string& where : campaign.temperature_names) {
+          drivers.push_back(effect.driver);
+          drivers.back().where = where;
+        }
       }
       if (!is_shown(effect, robot, campaign)) continue;
+      double furthest = 0;
+      if (entry.most_of_length != 0) {
+        furthest = entry.most_of_length * length_of(effect.parameter, robot);
+        if (furthest == 0) continue;  // what has no length does not grow
+      }
       for (const Driver& driver : drivers) {
         if (!is_driven(driver, campaign, span)) continue;
         const double degree = is_travel(driver, robot.chain) ? kTravelForDegree : kDegree;
@@ -109,15 +124,23 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           candidate.degree = degree;
           candidate.in_words = entry.in_words;
           candidate.of_most_arms = entry.usual == Usual::most_arms;
+          candidate.furthest = furthest;
+          if (effect.family) candidate.of_family = effect.family->name;
+          candidate.only_together = entry.only_together;
+          candidate.alike = entry.alike;
           candidates.push_back(std::move(candidate));
           usual.push_back(entry.usual);
         }
       }
     }
-  // One of the candidates that are at least as usual.
-  for (size_t k = 0; k < candidates.size(); ++k)
-    candidates[k].log_choices = std::log(static_cast<double>(
-        std::ranges::count_if(usual, [&](Usual other) { return other <= usual[k]; })));
+  // One of the candidates that are at least as usual, and may be chosen.
+  for (Candidate& candidate : candidates) {
+    long choices = 0;
+    const Usual own = usual[static_cast<size_t>(&candidate - candidates.data())];
+    for (size_t k = 0; k < candidates.size(); ++k)
+      choices += usual[k] <= own && may_be_alone(candidates[k]);
+    candidate.log_choices = std::log(static_cast<double>(std::max(1L, choices)));
+  }
   return candidates;
 }
 

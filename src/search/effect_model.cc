@@ -77,16 +77,18 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
                                       const Catalogue& catalogue, const TraceOptions& options) {
   std::vector<Candidate> candidates = catalogue_candidates(catalogue, robot, campaign);
   std::vector<Candidate> families = family_candidates(candidates, robot, campaign);
-  for (Candidate& alone : candidates) alone.effect.family.reset();
+  // The coefficients of a group are a family of their own.
+  for (Candidate& alone : candidates)
+    if (!is_group(alone.effect.parameter)) alone.effect.family.reset();
   std::ranges::move(families, std::back_inserter(candidates));
   if (options.beyond_catalogue) {
-    const size_t known = candidates.size();
+    const auto first = static_cast<std::ptrdiff_t>(candidates.size());
+    const auto known = std::ranges::count_if(candidates, may_be_alone);
     for (const Candidate& candidate : open_candidates(robot, campaign))
       candidates.push_back(candidate);
     // A search beyond the catalogue has tried the catalogue too.
-    for (size_t k = known; k < candidates.size(); ++k)
-      candidates[k].log_choices =
-          std::log(std::exp(candidates[k].log_choices) + static_cast<double>(known));
+    for (Candidate& open : std::ranges::subrange(candidates.begin() + first, candidates.end()))
+      open.log_choices = std::log(std::exp(open.log_choices) + static_cast<double>(known));
   }
   std::ranges::sort(candidates, [&](const Candidate& a, const Candidate& b) {
     return is_preferred(a, b, robot.chain);
@@ -134,9 +136,31 @@ bool EffectModel::contains(const Effect& effect) const {
   });
 }
 
-bool EffectModel::has_possible_sign(size_t k) const {
-  const std::vector<Coefficient>& c = fit_.robot.effects[in_fit(k)].coefficients;
-  return !chosen_[k].only_positive || c.size() != 1 || c.front().value > 0;
+bool EffectModel::is_allowed(size_t k) const {
+  return is_allowed(chosen_[k], fit_.robot.effects[in_fit(k)].coefficients);
+}
+
+bool EffectModel::is_allowed(const Candidate& candidate,
+                             const std::vector<Coefficient>& fitted) const {
+  if (fitted.size() != 1) return true;
+  if (candidate.only_positive && fitted.front().value <= 0) return false;
+  if (candidate.furthest == 0) return true;
+  const CandidateScan scan({candidate}, fit_.robot, in_common_frame(campaign_, fit_.robot));
+  return scan.is_allowed(0, Eigen::VectorXd::Constant(1, fitted.front().value));
+}
+
+// The candidate that is the effect of a family alone, with its inner values, which were settled for
+// the family.
+Candidate EffectModel::alone(const Effect& single) const {
+  Candidate candidate =
+      *std::ranges::find_if(scan_->candidates(), [&](const Candidate& other) {
+        return other.of_family == single.family->name && other.effect.members.empty() &&
+               same_place(other.effect, single) &&
+               other.effect.shape.kind == single.shape.kind;
+      });
+  candidate.effect.shape = single.shape;
+  candidate.effect.family = single.family;
+  return candidate;
 }
 
 void EffectModel::add(const Candidate& candidate, double p) {
@@ -155,22 +179,28 @@ void EffectModel::add(const Candidate& candidate, double p) {
   drop_impossible_members(chosen_.size() - 1);
 }
 
-// Removes the members with an impossible sign from a family, the largest first.
+// Removes the members that their law does not allow from a family, the largest first.
 void EffectModel::drop_impossible_members(size_t k) {
-  while (chosen_[k].only_positive && chosen_[k].effect.members.size() > 1) {
+  const auto is_bounded = [](const Candidate& candidate) {
+    return candidate.only_positive || candidate.furthest != 0 || candidate.alike;
+  };
+  while (is_bounded(chosen_[k]) && chosen_[k].effect.members.size() > 1) {
     complete();
     Effect& family = chosen_[k].effect;
     const Effect& fitted = fit_.robot.effects[in_fit(k)];
     Eigen::Index first = 0;
     std::optional<size_t> worst;
     double most = 0;
+    const std::vector<double> t = t_of_members(k);
+    const double strongest =
+        *std::ranges::max_element(t, {}, [](double one) { return std::abs(one); });
     for (size_t m = 0; m < family.members.size(); ++m) {
       const size_t count = fitted.members[m].coefficients.size();
-      const double value = fitted.coefficients[static_cast<size_t>(first)].value;
-      // If there are several coefficients, they are moments of masses, which may have either sign.
-      const double t = value / std::max(1e-300, standard_deviation(in_fit(k), first));
-      if (count == 1 && t < most) {
-        most = t;
+      const Coefficient& c = fitted.coefficients[static_cast<size_t>(first)];
+      const bool may_be = is_allowed(alone(family.members[m]), {c}) &&
+                          !(chosen_[k].alike && t[m] * strongest < 0);
+      if (count == 1 && std::abs(t[m]) > most && !may_be) {
+        most = std::abs(t[m]);
         worst = m;
       }
       first += static_cast<Eigen::Index>(count);
@@ -179,6 +209,30 @@ void EffectModel::drop_impossible_members(size_t k) {
     family.members.erase(family.members.begin() + static_cast<std::ptrdiff_t>(*worst));
     refit({});
   }
+}
+
+// The largest value over standard deviation among the coefficients of each member of a family, with
+// its sign. The fit is complete.
+std::vector<double> EffectModel::t_of_members(size_t k) const {
+  const Effect& fitted = fit_.robot.effects[static_cast<size_t>(in_fit(k))];
+  std::vector<double> t;
+  Eigen::Index coefficient = 0;
+  for (const Effect& member : fitted.members) {
+    double& largest = t.emplace_back(0);
+    for (size_t c = 0; c < member.coefficients.size(); ++c, ++coefficient) {
+      const double own = fitted.coefficients[static_cast<size_t>(coefficient)].value /
+                         std::max(1e-300, standard_deviation(in_fit(k), coefficient));
+      if (std::abs(own) > std::abs(largest)) largest = own;
+    }
+  }
+  return t;
+}
+
+int EffectModel::members_shown(size_t k) {
+  complete();
+  const double least = std::sqrt(std::log(linear().residual_freedom()));
+  return static_cast<int>(std::ranges::count_if(
+      t_of_members(k), [&](double t) { return std::abs(t) > least; }));
 }
 
 // Standard deviation of a coefficient of an effect of the model.
@@ -202,13 +256,7 @@ bool EffectModel::split_families() {
     const std::vector<Effect> singles = single_effects(start[in_fit(k)]);
     remove({static_cast<int>(k)}, start);
     for (const Effect& single : singles) {
-      const auto alone = std::ranges::find_if(scan_->candidates(), [&](const Candidate& candidate) {
-        return same_place(candidate.effect, single) &&
-               candidate.effect.shape.kind == single.shape.kind;
-      });
-      chosen_.push_back(*alone);  // but for inner values, which were settled for the family
-      chosen_.back().effect.shape = single.shape;
-      chosen_.back().effect.family = single.family;
+      chosen_.push_back(alone(single));
       p_at_gate_.push_back(p);
       start.push_back(single);
     }

@@ -35,12 +35,16 @@ class EffectModel {
   int in_fit(size_t k) const { return declared_ + static_cast<int>(k); }
   /// The p with which the k-th chosen candidate was added; none if it replaced another one.
   std::optional<double> p_at_gate(size_t k) const { return p_at_gate_[k]; }
-  /// Whether the k-th chosen candidate has the sign that it may have.
-  bool has_possible_sign(size_t k) const;
+  /// Whether the k-th chosen candidate has coefficients that its law allows.
+  bool is_allowed(size_t k) const;
   /// Whether the model has this effect, declared or chosen.
   bool contains(const Effect& effect) const;
   /// The distortion of space with most coefficients among the candidates.
   std::optional<Candidate> finest_distortion() const;
+
+  /// How many members of the k-th chosen candidate, a family, these readings show: those whose
+  /// largest coefficient alone would lower BIC.
+  int members_shown(size_t k);
 
   void add(const Candidate& candidate, double p);
   void exchange(size_t k, const Candidate& candidate);
@@ -118,6 +122,9 @@ class EffectModel {
   Refined best_of(const std::vector<Candidate>& candidates, int effect);
   Refined with_best_frequency(const Candidate& found, int effect);
   void drop_impossible_members(size_t k);
+  std::vector<double> t_of_members(size_t k) const;
+  Candidate alone(const Effect& single) const;
+  bool is_allowed(const Candidate& candidate, const std::vector<Coefficient>& fitted) const;
   double standard_deviation(int effect, Eigen::Index coefficient) const;
   void refit(const std::vector<Effect>& start);
   void start_from(const std::vector<Effect>& start);

@@ -60,34 +60,6 @@ std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
   return cycle;
 }
 
-// The places at which a step or kink would explain nearly as much, extended to the readings around
-// them.
-std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
-                                               size_t chosen) {
-  const Candidate& step = model.chosen()[chosen];
-  if (!has_at(step.effect.shape.kind)) return std::nullopt;
-  const std::vector<Candidate> steps = steps_anywhere(step, campaign);
-  const std::vector<CandidateScore> scores = model.scores_of(steps, model.in_fit(chosen));
-  double best = 0;
-  for (const CandidateScore& score : scores) best = std::max(best, score.score);
-  double low = step.effect.shape.at, high = low;
-  for (size_t k = 0; k < steps.size(); ++k) {
-    if (scores[k].score < best - kFallToStep95) continue;
-    low = std::min(low, steps[k].effect.shape.at);
-    high = std::max(high, steps[k].effect.shape.at);
-  }
-  std::array<double, 2> readings{-std::numeric_limits<double>::infinity(),
-                                 std::numeric_limits<double>::infinity()};
-  const Driver& driver = step.effect.driver;
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const double place =
-        driver.kind == DriverKind::time ? campaign.time_s[row] : campaign.q[row][driver.joint];
-    if (place < low) readings[0] = std::max(readings[0], place);
-    if (place > high) readings[1] = std::min(readings[1], place);
-  }
-  return readings;
-}
-
 // Two frequencies of a gear train that the measured travel resolves are two different effects.
 bool same_claim(const Candidate& a, const Candidate& b) {
   const double resolution = std::min(a.frequency_resolution, b.frequency_resolution);
@@ -96,11 +68,13 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
-// Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds.
+// Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect that
+// occurs with others has none alone.
 void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::InPlace& in_place,
                  TracedEffect& traced) {
   const int effect = model.in_fit(chosen);
   const Candidate& found = model.chosen()[chosen];
+  if (found.only_together) return;
   const Linearization& fit = model.linear();
   const std::vector<Candidate>& candidates = model.scan().candidates();
   const CandidateScore own = model.score_of({static_cast<int>(chosen)});
@@ -111,6 +85,7 @@ void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::I
     const CandidateScore& score = scores[k];
     if (same_claim(other, found) || score.degrees_of_freedom == 0) continue;
     if (!other.effect.members.empty()) continue;  // its members are rivals themselves
+    if (!may_be_alone(other)) continue;
     const double correlation = std::sqrt(imitations[k].gain);
     if (correlation < kMaxOfIt) continue;
     const double behind = own.score - score.score;
@@ -216,6 +191,32 @@ std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
 
 }  // namespace
 
+std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
+                                               size_t chosen) {
+  const Candidate& step = model.chosen()[chosen];
+  if (!has_at(step.effect.shape.kind)) return std::nullopt;
+  const std::vector<Candidate> steps = steps_anywhere(step, campaign);
+  const std::vector<CandidateScore> scores = model.scores_of(steps, model.in_fit(chosen));
+  double best = 0;
+  for (const CandidateScore& score : scores) best = std::max(best, score.score);
+  double low = step.effect.shape.at, high = low;
+  for (size_t k = 0; k < steps.size(); ++k) {
+    if (scores[k].score < best - kFallToStep95) continue;
+    low = std::min(low, steps[k].effect.shape.at);
+    high = std::max(high, steps[k].effect.shape.at);
+  }
+  std::array<double, 2> readings{-std::numeric_limits<double>::infinity(),
+                                 std::numeric_limits<double>::infinity()};
+  const Driver& driver = step.effect.driver;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const double place =
+        driver.kind == DriverKind::time ? campaign.time_s[row] : campaign.q[row][driver.joint];
+    if (place < low) readings[0] = std::max(readings[0], place);
+    if (place > high) readings[1] = std::min(readings[1], place);
+  }
+  return readings;
+}
+
 std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
                                  const Eigen::MatrixXd& bootstrap_draws, int effect, int poses) {
   const Effect& e = fit.robot.effects[effect];
@@ -294,6 +295,39 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
         may_be_instrument(traced, result.fit.robot);
   }
   return result;
+}
+
+Moved moved_by(const Effect& effect) {
+  switch (owner_of(effect)) {
+    case Owner::base:
+    case Owner::instrument:
+    case Owner::anchor:
+    case Owner::contact:
+      return Moved::station;
+    case Owner::tool:
+    case Owner::target:
+      return Moved::fastened;
+    case Owner::link:
+    case Owner::several:
+      break;
+  }
+  return Moved::arm;
+}
+
+bool is_other_cause(const Effect& effect, const Rival& rival) {
+  const auto is_slow_or_sudden = [](const Driver& driver) {
+    return !driver.factor &&
+           (driver.kind == DriverKind::time || driver.kind == DriverKind::temperature);
+  };
+  if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
+      moved_by(effect) != moved_by(rival.effect))
+    return true;
+  // What follows one joint under one name is one cause, whichever parameter shows it.
+  if (effect.driver.joint >= 0 && rival.effect.name == effect.name &&
+      rival.effect.driver == effect.driver)
+    return false;
+  return rival.from_catalogue &&
+         (rival.effect.name != effect.name || rival.effect.parameter != effect.parameter);
 }
 
 bool is_of_instrument(const Effect& effect) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 
 #include "armtrue/search/trace.h"
@@ -19,6 +20,11 @@ bool is_of_instrument(const Effect& effect);
 /// Whether an effect may be the rest of an event of the instrument: it follows time, and so does
 /// another effect of the robot, which moves the instrument or the base.
 bool may_be_rest_of_event(const Effect& effect, const Robot& robot);
+
+/// The places at which a step or kink, the k-th chosen candidate, would explain nearly as much (95 %
+/// by profile likelihood), extended to the readings around them; nothing for another shape.
+std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
+                                               size_t chosen);
 
 /// Amplitude and phase of the `effect`-th effect of a fit to so many poses, if it is a harmonic;
 /// its frequency is taken as exact. `bootstrap_draws` as from bootstrap_coefficients().

@@ -1,11 +1,14 @@
 #include "search/model_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "armtrue/statistics/distributions.h"
 #include "search/cross_validation.h"
+#include "search/evidence.h"
 #include "search/search_phases.h"
 
 namespace armtrue {
@@ -17,6 +20,50 @@ constexpr size_t kMinPiecesOfCurve = 3;
 constexpr size_t kMaxModels = 100;  // several times what the longest search went through
 constexpr int kMaxTrials = 8;       // candidates of one step that may fail the later gates
 constexpr size_t kMaxRanked = 20;
+
+// A load moves each axis by its mass, its torque per kg and the compliance of the axis. Whether the
+// members of a family that follow the weight of the tool have the ratio of the compliances that the
+// model has: p of their deviations from the likeliest mass.
+bool may_be_one_mass(const Robot& robot, const Effect& family) {
+  constexpr double kMassesOff = 0.3;  // of the masses of robot files, which the compliances share
+  constexpr double kSurely = 1e-3;
+  struct Axis {
+    double load, load_std, compliance, compliance_std;
+  };
+  std::vector<Axis> axes;
+  for (size_t m = 0; m < family.members.size(); ++m) {
+    const Effect& member = family.members[m];
+    if (member.driver.factor != DriverKind::tool_weight) return true;
+    const auto bends = std::ranges::find_if(robot.effects, [&](const Effect& other) {
+      return other.parameter == member.parameter && other.coefficients.size() == 1 &&
+             other.driver == Driver{DriverKind::gravity_torque, member.driver.second_joint, -1, ""} &&
+             other.shape.kind == ShapeKind::linear;
+    });
+    if (bends == robot.effects.end()) continue;
+    const Coefficient &load = family.coefficients[m], &compliance = bends->coefficients.front();
+    axes.push_back({load.value, load.std, compliance.value, compliance.std});
+  }
+  if (axes.size() < 2) return true;
+  const auto weight = [](const Axis& axis, double mass) {
+    return 1 / (std::pow(axis.load_std, 2) +
+                std::pow(mass, 2) * (std::pow(axis.compliance_std, 2) +
+                                     std::pow(kMassesOff * axis.compliance, 2)) +
+                1e-300);
+  };
+  double mass = 0;
+  for (int round = 0; round < 10; ++round) {  // the weights depend on the mass
+    double product = 0, square = 0;
+    for (const Axis& axis : axes) {
+      product += weight(axis, mass) * axis.load * axis.compliance;
+      square += weight(axis, mass) * axis.compliance * axis.compliance;
+    }
+    mass = product / std::max(1e-300, square);
+  }
+  double chi_squared = 0;
+  for (const Axis& axis : axes)
+    chi_squared += weight(axis, mass) * std::pow(axis.load - mass * axis.compliance, 2);
+  return chi_squared < chi_squared_quantile_above(kSurely, static_cast<double>(axes.size() - 1));
+}
 
 RankedCandidate ranked(const Candidate& candidate, const CandidateScore& score) {
   return {candidate.effect, candidate.separated_by, score.degrees_of_freedom,
@@ -31,6 +78,20 @@ void ModelSearch::run() {
     revise(KnownCauses::give_way);
     result_.stages.push_back(model_.fit());
   }
+  do {
+    find_effects();
+    settle_inner_values();
+    drop_idle();
+    drop_by_refit();
+  } while (drop_half_shown());
+  prefer_distortion();
+  split_families();
+  hold_family_of_most_arms();
+  end_last_stage();
+}
+
+// Steps and revisions until nothing is left to add.
+void ModelSearch::find_effects() {
   // While effects are missing, a curve also explains part of them. So a curve replaces a known
   // cause only when nothing is left to add.
   bool may_revise = true;
@@ -54,13 +115,20 @@ void ModelSearch::run() {
     may_revise &= is_new_model();
     result_.stages.back() = model_.fit();
   }
-  settle_inner_values();
-  drop_idle();
-  drop_by_refit();
-  prefer_distortion();
-  split_families();
-  hold_family_of_most_arms();
-  end_last_stage();
+}
+
+// Beside all that was found later, what occurs together may no longer show, or at no time. It does
+// not come back.
+bool ModelSearch::drop_half_shown() {
+  std::vector<int> half_shown;
+  for (size_t k = 0; k < model_.chosen().size(); ++k)
+    if (is_half_shown(k)) {
+      half_shown.push_back(static_cast<int>(k));
+      rejected_.insert(model_.chosen()[k].effect.name);
+    }
+  if (half_shown.empty()) return false;
+  model_.drop(half_shown);
+  return true;
 }
 
 // The geometry alone stays the first stage, also where the end of the search only holds effects by
@@ -88,7 +156,8 @@ bool ModelSearch::step() {
   std::optional<CrossValidation> left_out;
   for (int candidate : order) {
     if (scores[candidate].score <= 0 || trials == kMaxTrials) break;
-    if (!may_enter(candidates()[candidate])) continue;
+    // What occurs together explains a part of nearly everything: it may only replace what was found.
+    if (!may_enter(candidates()[candidate]) || candidates()[candidate].only_together) continue;
     ++trials;
     if (!model_.scan().is_possible(candidate, scores[candidate].coefficients)) continue;
     if (!left_out) left_out.emplace(fit, options_.seed);
@@ -102,6 +171,7 @@ bool ModelSearch::step() {
       return false;
     }
     model_.add(model_.refined(candidates()[candidate], -1), p);
+    barred_.clear();
     settle_place_of(model_.chosen().size() - 1);
     return true;
   }
@@ -114,6 +184,7 @@ void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vec
     if (result_.ranking.size() == kMaxRanked) break;
     const CandidateScore& score = scores[candidate];
     if (!candidates()[candidate].effect.members.empty()) continue;  // its members are ranked
+    if (!may_be_alone(candidates()[candidate])) continue;
     if (score.degrees_of_freedom == 0) break;
     result_.ranking.push_back(ranked(candidates()[candidate], score));
   }
@@ -153,8 +224,41 @@ bool ModelSearch::is_new_model() {
   return seen_.insert(names).second && seen_.size() < kMaxModels;
 }
 
+// Whether the event of a chosen family may as well be that of the station or of the tool, which are
+// moved more often than an arm is bent: not excluded by odds of 1000 to 1.
+bool ModelSearch::may_be_knock(size_t k) {
+  const double least = model_.score_of({static_cast<int>(k)}).score - 2 * std::log(1000.0);
+  const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
+      least, std::vector<int>{model_.in_fit(k)}, [&](int candidate) {
+        const Effect& other = candidates()[candidate].effect;
+        return moved_by(other) != Moved::arm && other.driver.kind == DriverKind::time;
+      });
+  return std::ranges::any_of(scores,
+                             [&](const CandidateScore& score) { return score.score > least; });
+}
+
+// Whether a chosen family whose effects occur together shows in too few of them, or, as an event, at
+// no time. Of a load the one sign and the ratio of the compliances speak for the weaker axes.
+bool ModelSearch::is_half_shown(size_t k) {
+  // Of a campaign. The time of a step that is just clear enough to be found (a fall of 30) lies within
+  // 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no event.
+  constexpr double kOneTime = 0.1;
+  const Candidate& chosen = model_.chosen()[k];
+  if (!chosen.only_together) return false;
+  const int least = chosen.alike ? 1 : 2;
+  if (chosen.effect.members.size() < 2 || model_.members_shown(k) < least) return true;
+  if (!may_be_one_mass(model_.fit().robot, model_.fit().robot.effects[model_.in_fit(k)])) return true;
+  const std::optional<std::array<double, 2>> at = step_ci95(model_, campaign_, k);
+  if (!at || chosen.effect.driver.kind != DriverKind::time) return false;
+  if (may_be_knock(k)) return true;
+  const auto [first, last] = std::ranges::minmax(campaign_.time_s);
+  return std::min((*at)[1], last) - std::max((*at)[0], first) > kOneTime * (last - first);
+}
+
 bool ModelSearch::may_enter(const Candidate& candidate) const {
-  return (details_ || !candidate.detail) && !model_.contains(candidate.effect);
+  return (details_ || !candidate.detail) && may_be_alone(candidate) &&
+         !barred_.contains(candidate.effect.name) && !rejected_.contains(candidate.effect.name) &&
+         !model_.contains(candidate.effect);
 }
 
 SearchResult search_effects(const Robot& robot, const Campaign& campaign,

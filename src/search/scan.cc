@@ -248,10 +248,22 @@ double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& co
   return largest;
 }
 
+bool CandidateScan::is_allowed(int candidate, const Eigen::VectorXd& coefficients) const {
+  if (coefficients.size() != 1) return true;
+  if (candidates_[candidate].only_positive && coefficients[0] <= 0) return false;
+  const double furthest = candidates_[candidate].furthest;
+  if (furthest == 0) return true;
+  // All shapes that have such a bound rise with their driver.
+  const auto values =
+      parts_[part_[candidate]].values.col(value_of_column_[terms_[candidate].front().column]);
+  const double change =
+      coefficients[0] * static_cast<double>(values.maxCoeff() - values.minCoeff());
+  return change / furthest > 0 && change / furthest <= 1;
+}
+
 bool CandidateScan::is_possible(int candidate, const Eigen::VectorXd& coefficients) const {
-  if (candidates_[candidate].only_positive && coefficients.size() == 1 && coefficients[0] <= 0)
-    return false;
-  return share_of_possible(candidate, coefficients) < 1;
+  return is_allowed(candidate, coefficients) &&
+         share_of_possible(candidate, coefficients) < 1;
 }
 
 }  // namespace armtrue

@@ -36,6 +36,14 @@ struct Candidate {
   double degree = kDegree;
   std::string in_words{};  ///< from the catalogue
   bool of_most_arms = false;
+  std::string of_family{};     ///< name of the family of which it is a member; empty: of none
+  /// It may enter the model with its family alone, and this in the place of another effect alone.
+  /// Of the family too.
+  bool only_together = false;
+  bool alike = false;          ///< all members of its family have one sign
+  /// What it may add to its parameter over a campaign at most, with the only sign that it may have
+  /// [SI]; 0: of any sign, and as large as errors of arms are.
+  double furthest = 0;
 };
 
 /// Values of shapes at readings; those in one context have the same values.
@@ -67,9 +75,13 @@ class CandidateScan {
   /// of the instrument, which the model does not fit as constants, it is the RMS.
   double share_of_possible(int candidate, const Eigen::VectorXd& coefficients) const;
 
-  /// Whether a candidate may have these coefficients: the sign is allowed and the size is possible.
-  /// Several coefficients may have either sign: they are first moments of
-  /// masses that the robot file does not state.
+  /// Whether the law of a candidate allows these coefficients: their sign and, if it has a bound of
+  /// its own (Candidate::furthest), what it adds between the least and the largest value of its
+  /// driver. Several coefficients may have either sign: they are first moments of masses that the
+  /// robot file does not state.
+  bool is_allowed(int candidate, const Eigen::VectorXd& coefficients) const;
+
+  /// Whether a candidate may have these coefficients: its law allows them and the size is possible.
   bool is_possible(int candidate, const Eigen::VectorXd& coefficients) const;
 
  private:

@@ -61,7 +61,7 @@ void ModelSearch::drop_idle() {
     double least = 0;
     for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k) {
       const double score = model_.score_of({k}).score;
-      const bool impossible = !model_.has_possible_sign(static_cast<size_t>(k));
+      const bool impossible = !model_.is_allowed(static_cast<size_t>(k));
       if (score > least && !impossible) continue;
       least = std::min(least, score);
       idle = k;

@@ -36,6 +36,8 @@ class ModelSearch {
  private:
   enum class KnownCauses { stay, give_way };  // to what no catalogue names
 
+  void find_effects();
+  bool drop_half_shown();
   void end_last_stage();
 
   // Forward (model_search.cc).
@@ -44,6 +46,8 @@ class ModelSearch {
   void begin_with(const Effect& effect);
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
+  bool is_half_shown(size_t k);
+  bool may_be_knock(size_t k);
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 
   // Revisions (search_revisions.cc).
@@ -82,6 +86,8 @@ class ModelSearch {
   bool details_ = false;         // whether they may enter: only when nothing simpler is left
   bool failed_at_gate_ = false;  // whether the last step did, and p of its best is known
   std::set<std::multiset<std::string>> seen_;
+  // Families that were half shown beside the present model, or beside all that was found.
+  std::set<std::string> barred_, rejected_;
   // Pairs of forms that changed places and changed back. They may do so again once nothing is to be
   // added, when known causes give way.
   std::vector<std::array<Effect, 2>> taken_back_;

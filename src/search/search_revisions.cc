@@ -34,6 +34,12 @@ bool ModelSearch::revise(KnownCauses known_causes) {
     const auto revised = static_cast<size_t>(revision->effect);
     if (revision->other) {
       model_.exchange(revised, *revision->other);
+      if (is_half_shown(revised)) {
+        barred_.insert(revision->other->effect.name);
+        model_.come_back(left.back());
+        left.pop_back();
+        continue;
+      }
       settle_place_of(revised);
     } else {
       model_.drop({revision->effect});

@@ -139,6 +139,7 @@ Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin
   for (int candidate = begin; candidate < end; ++candidate) {
     const Solution& solution = solutions_[candidate];
     if (solution.degrees_of_freedom == 0) continue;
+    if (scan_.candidates_[candidate].only_together) continue;  // no step of a search adds it
     RowMajor<float> slope = RowMajor<float>::Zero(scan_.coefficient_count_[candidate], flips);
     for (const auto& term : scan_.terms_[candidate])
       slope.row(term.coefficient) += draws.slopes.row(term.column);

@@ -67,6 +67,32 @@ void refit_to_all(const Campaign& campaign, const TraceOptions& options, TraceRe
   }
 }
 
+// The best values of what the robot file lets a fit identify. An effect beside them would take the
+// place of what the file leaves out.
+TraceResult geometry_alone(const Robot& robot, const Campaign& campaign) {
+  TraceResult result;
+  result.fit = calibrate(robot, campaign);
+  result.stages = {result.fit};
+  return result;
+}
+
+// Parameters that the robot file leaves out although the readings show them, whatever effects are
+// found beside all parameters.
+std::optional<LeftOut> left_out_beside_effects(const Robot& robot, const Campaign& campaign,
+                                               const Catalogue& catalogue,
+                                               const TraceOptions& options) {
+  if (!left_out_but_shown(robot, campaign)) return std::nullopt;
+  Robot wide = robot;
+  wide.identify = {"auto"};
+  const TraceResult found = trace(wide, campaign, catalogue, options);
+  Robot with_effects = robot;
+  with_effects.effects = found.fit.robot.effects;
+  std::optional<LeftOut> left_out = left_out_but_shown(with_effects, campaign);
+  for (size_t k = 0; left_out && k < found.effects.size(); ++k)
+    left_out->beside.push_back(found.effects[k].effect);
+  return left_out;
+}
+
 // Marks which of the effects that only their prior holds, from the `first` on, may be the
 // instrument's.
 void mark_held(size_t first, TraceResult& result) {
@@ -110,6 +136,11 @@ std::optional<Campaign> part_to_search(const Campaign& campaign) {
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
+  if (auto left_out = left_out_beside_effects(robot, campaign, catalogue, options)) {
+    TraceResult result = geometry_alone(robot, campaign);
+    result.left_out = std::move(left_out);
+    return result;
+  }
   const std::optional<Campaign> part = part_to_search(campaign);
   const Campaign& searched = part ? *part : campaign;
   SearchResult search = search_effects(robot, searched, catalogue, options);

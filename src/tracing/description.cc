@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
@@ -122,11 +123,26 @@ std::string of_prediction(const HeldOutGain* gain) {
   return "prediction improves for training poses left out, not clearly for the held-out ones";
 }
 
+// Whose motion it is, where no cause is known.
+std::string moved_in_words(const Effect& effect) {
+  switch (moved_by(effect)) {
+    case Moved::arm:
+      return "the arm itself";
+    case Moved::station:
+      return "the station or the foot of the arm";
+    case Moved::fastened:
+      break;
+  }
+  return "the tool or a target";
+}
+
 std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
   if (!effect.beaten_cause.empty())
     return of_prediction(gain) + "; a curve that no listed cause explains: '" +
            effect.beaten_cause + "' comes nearest, and a curve without a name explains far more";
   if (!effect.from_catalogue) return of_prediction(gain) + "; no known cause";
+  if (is_polynomial(effect.effect.shape))
+    return of_prediction(gain) + "; a polynomial describes it and shows no cause";
   if (effect.incomplete)
     return "incomplete: what it leaves still follows the same driver, see the other effect on it";
   if (effect.indistinguishable.empty())
@@ -200,10 +216,14 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
     }
   }
   std::vector<std::string> others;
+  std::set<std::string> told;
   for (const Rival& rival : traced.indistinguishable)
     if (is_other_cause(traced.effect, rival) && others.size() < 2 &&
-        std::ranges::count(others, rival.effect.name) == 0)
-      others.push_back("'" + rival.effect.name + "' of " + to_string(rival.effect.parameter));
+        told.insert(rival.from_catalogue ? rival.effect.name : moved_in_words(rival.effect)).second)
+      others.push_back(rival.from_catalogue
+                           ? "'" + rival.effect.name + "' of " + to_string(rival.effect.parameter)
+                           : moved_in_words(rival.effect) + " (" +
+                                 to_string(rival.effect.parameter) + ")");
   if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";
   if (may_be_instrument(traced, robot)) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";
@@ -238,6 +258,13 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::unexplained:
       break;
   }
+  if (result.trace.left_out)
+    return text +
+           fmt::format("; the rest is of {} parameters that 'identify' leaves out: with them {:.3g} mm "
+                       "of {:.3g} would be left in the training poses",
+                       result.trace.left_out->parameters.size(),
+                       result.trace.left_out->with / kMillimetre,
+                       result.trace.left_out->without / kMillimetre);
   if (!result.explanation.empty())
     return text + "; a change among the readings explains what is left: " + result.explanation;
   if (result.outside_p < 0.01)

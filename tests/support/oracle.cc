@@ -356,6 +356,14 @@ Hidden under_changing_conditions(Hidden hidden) {
 
 // The families that follow joint angles, or the way to them.
 std::optional<Hidden> by_angle(const std::string& family, Dice& dice) {
+  if (family == "run-out") {
+    // The axis of joint 5 shifts across itself, along an ellipse in the link before it.
+    const double phase = dice.uniform(0, 2 * kPi);
+    return Hidden{family, "A5.d", "joint-angle 5", [phase](const Moment& m, OracleArm& arm) {
+                    arm.links[4].d += 1e-5 * std::cos(m.q[4] + phase);
+                    arm.links[3].r += 5e-6 * std::sin(m.q[4] + phase);
+                  }};
+  }
   const auto angle = [](int j) { return "joint-angle " + joint_text(j); };
   if (family == "harmonic" || family == "harmonic-2") {
     const int n = family == "harmonic" ? 1 : 2;
@@ -443,6 +451,29 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
                     const KDL::Vector turn = arm.base.M * m.overturning * 1e-7;
                     arm.base = KDL::Frame(KDL::Rot(turn) * arm.base.M, arm.base.p);
                   }};
+  if (family == "foot-play")  // about one axis of the foot, which rests on one side or on the other
+    return Hidden{family, "base", "moment", [](const Moment& m, OracleArm& arm) {
+                    const double side = m.overturning.y() > 0 ? 1 : -1;
+                    arm.base = arm.base * KDL::Frame(KDL::Rot(KDL::Vector(0, 1e-4 * side, 0)));
+                  }};
+  if (family == "droop")  // a beam along z of the last link that bends under its own weight
+    return Hidden{family, "tool", "gravity-direction", [](const Moment& m, OracleArm& arm) {
+                    OracleArm bare = arm;
+                    bare.tool = KDL::Frame::Identity();
+                    const KDL::Vector down =
+                        forward(bare, m.q).M.Inverse() * (arm.gravity / arm.gravity.Norm());
+                    const KDL::Vector across(down.x(), down.y(), 0), along(0, 0, 1);
+                    constexpr double kLength = 0.4;  // its tip turns by 4/3 of tip over length
+                    const KDL::Vector turn = (4.0 / 3) / kLength * (along * across);
+                    arm.tool.p += 1e-4 * across;
+                    arm.tool.M = KDL::Rot(1e-4 * turn) * arm.tool.M;
+                  }};
+  if (family == "warm-spring")
+    return under_changing_conditions(
+        on_theta(family, 1, "joint-angle 2 * temperature arm", [](const Moment& m) {
+          // The moment of a spring between column and arm, less by what its gas loses.
+          return 1e-5 * (m.temperature_c - 20) * std::sin(m.q[1] + 0.4);
+        }));
   if (family == "bending") {
     const int j = 1 + dice.below(3);
     const bool about_x = dice.below(2) == 1;
@@ -538,11 +569,39 @@ std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, doubl
 
 // The families that follow the clock, or the temperature.
 std::optional<Hidden> in_time(const std::string& family, Dice& dice, double duration_s) {
-  if (family == "thermal") {
+  if (family == "thermal" || family == "cooling") {
     const double tau = dice.uniform(0.2, 0.5) * duration_s;
-    return Hidden{family, "A4.r", "time", [tau](const Moment& m, OracleArm& arm) {
-                    arm.links[3].r += 1 - std::exp(-m.time_s / tau);
+    const double sign = family == "thermal" ? 1 : -1;  // of lengths, which may be below zero
+    return Hidden{family, "A4.r", "time", [=](const Moment& m, OracleArm& arm) {
+                    double& length = arm.links[3].r;
+                    length += sign * std::copysign(1 - std::exp(-m.time_s / tau), length);
                   }};
+  }
+  if (family == "settling") {
+    // A tripod whose one foot sinks: its top goes down and tips.
+    const double tau = dice.uniform(0.1, 0.4) * duration_s;
+    const double about = dice.uniform(0, 2 * kPi);
+    return Hidden{family, "base", "time", [=](const Moment& m, OracleArm& arm) {
+                    const double course = 1 - std::exp(-m.time_s / tau);
+                    const KDL::Vector tip(std::cos(about), std::sin(about), 0);
+                    const KDL::Frame sunk(KDL::Rot(2e-4 * course * tip),
+                                          KDL::Vector(0, 0, -1e-4 * course));
+                    const KDL::Frame to_station(kStation);
+                    arm.base = to_station * sunk * to_station.Inverse() * arm.base;
+                  }};
+  }
+  if (family == "crash") {
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    Hidden bent{family, "A4", "time", [at](const Moment& m, OracleArm& arm) {
+                  if (m.time_s < at) return;
+                  arm.links[2].theta += 3e-4;
+                  arm.links[2].r += 1e-4;
+                  arm.links[3].alpha += 7e-4;
+                  arm.links[3].beta -= 5e-4;
+                  arm.links[3].d += 2e-4;
+                }};
+    bent.step_at_s = at;
+    return bent;
   }
   if (family == "scale-drift")
     return Hidden{family, "instrument.scale", "time",
@@ -556,7 +615,9 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
   if (family == "warm-up")
     return under_changing_conditions(
         {family, "A3.d", "temperature arm",
-         [](const Moment& m, OracleArm& arm) { arm.links[2].d += 1e-5 * m.temperature_c; }});
+         [](const Moment& m, OracleArm& arm) {
+           arm.links[2].d += std::copysign(1e-5 * m.temperature_c, arm.links[2].d);
+         }});
   if (family == "other-load") {
     const double at = dice.uniform(0.35, 0.65) * duration_s;
     Hidden load{family, "A2.theta", "time * tool-weight 2", [at](const Moment& m, OracleArm& arm) {
@@ -688,6 +749,13 @@ std::vector<std::string> families() {
           "bending",
           "backlash",
           "thermal",
+          "cooling",
+          "settling",
+          "crash",
+          "run-out",
+          "droop",
+          "foot-play",
+          "warm-spring",
           "warm-up",
           "zero-drift",
           "remaster",

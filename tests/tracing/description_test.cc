@@ -9,8 +9,10 @@
 namespace armtrue::description_test {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 // A loop that found one effect, with its gain on the held-out poses.
 LoopResult found(bool from_catalogue, const std::vector<HeldOutGain>& gains) {
@@ -121,6 +123,43 @@ TEST(Verdict, OfARivalDependsOnWhetherItIsAnotherCause) {
   rival.parameter = "A3.theta";
   EXPECT_EQ(concluded(effects, 1), Verdict::not_separable);
   EXPECT_EQ(concluded(effects, 2.1), Verdict::unexplained);
+}
+
+// A stand that sinks moves readings as a column does that grows, whether or not that has a name.
+TEST(Verdict, OfWhatMovesSomethingElseInTimeNeedsNoName) {
+  const Driver time{DriverKind::time, -1, -1, ""}, angle{DriverKind::joint_angle, 3, -1, ""};
+  const auto is_other = [](const char* found, const char* rival, const Driver& driver) {
+    const Effect effect{"thermal growth", found, driver, {}, {}};
+    return is_other_cause(effect, {.effect = {"unexplained", rival, driver, {}, {}}});
+  };
+  EXPECT_TRUE(is_other("A1.r", "base.z", time));
+  EXPECT_TRUE(is_other("base.rz", "A1.theta", time));
+  EXPECT_TRUE(is_other("A6.theta", "tool.rz", time));
+  EXPECT_FALSE(is_other("A1.r", "A2.r", time));
+  EXPECT_FALSE(is_other("base.z", "instrument.scale", time));
+  EXPECT_FALSE(is_other("A6.theta", "tool.rz", angle));  // no tool follows an axis of the arm
+}
+
+// Of two parameters that show one cause neither is a rival: the axis that shifts is the same.
+TEST(Verdict, OfOneCauseThatTwoParametersShowIsClosed) {
+  const Driver driver{DriverKind::joint_angle, 2, -1, ""};
+  const Effect effect{"bearing run-out", "A3.d", driver, harmonic_shape(1), {}};
+  Rival rival{.effect = effect, .from_catalogue = true};
+  rival.effect.parameter = "A2.r";
+  EXPECT_FALSE(is_other_cause(effect, rival));
+  rival.effect.driver.joint = 3;
+  EXPECT_TRUE(is_other_cause(effect, rival));
+}
+
+TEST(Words, APolynomialIsNoCauseThatIsShown) {
+  LoopResult loop = found(true, {});
+  TracedEffect traced = loop.trace.effects.front();
+  traced.indistinguishable.clear();
+  traced.effect.parameter = "instrument.point";
+  traced.effect.driver = {DriverKind::place, -1, -1, ""};
+  traced.effect.shape = series_shape(SeriesBasis::polynomial, 2);
+  EXPECT_THAT(in_words(traced, nullptr, {}, loop.trace.fit.robot),
+              AllOf(HasSubstr("shows no cause"), Not(HasSubstr("cause shown"))));
 }
 
 // Each gear has its own play.

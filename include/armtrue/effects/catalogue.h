@@ -15,7 +15,7 @@ enum class Usual { most_arms, some, rare };
 
 /// One kind of effect that robots are known to have, on every joint that can have it.
 struct CatalogueEntry {
-  enum class Joint { none, own, previous, fixed };
+  enum class Joint { none, own, previous, next, fixed };
 
   std::string name;
   /// Of each link, target or anchor, or one such as base, base.rx, instrument.range; see
@@ -27,8 +27,18 @@ struct CatalogueEntry {
   Joint driver_joint = Joint::none;
   Shape shape;
   bool only_positive = false;  ///< a negative coefficient is impossible, as for a compliance
+  /// What it may add to a length over a campaign at most, as a share of that length in the robot
+  /// file; below zero: it shortens the length. 0: no such bound.
+  double most_of_length = 0;
   Usual usual = Usual::rare;
-  std::string family;  ///< name of the family that its effects form; empty: none
+  /// Name of the family that its effects form; empty: none. {j} in it stands for the joint of the
+  /// parameter, {k} for that of the driver and {n} for the joint after that of the parameter: the
+  /// effects then form a family for each of these joints.
+  std::string family;
+  /// The effects of the family occur together or not at all: none is a cause alone.
+  bool only_together = false;
+  /// The coefficients of the family have one sign, as those of one load.
+  bool alike = false;
   /// Of a family: typical size of what a member adds to its parameter [m, rad].
   double typical = 0;
   /// One sentence for the operator of the cell, in which {j} stands for the joint of the parameter

@@ -27,6 +27,7 @@ enum class DriverKind {
   elevation,    ///< of the line of sight, above the horizontal [rad]
   incidence,    ///< angle between the line of sight and the z axis of the measured frame [rad]
   place,        ///< position of the measured frame in R_0 [m]; only for a polynomial
+  gravity_direction,  ///< unit vector of gravity in the axes of the last link: three values
 };
 
 struct Driver {

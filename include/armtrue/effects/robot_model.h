@@ -58,6 +58,8 @@ class BoundEffect {
   std::optional<std::array<double, 2>> measured_;  // see Effect
   Pose base_, tool_;
   Eigen::Vector3d instrument_, up_;
+  Eigen::Vector3d gravity_;  // unit vector, in the ground
+  int ground_ = -1;          // link that is the ground, -1: R_0
   int temperature_ = -1;
   std::vector<GravityLoad> loads_;
   std::vector<int> parameters_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/left_out.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/search/search.h"
 
@@ -25,12 +26,16 @@ struct Rival {
   bool from_catalogue = false;
 };
 
-/// Whether a rival of the catalogue is another cause. The compliance of a joint, by its torque or
-/// by the weight of the tool, is one.
-inline bool is_other_cause(const Effect& effect, const Rival& rival) {
-  return rival.from_catalogue &&
-         (rival.effect.name != effect.name || rival.effect.parameter != effect.parameter);
-}
+/// What an effect moves: the arm, what stands around it (the instrument, the base) or what is
+/// fastened to it (the tool, a target).
+enum class Moved { arm, station, fastened };
+Moved moved_by(const Effect& effect);
+
+/// Whether a rival is another cause: one of the catalogue, or, of what goes with the clock or a
+/// thermometer alone, any that moves something else. A stand that sinks moves readings as a column
+/// does that grows, whether or not that has a name. The compliance of a joint, by its torque or by
+/// the weight of the tool, is one cause.
+bool is_other_cause(const Effect& effect, const Rival& rival);
 
 /// The figures by which an effect was added.
 struct Evidence {
@@ -108,6 +113,10 @@ struct TraceResult {
   double best_score = 0;  ///< of the last scan; 0 or less if nothing is left to explain
   NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
+  /// Parameters of the links that the robot file does not let a fit identify, though the readings
+  /// show them. Then there is no effect, because it would take their place; those that are found
+  /// beside all parameters stand in LeftOut::beside.
+  std::optional<LeftOut> left_out{};
 };
 
 /// Finds the effects that the model lacks, one by one. Each step scores all candidates (the

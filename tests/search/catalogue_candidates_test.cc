@@ -1,0 +1,78 @@
+#include "search/candidates.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/io/catalogue_io.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/parameters.h"
+
+namespace armtrue {
+namespace {
+
+Catalogue one_entry(const std::string& keys) {
+  return parse_catalogue("format: armtrue-catalogue/1\neffects:\n  - {name: n, " + keys + "}\n",
+                         "c.yaml");
+}
+
+std::vector<Candidate> candidates(const std::string& keys) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  const Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  return catalogue_candidates(one_entry(keys), robot, campaign);
+}
+
+TEST(CatalogueCandidates, NothingGrowsThatHasNoLength) {
+  std::set<std::string> growing;
+  for (const Candidate& candidate :
+       candidates("parameter: r, driver: time, shape: linear, most_of_length: 0.0014")) {
+    growing.insert(to_string(candidate.effect.parameter));
+    EXPECT_LT(candidate.furthest, 0);  // all of this arm are below zero
+  }
+  EXPECT_EQ(growing, (std::set<std::string>{"A1.r", "A4.r", "A6.r"}));
+}
+
+TEST(CatalogueCandidates, AGrowthBeyondItsBoundOrOfAnotherSignIsNotAllowed) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  const Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  const std::vector<Candidate> growth = catalogue_candidates(
+      one_entry("parameter: d, joints: [4], driver: time, shape: linear, most_of_length: 0.0014"),
+      robot, campaign);
+  ASSERT_EQ(growth.size(), 1u);
+  const CandidateScan scan(growth, robot, campaign);
+  const auto [first, last] = std::ranges::minmax(campaign.time_s);
+  const double bound = 0.0014 * 0.055 / (last - first);  // A4.d is 55 mm long
+  const auto is_allowed = [&](double value) {
+    return scan.is_allowed(0, Eigen::VectorXd::Constant(1, value));
+  };
+  EXPECT_TRUE(is_allowed(0.99 * bound));
+  EXPECT_FALSE(is_allowed(1.01 * bound));
+  EXPECT_FALSE(is_allowed(-0.5 * bound));
+}
+
+// A family for each joint that its name tells, and none where that joint is missing.
+TEST(CatalogueCandidates, FamiliesOfEachJointAreNamedByIt) {
+  std::set<std::string> families;
+  for (const Candidate& candidate :
+       candidates("parameter: r, driver: time, shape: linear, family: \"before {n}\", "
+                  "typical_mm: 1, only_together: yes")) {
+    families.insert(candidate.of_family);
+    EXPECT_FALSE(may_be_alone(candidate));
+  }
+  EXPECT_EQ(families, (std::set<std::string>{"before 2", "before 3", "before 4", "before 5",
+                                             "before 6"}));
+}
+
+TEST(CatalogueCandidates, MayFollowTheNextJoint) {
+  for (const Candidate& candidate :
+       candidates("parameter: r, driver: joint-angle next, shape: harmonic 1")) {
+    const std::string link = candidate.effect.parameter.of;
+    EXPECT_EQ("A" + std::to_string(candidate.effect.driver.joint), link);
+  }
+}
+
+}  // namespace
+}  // namespace armtrue
