@@ -80,6 +80,7 @@ void place(const Campaign& campaign, Robot& robot) {
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options) {
   JudgedTraining judged{search_training(robot, given, then, catalogue, options), {}};
+  if (judged.training.trace.left_out) return judged;
   const CalibrationResult& fit = judged.training.trace.fit;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
   judged.random = beside_groups(fit, timed, fit);

@@ -17,7 +17,8 @@ struct JudgedTraining {
 /// repeated without it, and the distortion stays only if the readings speak for it by odds of 1000
 /// to 1, random effects of arm and station beside both. Without it an effect that no rigid arm has
 /// (see may_be_instrument) is the arm's if it explains the readings better than any smooth field
-/// does.
+/// does. Nothing is random where `identify` leaves out what the readings show: it would take the place
+/// of that.
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options);
 
