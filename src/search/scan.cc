@@ -212,13 +212,15 @@ Eigen::MatrixXd CandidateScan::columns_at_readings(const Linearization& fit, int
       Eigen::MatrixXd::Zero(replicates.readings() * size, coefficient_count_[candidate]);
   for (const Term& term : terms_[candidate]) {
     const auto values = part.values.col(value_of_column_[term.column]);
-    const auto derivative = fit.jacobian().col(term.parameter);
+    const double* const derivative = fit.jacobian().col(term.parameter).data();
+    double* const column = columns.col(term.coefficient).data();
     for (int row = 0; row < fit.rows(); ++row)
       for (int k = replicates.first[row]; k < replicates.first[row + 1]; ++k) {
         const int reading = replicates.reading[k];
-        columns.col(term.coefficient).segment(reading * size, size) +=
-            replicates.share[k] * static_cast<double>(values[part.context_of_reading[reading]]) *
-            derivative.segment(row * size, size);
+        const double factor =
+            replicates.share[k] * static_cast<double>(values[part.context_of_reading[reading]]);
+        for (int i = 0; i < size; ++i)
+          column[reading * size + i] += factor * derivative[row * size + i];
       }
   }
   return columns;

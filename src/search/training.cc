@@ -92,8 +92,10 @@ Training search_training(const Robot& robot, const Campaign& given, Then then,
   training.errors.push_back(errors_of(training.nominal, sound));
   for (const CalibrationResult& stage : training.trace.stages)
     training.errors.push_back(errors_of(stage.robot, sound));
-  training.quality = assess(fit, sound);
-  require_worthwhile(robot, fit, sound, training.quality.blunders, given.rows() - sound.rows());
+  const Evaluation evaluation = evaluate(fit.robot, sound);
+  training.quality = assess(fit, sound, evaluation);
+  require_worthwhile(robot, fit, sound, evaluation.position, training.quality.blunders,
+                     given.rows() - sound.rows());
   if (then == Then::report) return training;
   const size_t effects = fit.robot.effects.size();
   const size_t found = effects - training.trace.effects.size();

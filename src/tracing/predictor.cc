@@ -99,7 +99,7 @@ class Lasso {
     for_ordered_blocks<int>(
         all.count(), kCandidatesPerBlock,
         [&](int begin, int end) {
-          for (int candidate = begin; candidate < end; ++candidate) set_length(candidate);
+          set_lengths(begin, end);
           return 0;
         },
         [](int) {});
@@ -179,15 +179,22 @@ class Lasso {
     return x;
   }
 
-  // Infinity of columns that are left out.
-  void set_length(int candidate) {
-    const Eigen::MatrixXf columns = all_.columns_of(candidate), x = beside(columns);
+  // Of the columns of some candidates; infinity of those that are left out.
+  void set_lengths(int begin, int end) {
+    const Eigen::Index first = all_.first_column[static_cast<size_t>(begin)];
+    Eigen::MatrixXf columns(all_.residual.size(),
+                            all_.first_column[static_cast<size_t>(end)] - first);
+    for (int candidate = begin; candidate < end; ++candidate) {
+      const Eigen::MatrixXf own = all_.columns_of(candidate);
+      columns.middleCols(all_.first_column[static_cast<size_t>(candidate)] - first, own.cols()) =
+          own;
+    }
+    const Eigen::MatrixXf x = beside(columns);
     for (Eigen::Index j = 0; j < x.cols(); ++j) {
       const float length = x.col(j).norm();
       const bool is_shown = length > kMinBeside * columns(rows_, j).norm() &&
                             poses_that_carry(x.col(j)) >= kMinPoses;
-      length_[all_.first_column[static_cast<size_t>(candidate)] + j] =
-          is_shown ? length : std::numeric_limits<float>::infinity();
+      length_[first + j] = is_shown ? length : std::numeric_limits<float>::infinity();
     }
   }
 

@@ -185,12 +185,20 @@ TEST_F(ReplicatesTest, AreSufficientForStandardDeviationsAndShares) {
   EXPECT_LT((shares.influence - expected.influence).norm(), 1e-9);
 }
 
-// At every reading again, as the predictor takes them.
+// At every reading again, as the predictor takes them, and their products without them.
 TEST_F(ReplicatesTest, ColumnsAtReadingsAreThoseOfReadingsApart) {
-  for (int candidate = 0; candidate < 6; ++candidate) {
+  const Eigen::VectorXd v =
+      Eigen::VectorXd::LinSpaced(scan_.columns_at_readings(apart_, 0).rows(), -1, 2).array().sin();
+  const Eigen::VectorXd products = scan_.products_at_readings(merged_, v);
+  Eigen::Index first = 0;
+  for (int candidate = 0; candidate < static_cast<int>(scan_.candidates().size()); ++candidate) {
     const Eigen::MatrixXd apart = scan_.columns_at_readings(apart_, candidate);
     EXPECT_LT((scan_.columns_at_readings(merged_, candidate) - apart).norm(), 1e-12 * apart.norm());
+    const Eigen::VectorXd own = products.segment(first, apart.cols());
+    EXPECT_LT((own - apart.transpose() * v).norm(), 1e-10 * apart.norm() * v.norm()) << candidate;
+    first += apart.cols();
   }
+  EXPECT_EQ(first, products.size());
 }
 
 }  // namespace
