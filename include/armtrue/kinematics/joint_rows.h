@@ -112,6 +112,7 @@ class JointRows {
     resize(count, q);
   }
   void clear() { *this = JointRows(); }
+  bool operator==(const JointRows&) const = default;
 
  private:
   std::vector<double> numbers_;
