@@ -1,5 +1,7 @@
 #include "armtrue/campaign/turns.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -104,11 +106,29 @@ std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>&
       ++moved.rows;
       moved.first = static_cast<int>(k);
       moved.as_given = angles.given[k];
+      moved.as_read = angles.moved[k];
       q[k][angles.joint] = angles.moved[k];
     }
     if (moved.rows > 0) result.push_back(moved);
   }
   return result;
+}
+
+std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector<JointName>& joints,
+                       const std::vector<int>& lines) {
+  std::string names;
+  int rows = 0;
+  for (const MovedByTurns& of_joint : moved) {
+    names += (names.empty() ? "" : ", ") + joints[static_cast<size_t>(of_joint.joint)].column;
+    rows += of_joint.rows;
+  }
+  const MovedByTurns& example = moved.front();
+  return fmt::format(
+      "{} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
+      "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
+      "none",
+      rows, names, lines[static_cast<size_t>(example.first)], example.as_given / kDegree,
+      example.as_read / kDegree);
 }
 
 }  // namespace armtrue

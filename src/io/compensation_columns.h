@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 
+#include "armtrue/kinematics/units.h"
+
 namespace armtrue {
 
 /// Columns that compensate adds to a program; those of commands are not among them.
@@ -16,5 +18,13 @@ inline const std::array<std::string, 7> kCommandColumns{"predicted_before_mm",
 
 inline const std::array<std::string, 6> kPoseColumns{"x_mm",  "y_mm",  "z_mm",
                                                      "a_deg", "b_deg", "c_deg"};
+
+/// With which commands are written.
+inline int command_decimals(double unit) {
+  constexpr int kAngleDecimals = 9, kLengthDecimals = 7;
+  if (unit == kMillimetre) return kLengthDecimals;
+  if (unit == kDegree) return kAngleDecimals;
+  return 11;  // m, rad
+}
 
 }  // namespace armtrue

@@ -16,13 +16,6 @@ namespace armtrue {
 namespace {
 
 constexpr int kWorst = 3;  // that a summary names
-constexpr int kAngleDecimals = 9, kLengthDecimals = 7;
-
-int decimals_of(double unit) {
-  if (unit == kMillimetre) return kLengthDecimals;
-  if (unit == kDegree) return kAngleDecimals;
-  return 11;  // m, rad
-}
 
 std::string notes_text(const CorrectedTarget& target) {
   std::string text;
@@ -65,7 +58,7 @@ class CommandWriter {
     const bool is_own_kind = file_.program.is_cartesian() == (kind_ == CommandKind::cartesian);
     for (size_t i = 0; i < command.size(); ++i) {
       const std::string text =
-          number_of(decimal_text(command[i] / places_[i].unit, decimals_of(places_[i].unit)));
+          number_of(decimal_text(command[i] / places_[i].unit, command_decimals(places_[i].unit)));
       if (appended_)
         cells.push_back(text);
       else if (target.is_corrected || !is_own_kind)

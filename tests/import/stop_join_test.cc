@@ -206,6 +206,19 @@ TEST(StopJoin, ARecordOfHoursMayDriftByMoreThanAStop) {
   expect_joined({.offset = -30, .rate = 4e-4, .stops = 1000, .step = 0.1}, 1000);
 }
 
+// More than 200 standstills are searched in runs; only some of them lie where the records overlap.
+TEST(StopJoin, LongRecordsMayOverlapInPart) {
+  expect_joined({.offset = -77, .rate = 2e-4, .earlier_stops = 400, .stops = 300, .step = 0.1}, 300);
+  std::set<int> later;
+  for (int k = 200; k < 600; ++k) later.insert(k);
+  expect_joined({.offset = 77, .rate = -3e-4, .not_logged = later, .stops = 600, .step = 0.1}, 200);
+}
+
+// A program that runs twenty-five times, with pauses that differ: a run fits many of its cycles.
+TEST(StopJoin, ALongRecordOfOneProgramIsJoined) {
+  expect_joined({.offset = 500, .rate = 1e-4, .stops = 500, .step = 0.1, .program = 20}, 500);
+}
+
 TEST(StopJoin, EitherLogMayHaveLostStopsAndTheInstrumentMayHaveSeenMore) {
   expect_joined({.offset = 77, .rate = 1e-4, .hidden = {3, 4, 17, 30}}, 36);
   expect_joined({.offset = 77, .rate = -1e-4, .not_logged = {0, 9, 21}}, 37);
