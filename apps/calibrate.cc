@@ -152,7 +152,6 @@ void report_fit(const app::Command& command, const CalibrationResult& result,
       "with {:.4g} mm, mean, and {:.4g} mm at most\n",
       campaign.pose_ids.size(), errors.size(), result.names.size(), result.rank,
       result.iterations, left.mean / kMillimetre, left.max / kMillimetre));
-  if (command.output != "-") command.report("wrote " + command.output + "\n");
 }
 
 // The nominal robot with base and targets placed, where the targets stand for the tool.
@@ -236,7 +235,6 @@ int run(app::Command& command, const Arguments& arguments) {
   write_output(command.output, write_calibration(result, campaign, std::move(evaluation),
                                                  command.provenance(), findings));
   if (command.output != "-") command.report("wrote " + command.output + "\n");
-
   report_near_nominal(command, result, campaign);
   report_not_shown(command, result);
   if (arguments.page.is_wanted())
