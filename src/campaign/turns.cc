@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "armtrue/kinematics/units.h"
 
@@ -51,6 +50,8 @@ struct Angles {
 
 Angles angles_of(const JointRows& q, int joint, const Link& link) {
   Angles angles{joint, travel(link), {}, {}};
+  angles.given.reserve(q.size());
+  angles.moved.reserve(q.size());
   for (const auto& values : q) {
     const double given = values[joint];
     angles.given.push_back(given);
@@ -65,10 +66,12 @@ bool states_travel(const Link& link) { return std::isfinite(link.min) && std::is
 
 // The values that become those of the first reading of their pose.
 void join_poses(const std::vector<int>& pose, Angles& angles) {
-  std::map<int, double> first;
+  std::vector<double> first;  // of each pose; NaN before it is read
   for (size_t k = 0; k < pose.size(); ++k) {
-    double& value = angles.moved[k];
-    const double reference = first.try_emplace(pose[k], value).first->second;
+    const auto number = static_cast<size_t>(pose[k]);
+    if (number >= first.size()) first.resize(number + 1, std::nan(""));
+    double &value = angles.moved[k], &reference = first[number];
+    if (std::isnan(reference)) reference = value;
     const double turns = kTurn * std::round((value - reference) / kTurn);
     if (std::abs(value - turns - reference) < kSamePlace) value -= turns;
   }
@@ -84,19 +87,23 @@ bool is_within_one_turn(const Link& link) {
 
 std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>& pose,
                                            const KinematicChain& chain) {
-  std::vector<Angles> joints;
   if (q.empty()) return {};
+  std::vector<int> joints;
   for (int j = 0; j < joint_count(chain); ++j)
-    if (joint_link(chain, j).joint == JointKind::revolute)
-      joints.push_back(angles_of(q, j, joint_link(chain, j)));
-  // A controller counts all its joints alike, so those without a stated travel are judged together.
+    if (joint_link(chain, j).joint == JointKind::revolute) joints.push_back(j);
+  // A controller counts all its joints alike, so those without a stated travel are judged together;
+  // one after another, as the angles of many readings take much memory.
   double grows = 0;
-  for (const Angles& angles : joints)
-    if (!states_travel(joint_link(chain, angles.joint)) && angles.count_one_turn())
+  for (int j : joints) {
+    if (states_travel(joint_link(chain, j))) continue;
+    const Angles angles = angles_of(q, j, joint_link(chain, j));
+    if (angles.count_one_turn())
       grows += Angles::span(angles.moved) - Angles::span(angles.given) - kNeighbours;
+  }
   std::vector<MovedByTurns> result;
-  for (Angles& angles : joints) {
-    const Link& link = joint_link(chain, angles.joint);
+  for (int j : joints) {
+    const Link& link = joint_link(chain, j);
+    Angles angles = angles_of(q, j, link);
     if (!angles.count_one_turn() || (!states_travel(link) && grows > 0))
       angles.moved = angles.given;
     if (is_within_one_turn(link)) join_poses(pose, angles);
