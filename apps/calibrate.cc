@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/doubts.h"
@@ -150,7 +152,6 @@ void report_fit(const app::Command& command, const CalibrationResult& result,
       "with {:.4g} mm, mean, and {:.4g} mm at most\n",
       campaign.pose_ids.size(), errors.size(), result.names.size(), result.rank,
       result.iterations, left.mean / kMillimetre, left.max / kMillimetre));
-  if (command.output != "-") command.report("wrote " + command.output + "\n");
 }
 
 // The nominal robot with base and targets placed, where the targets stand for the tool.
@@ -162,16 +163,19 @@ std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationRe
   return placed_nominal(nominal, campaign);
 }
 
-// Ways of the joints that no effect of the robot follows are a fifth of a million readings.
-Campaign without_unused_strokes(Campaign campaign, const Robot& robot) {
+// Directions and ways of the joints, a fifth of a million readings, go once the readings have been
+// checked, if no effect of the robot follows them.
+void drop_unused_motion(const Robot& robot, Campaign& campaign) {
   const auto follows = [](const Effect& effect) {
-    return effect.driver.involves(DriverKind::stroke);
+    return effect.driver.involves(DriverKind::arrival) ||
+           effect.driver.involves(DriverKind::stroke);
   };
-  const bool are_used = std::ranges::any_of(robot.effects, [&](const Effect& effect) {
-    return follows(effect) || std::ranges::any_of(effect.members, follows);
-  });
-  if (!are_used) campaign.stroke.clear();
-  return campaign;
+  if (std::ranges::any_of(robot.effects, [&](const Effect& effect) {
+        return follows(effect) || std::ranges::any_of(effect.members, follows);
+      }))
+    return;
+  campaign.stroke.clear();
+  campaign.arrival = std::vector<Direction>();
 }
 
 int run(app::Command& command, const Arguments& arguments) {
@@ -181,8 +185,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
-  const Campaign all =
-      without_unused_strokes(command.read_campaign(command.input, robot), robot);
+  Campaign all = command.read_campaign(command.input, robot);
   if (!arguments.identify_per_session.empty() && all.session_names.size() < 2)
     command.warn("--identify-per-session " + arguments.identify_per_session +
                  " changes nothing: " + all.source +
@@ -190,6 +193,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_mistakes(command, robot, all);
   command.warn_if_needless(robot, all);
+  drop_unused_motion(robot, all);
   command.progress("identifying");
   const std::vector<GrossPose> gross = find_gross_poses(robot, all);
   const bool all_as_read = gross.empty() && arguments.zone.empty();
@@ -207,10 +211,11 @@ int run(app::Command& command, const Arguments& arguments) {
 
   CalibrationResult result = calibrate(robot, campaign);
   app::warn_of_touches(command, robot, campaign, result.set);
-  const Evaluation evaluation = evaluate(result.robot, campaign);
+  Evaluation evaluation = evaluate(result.robot, campaign);
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign, evaluation)};
   if (zone) findings.quality->noise = noise_of(result, as_read, findings.quality->blunders);
-  findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
+  findings.nominal = require_worthwhile(robot, result, campaign, evaluation.position,
+                                        findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
   std::string far_above;
@@ -226,9 +231,10 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(arguments.residuals,
                  write_residuals({{all, evaluate(result.robot, all).residuals, split}}));
   }
-  write_output(command.output, write_calibration(result, campaign, command.provenance(), findings));
-
   report_fit(command, result, campaign, evaluation);
+  write_output(command.output, write_calibration(result, campaign, std::move(evaluation),
+                                                 command.provenance(), findings));
+  if (command.output != "-") command.report("wrote " + command.output + "\n");
   report_near_nominal(command, result, campaign);
   report_not_shown(command, result);
   if (arguments.page.is_wanted())

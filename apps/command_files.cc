@@ -39,7 +39,7 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   CampaignFile file = armtrue::read_campaign(path, robot.chain);
   inputs_.emplace_back(file.campaign.source, file.sha256);
   warn_of_unknown(file.unknown_columns);
-  warn_of_turns(file, robot);
+  warn_of_turns(file.campaign.source, file.moved_by_turns, robot, file.campaign.line);
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
   bind_touches(file.campaign, robot.chain);
@@ -55,24 +55,10 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   return std::move(file.campaign);
 }
 
-void Command::warn_of_turns(const CampaignFile& file, const Robot& robot) {
-  if (file.moved_by_turns.empty()) return;
-  const std::vector<JointName> names = joint_names(robot.chain);
-  std::string joints;
-  int rows = 0;
-  for (const MovedByTurns& moved : file.moved_by_turns) {
-    joints += (joints.empty() ? "" : ", ") + names[static_cast<size_t>(moved.joint)].column;
-    rows += moved.rows;
-  }
-  const MovedByTurns& example = file.moved_by_turns.front();
-  const Campaign& campaign = file.campaign;
-  warn(fmt::format(
-      "{}: {} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
-      "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
-      "none",
-      campaign.source, rows, joints, campaign.line[static_cast<size_t>(example.first)],
-      example.as_given / kDegree,
-      campaign.q[static_cast<size_t>(example.first)][example.joint] / kDegree));
+void Command::warn_of_turns(const std::string& source, const std::vector<MovedByTurns>& moved,
+                            const Robot& robot, const std::vector<int>& lines) {
+  if (moved.empty()) return;
+  warn(source + ": " + moved_text(moved, joint_names(robot.chain), lines));
 }
 
 void Command::begin_new_sessions(Campaign& campaign, bool is_input) const {
@@ -126,11 +112,12 @@ bool look_like_radians(const JointRows& q, const std::vector<JointName>& joints)
 }  // namespace
 
 ProgramFile Command::read_program(const std::string& path, const Robot& robot) {
-  ProgramFile file = armtrue::read_program(path, joint_names(robot.chain));
+  ProgramFile file = armtrue::read_program(path, robot.chain);
   if (look_like_radians(file.program.visits.q, file.joints))
     warn(file.source +
          ": all joint angles lie within 6.28 deg of zero: are these radians? Then name the columns "
          "q1_rad and so on");
+  warn_of_turns(file.source, file.moved_by_turns, robot, file.program.visits.line);
   inputs_.emplace_back(file.source, file.sha256);
   return file;
 }

@@ -127,7 +127,8 @@ class Command : public OptionGroup {
   void refuse_named(const std::string& path, const std::string& name, const CLI::Option* own) const;
   void check_outputs() const;
   void check_folders() const;
-  void warn_of_turns(const CampaignFile& file, const Robot& robot);
+  void warn_of_turns(const std::string& source, const std::vector<MovedByTurns>& moved,
+                     const Robot& robot, const std::vector<int>& lines);
   void begin_new_sessions(Campaign& campaign, bool is_input) const;
   void warn_of_unknown(const std::vector<std::string>& columns);
 

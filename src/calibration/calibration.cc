@@ -3,9 +3,11 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
@@ -140,6 +142,12 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   return solution;
 }
 
+// Enters a deviation, unless nothing shows it: of readings that agree exactly the variance is what
+// rounding left of zero, of either sign.
+void set_deviation(const std::string& name, double variance, std::map<std::string, double>& std) {
+  if (variance > 0 && std::isfinite(variance)) std[name] = std::sqrt(variance);
+}
+
 void set_robot(const SessionModels& model, const Eigen::VectorXd& x, CalibrationResult& result) {
   result.robot = model.robot_at(x);
   result.robot.std.clear();
@@ -147,7 +155,7 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   if (result.covariance.size() == 0) return;
   int k = 0;
   for (; k < model.geometric_count(); ++k)
-    result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
+    set_deviation(result.names[k], result.covariance(k, k), result.robot.std);
   for (int s = 1; s < model.sessions(); ++s) {
     const std::vector<int>& own = model.own(s);
     const auto count = static_cast<int>(own.size());
@@ -164,15 +172,15 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
     Session& session = result.robot.sessions.at(model.name(s));
     session.std.clear();
     for (int parameter : own)
-      session.std[parameter_name(result.robot.chain, parameter)] =
-          std::sqrt(covariance(parameter, parameter));
+      set_deviation(parameter_name(result.robot.chain, parameter),
+                    covariance(parameter, parameter), session.std);
   }
   const double wide = student_t_975(static_cast<int>(model.campaign().pose_ids.size()) - 1);
   for (int e = 0; e < model.fitted_effects(); ++e)
     for (Coefficient& c : result.robot.effects[e].coefficients) {
       // The readings say nothing about effects that nothing drives in them.
       if (result.share_of_readings[k] > 0) {
-        c.std = std::sqrt(result.covariance(k, k));
+        c.std = std::sqrt(std::max(0.0, result.covariance(k, k)));
         c.ci95 = {c.value - wide * c.std, c.value + wide * c.std};
       }
       ++k;

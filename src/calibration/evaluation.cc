@@ -194,11 +194,12 @@ std::vector<double> Evaluation::reading_errors() const {
   return errors;
 }
 
-Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
+namespace {
+
+// `use(row, residual)` for every row, on all cores.
+template <typename Use>
+void for_each_residual(const Robot& robot, const Campaign& campaign, const Use& use) {
   const SessionModels models(campaign, robot, {}, {1.0, 1.0});
-  Evaluation evaluation;
-  evaluation.first_rows = campaign.first_rows_of_readings();
-  evaluation.residuals.resize(campaign.rows());
   for (int s = 0; s < models.sessions(); ++s) {
     const ObservationModel& model = models.model(s);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
@@ -215,12 +216,23 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
               residual.head<3>() = own_from_common * residual.head<3>();
               residual.tail<3>() = own_from_common * residual.tail<3>();
             }
-            evaluation.residuals[static_cast<size_t>(rows[static_cast<size_t>(row)])] = residual;
+            use(static_cast<size_t>(rows[static_cast<size_t>(row)]), residual);
           }
           return 0;
         },
         [](int) {});
   }
+}
+
+}  // namespace
+
+Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
+  Evaluation evaluation;
+  evaluation.first_rows = campaign.first_rows_of_readings();
+  evaluation.residuals.resize(campaign.rows());
+  for_each_residual(robot, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
+    evaluation.residuals[row] = residual;
+  });
   evaluation.position.reserve(evaluation.residuals.size());
   if (campaign.has_orientation()) evaluation.orientation.reserve(evaluation.residuals.size());
   for (const Eigen::Matrix<double, 6, 1>& residual : evaluation.residuals) {
@@ -228,6 +240,14 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
     if (campaign.has_orientation()) evaluation.orientation.push_back(residual.tail<3>().norm());
   }
   return evaluation;
+}
+
+std::vector<double> position_errors(const Robot& robot, const Campaign& campaign) {
+  std::vector<double> errors(static_cast<size_t>(campaign.rows()));
+  for_each_residual(robot, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
+    errors[row] = residual.head<3>().norm();
+  });
+  return errors;
 }
 
 std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign) {

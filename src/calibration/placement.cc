@@ -68,33 +68,61 @@ double loss_of(const std::vector<double>& miss, double scale) {
   return loss;
 }
 
-// Unknowns: the small turn of the base (unless it is held), its translation, the targets.
+// What readings of one target say of it, and of it together with the base.
+struct TargetEquations {
+  Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 6, 3> shared = Eigen::Matrix<double, 6, 3>::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+// Unknowns: the small turn of the base (unless it is held), its translation, the targets. No
+// equation has two targets, so each is eliminated alone.
 Eigen::VectorXd step_of(const Links& links, const State& state, double scale, double damping,
                         bool turns) {
-  const int first = turns ? 3 : 0;
-  const Eigen::Index p = first + 3 + state.targets.size();
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(p, p);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(p);
-  Eigen::MatrixXd columns(3, 9);
+  using Base = Eigen::Matrix<double, 6, 6>;
+  Base base = Base::Zero();
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
+  std::vector<TargetEquations> targets(static_cast<size_t>(state.targets.cols()));
+  Eigen::Matrix<double, 3, 6> of_base;
   for (size_t row = 0; row < links.pose.size(); ++row) {
+    TargetEquations& target = targets[static_cast<size_t>(links.target[row])];
     const Eigen::Vector3d own =
         links.pose[row] * Eigen::Vector3d(state.targets.col(links.target[row]));
     const Eigen::Vector3d turned = state.base.rotation * own;
     const Eigen::Vector3d rest = links.measured[row] - state.base.translation - turned;
     const double weight = 1 / (kTailFreedom + rest.squaredNorm() / (scale * scale));
-    columns << -cross_matrix(turned), Eigen::Matrix3d::Identity(),
-        state.base.rotation * links.pose[row].rotation;
-    const Eigen::Index place[3] = {0, first, first + 3 + 3 * links.target[row]};
-    for (int a = turns ? 0 : 1; a < 3; ++a) {
-      gradient.segment<3>(place[a]) += weight * columns.middleCols(3 * a, 3).transpose() * rest;
-      for (int b = turns ? 0 : 1; b < 3; ++b)
-        information.block<3, 3>(place[a], place[b]) +=
-            weight * columns.middleCols(3 * a, 3).transpose() * columns.middleCols(3 * b, 3);
-    }
+    const Eigen::Matrix3d of_target = state.base.rotation * links.pose[row].rotation;
+    of_base << -cross_matrix(turned), Eigen::Matrix3d::Identity();
+    base += weight * of_base.transpose() * of_base;
+    gradient += weight * of_base.transpose() * rest;
+    target.own += weight * of_target.transpose() * of_target;
+    target.shared += weight * of_base.transpose() * of_target;
+    target.gradient += weight * of_target.transpose() * rest;
   }
-  information.diagonal() *= 1 + damping;
-  information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff();
-  return information.ldlt().solve(gradient);
+  const int taken = turns ? 6 : 3;  // of the unknowns of the base, the last ones
+  double most = base.diagonal().tail(taken).maxCoeff();
+  for (const TargetEquations& target : targets)
+    most = std::max(most, target.own.diagonal().maxCoeff());
+  const auto damp = [&](auto& information) {
+    information.diagonal() *= 1 + damping;
+    information.diagonal().array() += 1e-9 * (1 + damping) * most;
+  };
+  damp(base);
+  std::vector<Eigen::LDLT<Eigen::Matrix3d>> own;
+  for (TargetEquations& target : targets) {
+    damp(target.own);
+    own.emplace_back(target.own);
+    base -= target.shared * own.back().solve(target.shared.transpose());
+    gradient -= target.shared * own.back().solve(target.gradient);
+  }
+  const Eigen::VectorXd of_all =
+      Eigen::MatrixXd(base.bottomRightCorner(taken, taken)).ldlt().solve(gradient.tail(taken));
+  Eigen::VectorXd step(taken + state.targets.size());
+  step.head(taken) = of_all;
+  for (size_t t = 0; t < targets.size(); ++t)
+    step.segment<3>(taken + 3 * static_cast<Eigen::Index>(t)) = own[t].solve(
+        targets[t].gradient - targets[t].shared.bottomRows(taken).transpose() * of_all);
+  return step;
 }
 
 void move(State& state, const Eigen::VectorXd& step, bool turns) {

@@ -10,19 +10,62 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "campaign/selection.h"
 
 namespace armtrue {
 
-Robot placed_nominal(const Robot& robot, const Campaign& campaign) {
+namespace {
+
+// Twelve numbers need no more: their standard deviations are then a 300th of the noise.
+constexpr int kRowsThatPlace = 100000;
+
+Robot placed_on(const Robot& robot, const Campaign& campaign) {
   Robot placed = robot;
   placed.identify = {"base", "tool"};
   placed.identify_per_session.clear();
   return calibrate(placed, campaign, {.statistics = FitStatistics::weights}).robot;
 }
 
+// Of the readings without the rows of blunders. `errors`: of the rows; `first_rows`: see Evaluation.
+double mean_error(const std::vector<double>& errors, const std::vector<int>& first_rows,
+                  const std::vector<int>& blunders) {
+  Evaluation kept;
+  kept.position.reserve(errors.size());
+  size_t reading = 0;
+  bool begins = true;
+  for (size_t row = 0; row < errors.size(); ++row) {
+    if (reading < first_rows.size() && static_cast<size_t>(first_rows[reading]) == row) {
+      begins = true;
+      ++reading;
+    }
+    if (std::ranges::binary_search(blunders, static_cast<int>(row))) continue;
+    if (begins && !first_rows.empty()) kept.first_rows.push_back(static_cast<int>(kept.position.size()));
+    begins = false;
+    kept.position.push_back(errors[row]);
+  }
+  return summarize(kept.reading_errors()).mean;
+}
+
+}  // namespace
+
+Robot placed_nominal(const Robot& robot, const Campaign& campaign,
+                     const std::vector<int>& blunders) {
+  if (campaign.rows() <= kRowsThatPlace && blunders.empty()) return placed_on(robot, campaign);
+  std::vector<int> rows = thinned_rows(campaign, std::min(campaign.rows(), kRowsThatPlace));
+  std::erase_if(rows, [&](int row) { return std::ranges::binary_search(blunders, row); });
+  return placed_on(robot, campaign.select(rows));
+}
+
 std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
                                         const Campaign& sound, const std::vector<int>& blunders,
                                         int gross_rows) {
+  return require_worthwhile(nominal, fit, sound, position_errors(fit.robot, sound), blunders,
+                            gross_rows);
+}
+
+std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
+                                        const Campaign& sound, const std::vector<double>& errors,
+                                        const std::vector<int>& blunders, int gross_rows) {
   const std::string remedy =
       "; a target, a reflector or the joint angles of several poses may be wrong: look at the "
       "residuals, then correct or leave out those rows, or measure them anew";
@@ -37,27 +80,17 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   };
   const bool finds_place = identifies(kFirstBaseParameter) || sound.has_touches_only();
   if (!finds_place || !identifies(layout_of(nominal.chain).tool)) return std::nullopt;
-  std::optional<Campaign> part;
-  if (!blunders.empty()) {
-    std::vector<int> rows;
-    for (int row = 0; row < sound.rows(); ++row)
-      if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);
-    part = sound.select(rows);
-  }
-  const Campaign& kept = part ? *part : sound;
-  const auto mean = [&](const Robot& robot) {
-    return summarize(evaluate(robot, kept).reading_errors()).mean;
-  };
   constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
-  const double fitted = mean(fit.robot);
+  const std::vector<int> first = sound.first_rows_of_readings();
+  const double fitted = mean_error(errors, first, blunders);
   constexpr double kImplausibleMean = 0.02;  // m: more than any arm's errors
   if (fitted > kImplausibleMean)
     throw std::invalid_argument(
         fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), more than "
                     "any error of an arm{}",
                     sound.source, fitted / kMillimetre, remedy));
-  Robot placed_robot = placed_nominal(nominal, kept);
-  const double placed = mean(placed_robot);
+  Robot placed_robot = placed_nominal(nominal, sound, blunders);
+  const double placed = mean_error(position_errors(placed_robot, sound), first, blunders);
   if (fitted > kWorse * placed + kExact)
     throw std::invalid_argument(
         fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), the nominal "

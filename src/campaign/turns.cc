@@ -1,8 +1,9 @@
 #include "armtrue/campaign/turns.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "armtrue/kinematics/units.h"
 
@@ -49,6 +50,8 @@ struct Angles {
 
 Angles angles_of(const JointRows& q, int joint, const Link& link) {
   Angles angles{joint, travel(link), {}, {}};
+  angles.given.reserve(q.size());
+  angles.moved.reserve(q.size());
   for (const auto& values : q) {
     const double given = values[joint];
     angles.given.push_back(given);
@@ -63,10 +66,12 @@ bool states_travel(const Link& link) { return std::isfinite(link.min) && std::is
 
 // The values that become those of the first reading of their pose.
 void join_poses(const std::vector<int>& pose, Angles& angles) {
-  std::map<int, double> first;
+  std::vector<double> first;  // of each pose; NaN before it is read
   for (size_t k = 0; k < pose.size(); ++k) {
-    double& value = angles.moved[k];
-    const double reference = first.try_emplace(pose[k], value).first->second;
+    const auto number = static_cast<size_t>(pose[k]);
+    if (number >= first.size()) first.resize(number + 1, std::nan(""));
+    double &value = angles.moved[k], &reference = first[number];
+    if (std::isnan(reference)) reference = value;
     const double turns = kTurn * std::round((value - reference) / kTurn);
     if (std::abs(value - turns - reference) < kSamePlace) value -= turns;
   }
@@ -82,19 +87,23 @@ bool is_within_one_turn(const Link& link) {
 
 std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>& pose,
                                            const KinematicChain& chain) {
-  std::vector<Angles> joints;
   if (q.empty()) return {};
+  std::vector<int> joints;
   for (int j = 0; j < joint_count(chain); ++j)
-    if (joint_link(chain, j).joint == JointKind::revolute)
-      joints.push_back(angles_of(q, j, joint_link(chain, j)));
-  // A controller counts all its joints alike, so those without a stated travel are judged together.
+    if (joint_link(chain, j).joint == JointKind::revolute) joints.push_back(j);
+  // A controller counts all its joints alike, so those without a stated travel are judged together;
+  // one after another, as the angles of many readings take much memory.
   double grows = 0;
-  for (const Angles& angles : joints)
-    if (!states_travel(joint_link(chain, angles.joint)) && angles.count_one_turn())
+  for (int j : joints) {
+    if (states_travel(joint_link(chain, j))) continue;
+    const Angles angles = angles_of(q, j, joint_link(chain, j));
+    if (angles.count_one_turn())
       grows += Angles::span(angles.moved) - Angles::span(angles.given) - kNeighbours;
+  }
   std::vector<MovedByTurns> result;
-  for (Angles& angles : joints) {
-    const Link& link = joint_link(chain, angles.joint);
+  for (int j : joints) {
+    const Link& link = joint_link(chain, j);
+    Angles angles = angles_of(q, j, link);
     if (!angles.count_one_turn() || (!states_travel(link) && grows > 0))
       angles.moved = angles.given;
     if (is_within_one_turn(link)) join_poses(pose, angles);
@@ -104,11 +113,29 @@ std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>&
       ++moved.rows;
       moved.first = static_cast<int>(k);
       moved.as_given = angles.given[k];
+      moved.as_read = angles.moved[k];
       q[k][angles.joint] = angles.moved[k];
     }
     if (moved.rows > 0) result.push_back(moved);
   }
   return result;
+}
+
+std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector<JointName>& joints,
+                       const std::vector<int>& lines) {
+  std::string names;
+  int rows = 0;
+  for (const MovedByTurns& of_joint : moved) {
+    names += (names.empty() ? "" : ", ") + joints[static_cast<size_t>(of_joint.joint)].column;
+    rows += of_joint.rows;
+  }
+  const MovedByTurns& example = moved.front();
+  return fmt::format(
+      "{} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
+      "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
+      "none",
+      rows, names, lines[static_cast<size_t>(example.first)], example.as_given / kDegree,
+      example.as_read / kDegree);
 }
 
 }  // namespace armtrue

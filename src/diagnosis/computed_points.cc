@@ -30,15 +30,22 @@ double closer_than_measured(const Robot& robot) {
   return std::min(kAsNoArmIsMade, kOfNoise * robot.noise.position);
 }
 
+// Whether rows of these poses are of so many different ones; it looks no further than it must.
+template <typename PoseOfRow>
+bool have_poses(size_t rows, const PoseOfRow& pose_of, size_t fewest) {
+  std::set<int> poses;
+  for (size_t k = 0; k < rows && poses.size() < fewest; ++k) poses.insert(pose_of(k));
+  return poses.size() >= fewest;
+}
+
 // Some rows of some sessions of four poses or more: of fewer a base of its own fits most errors.
 std::vector<int> rows_of_some_sessions(const Campaign& campaign) {
   constexpr int kMostRows = 500, kMostSessions = 50;
   constexpr size_t kFewestPoses = 4;
   std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   std::erase_if(sessions, [&](const std::vector<int>& own) {
-    std::set<int> poses;
-    for (int row : own) poses.insert(campaign.pose[static_cast<size_t>(row)]);
-    return poses.size() < kFewestPoses;
+    const auto pose_of = [&](size_t k) { return campaign.pose[static_cast<size_t>(own[k])]; };
+    return !have_poses(own.size(), pose_of, kFewestPoses);
   });
   std::vector<int> numbers(sessions.size());
   std::iota(numbers.begin(), numbers.end(), 0);
@@ -59,8 +66,8 @@ bool is_calibrated(const Robot& robot) { return robot.uncertainty || !robot.std.
 std::optional<std::string> find_computed_points(const Robot& robot, const Campaign& campaign) {
   constexpr size_t kFewestPoses = 10;
   if (campaign.has_distances() || campaign.has_touches()) return std::nullopt;
-  if (std::set<int>(campaign.pose.begin(), campaign.pose.end()).size() < kFewestPoses)
-    return std::nullopt;
+  const auto pose_of = [&](size_t row) { return campaign.pose[row]; };
+  if (!have_poses(campaign.pose.size(), pose_of, kFewestPoses)) return std::nullopt;
   const std::vector<int> rows = rows_of_some_sessions(campaign);
   if (rows.empty()) return std::nullopt;
   const Campaign readings = campaign.select(rows);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -31,26 +32,28 @@ WayToGo by_arrival(const Campaign& readings, Eigen::Index joints) {
   return {signs, false};
 }
 
-// Motions from visit to visit, by line of the file.
-std::map<int, JointVector> last_motions(const Campaign& campaign) {
-  std::vector<int> order(campaign.q.size());
+// Motions of all visits that led to the readings, some of them, by line of the file.
+std::map<int, JointVector> last_motions(const Campaign& all, const Campaign& readings) {
+  std::vector<int> order(all.q.size());
   std::iota(order.begin(), order.end(), 0);
-  if (!campaign.time_s.empty())
-    std::ranges::stable_sort(order, {}, [&](int row) { return campaign.time_s[row]; });
+  if (!all.time_s.empty())
+    std::ranges::stable_sort(order, {}, [&](int row) { return all.time_s[row]; });
+  const std::set<int> lines(readings.line.begin(), readings.line.end());
   std::map<int, JointVector> motions;
+  std::optional<JointVector> last;
   for (size_t k = 1; k < order.size(); ++k) {
     const int before = order[k - 1], row = order[k];
-    if (!campaign.session.empty() && campaign.session[row] != campaign.session[before]) continue;
-    if (campaign.q[row] != campaign.q[before])
-      motions[campaign.line[row]] = campaign.q[row] - campaign.q[before];
-    else if (const auto last = motions.find(campaign.line[before]); last != motions.end())
-      motions[campaign.line[row]] = JointVector(last->second);
+    if (!all.session.empty() && all.session[row] != all.session[before])
+      last.reset();
+    else if (all.q[row] != all.q[before])
+      last = all.q[row] - all.q[before];
+    if (last && lines.contains(all.line[row])) motions[all.line[row]] = *last;
   }
   return motions;
 }
 
 WayToGo by_last_motion(const Campaign& readings, const Campaign& all, Eigen::Index joints) {
-  const std::map<int, JointVector> motions = last_motions(all);
+  const std::map<int, JointVector> motions = last_motions(all, readings);
   Eigen::MatrixXd ways = Eigen::MatrixXd::Zero(readings.rows(), joints);
   for (int row = 0; row < readings.rows(); ++row)
     if (const auto found = motions.find(readings.line[row]); found != motions.end())

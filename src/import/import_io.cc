@@ -274,16 +274,26 @@ std::vector<std::string> import_presets() {
   return names;
 }
 
+namespace {
+
+std::string moved_into_travel(TableReader& joints, const ImportOptions& options) {
+  return options.robot ? joints.move_joints_into_travel(options.robot->chain) : "";
+}
+
+}  // namespace
+
 ImportedReadings import_readings(const std::string& path, const ImportOptions& options) {
   Import import = read_import(path, options, TableRole::readings);
   import.names.check_all_found({&import.table});
   map_import(import, options, TableRole::readings);
-  const TableReader reader(import.table, import.mapping);
+  TableReader reader(import.table, import.mapping);
   JointMatches matches;
+  const std::string moved = moved_into_travel(reader, options);
   for (int r = 0; r < reader.rows(); ++r)
     matches.rows.push_back(
         {r, r, reader.is_unmeasured(r) ? JointVector() : reader.joints(r), std::nullopt});
   ImportedReadings result = built(reader, reader, matches);
+  if (!moved.empty()) result.warnings.push_back(moved);
   result.mapping = mapping_text(import.table, import.mapping);
   return result;
 }
@@ -302,9 +312,11 @@ ImportedReadings import_readings(const std::string& points, const std::string& j
           "' holds joint angles, as " + of_joints.table.file +
           " does; leave them out here with --ignore, or give this file alone without --joints");
   const TableReader point_reader(of_points.table, of_points.mapping);
-  const TableReader joint_reader(of_joints.table, of_joints.mapping);
+  TableReader joint_reader(of_joints.table, of_joints.mapping);
+  const std::string moved = moved_into_travel(joint_reader, options);
   const JointMatches matches = match_joints(point_reader, joint_reader, options);
   ImportedReadings result = built(point_reader, joint_reader, matches);
+  if (!moved.empty()) result.warnings.push_back(moved);
   result.mapping = mapping_text(of_points.table, of_points.mapping) +
                    mapping_text(of_joints.table, of_joints.mapping) + "joined " + matches.how +
                    "\n";

@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <string>
+#include <utility>
 
+#include "armtrue/campaign/turns.h"
 #include "armtrue/text/input_error.h"
 #include "import/orientation_columns.h"
 
@@ -61,10 +65,31 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 }
 
 JointVector TableReader::joints(int r) const {
+  if (!moved_.empty()) return moved_[static_cast<size_t>(moved_row_[static_cast<size_t>(r)])];
   JointVector q(static_cast<Eigen::Index>(mapping_.joints.size()));
   for (Eigen::Index j = 0; j < q.size(); ++j)
     q[j] = number(r, mapping_.joints[static_cast<size_t>(j)].column);
   return q;
+}
+
+std::string TableReader::move_joints_into_travel(const KinematicChain& chain) {
+  JointRows q;
+  std::vector<int> lines, poses, row_of(static_cast<size_t>(rows()), -1);
+  std::map<std::string, int> numbers;  // of the poses
+  for (int r = 0; r < rows(); ++r) {
+    if (has("x") && is_unmeasured(r)) continue;
+    row_of[static_cast<size_t>(r)] = static_cast<int>(q.size());
+    q.push_back(joints(r));
+    lines.push_back(row(r).line);
+    if (has("pose"))
+      poses.push_back(
+          numbers.try_emplace(name(r, "pose"), static_cast<int>(numbers.size())).first->second);
+  }
+  const std::vector<MovedByTurns> moved = move_into_travel(q, poses, chain);
+  if (moved.empty()) return "";
+  moved_ = std::move(q);
+  moved_row_ = std::move(row_of);
+  return table_.file + ": " + moved_text(moved, mapping_.joints, lines);
 }
 
 Eigen::Vector3d TableReader::position(int r) const {

@@ -30,7 +30,11 @@ class TableReader {
   int whole_number(int r, const std::string& quantity) const;
   /// A name as a CSV file can hold it without quotes.
   const std::string& name(int r, const std::string& quantity) const;
+  /// Of a row that is measured.
   JointVector joints(int r) const;
+  /// Joint angles come into the travel of the robot (move_into_travel()). Returns a warning that
+  /// says which, or nothing.
+  std::string move_joints_into_travel(const KinematicChain& chain);
   Eigen::Vector3d position(int r) const;
   Eigen::Quaterniond orientation(int r) const;
   /// True if all cells of point and orientation are empty: the row was not measured.
@@ -53,6 +57,8 @@ class TableReader {
 
   const PlainTable& table_;
   const ColumnMapping& mapping_;
+  JointRows moved_;             // if some were moved: those of the measured rows
+  std::vector<int> moved_row_;  // of each row of the table; -1 where it is not measured
 };
 
 }  // namespace armtrue

@@ -114,11 +114,18 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
 
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance, const CalibrationFindings& findings) {
+  return write_calibration(result, campaign, evaluate(result.robot, campaign), provenance,
+                           findings);
+}
+
+std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                              Evaluation evaluation, const Provenance& provenance,
+                              const CalibrationFindings& findings) {
   Robot robot = result.robot;
-  const Evaluation evaluation = evaluate(result.robot, campaign);
   robot.uncertainty = uncertainty_of(result, campaign, evaluation);
   YAML::Node root = robot_node(robot, provenance);
   root["calibration"] = calibration_node(result, campaign, evaluation);
+  evaluation = {};
   add_findings(root["calibration"], campaign, findings);
   return print_document(root);
 }

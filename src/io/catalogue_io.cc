@@ -30,7 +30,7 @@ std::vector<int> read_joints(YamlMap& map, bool of_a_joint) {
 
 // Driver and driver_joint of an entry; its joints are known.
 void read_driver(YamlMap& map, CatalogueEntry& entry) {
-  std::string driver = map.text("driver");
+  std::string driver = map.name("driver");
   for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
                                     std::pair{" previous", CatalogueEntry::Joint::previous},
                                     std::pair{" next", CatalogueEntry::Joint::next}})

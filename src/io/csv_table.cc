@@ -163,14 +163,17 @@ bool CsvTable::next_row() {
       line = line_;
     }
     split(line, fields_);
-    if (fields_.size() != columns_.size())
-      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": has " +
-                       std::to_string(fields_.size()) + " fields where the header has " +
-                       std::to_string(columns_.size()) + ": '" +
-                       std::string(original_.substr(0, 60)) + "'; complete or remove the row");
+    const bool goes_on = std::exchange(ends_in_quote_, has_open_quote());
+    if (fields_.size() != columns_.size()) fail_size(goes_on || ends_in_quote_);
     return true;
   }
   return false;
+}
+
+// Whether the row ends in a quote that does not end, as the first line of a cell of several lines.
+bool CsvTable::has_open_quote() const {
+  const std::string_view last = fields_.back();
+  return last.starts_with('"') && !(last.size() > 1 && last.ends_with('"'));
 }
 
 std::string_view CsvTable::original(int column) const {
@@ -190,6 +193,16 @@ void CsvTable::fail(int column, const std::string& what) const {
 void CsvTable::fail_in_line(int line, int column, const std::string& what) const {
   throw InputError(source_.name() + ":" + std::to_string(line) + ": column '" + columns_[column] +
                    "': " + what);
+}
+
+void CsvTable::fail_size(bool has_cell_of_lines) const {
+  throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": has " +
+                   std::to_string(fields_.size()) + " fields where the header has " +
+                   std::to_string(columns_.size()) + ": '" + std::string(original_.substr(0, 60)) +
+                   "'; " +
+                   (has_cell_of_lines ? "a cell in quotes holds a line end, and a row is one line: "
+                                        "take it out of the cell"
+                                      : "complete or remove the row"));
 }
 
 void CsvTable::fail_blank(int line) const {

@@ -71,11 +71,14 @@ class CsvTable {
  private:
   void split(std::string_view line, std::vector<std::string_view>& fields);
   size_t end_of_field(std::string_view line, size_t begin) const;
+  bool has_open_quote() const;
+  [[noreturn]] void fail_size(bool has_cell_of_lines) const;
   std::string_view unquoted(std::string_view field, size_t begin);
 
   Source& source_;
   char separator_ = ',';
   int blank_line_ = 0;
+  bool ends_in_quote_ = false;  // has_open_quote() of the row before
   std::string_view original_;  // the line as it was read
   std::string line_;           // copy in which decimal commas are replaced
   std::vector<std::string> columns_;

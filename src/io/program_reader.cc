@@ -145,6 +145,24 @@ class ProgramReader {
 
 }  // namespace
 
+ProgramFile read_program(const std::string& path, const KinematicChain& chain) {
+  ProgramFile file = read_program(path, joint_names(chain));
+  if (file.program.is_cartesian()) return file;
+  JointRows& q = file.program.visits.q;
+  const JointRows given = q;
+  file.moved_by_turns = move_into_travel(q, {}, chain);
+  for (const MovedByTurns& moved : file.moved_by_turns) {
+    const QuantityColumn& column = file.q[static_cast<size_t>(moved.joint)];
+    for (size_t row = 0; row < q.size(); ++row) {
+      if (q[row][moved.joint] == given[row][moved.joint]) continue;
+      std::string& cell = file.cells[row][static_cast<size_t>(column.column)];
+      cell = decimal_text(q[row][moved.joint] / column.unit, command_decimals(column.unit));
+      if (file.has_decimal_commas) std::ranges::replace(cell, '.', ',');
+    }
+  }
+  return file;
+}
+
 ProgramFile read_program(const std::string& path, const std::vector<JointName>& joints) {
   Source source(path);
   ProgramFile file;

@@ -20,6 +20,14 @@ Eigen::MatrixXd with_identity(Eigen::MatrixXd gram) {
   return gram;
 }
 
+// The columns times L^-T, L the lower triangle of the few columns' factor.
+void divide_columns(const Eigen::MatrixXd& lower, Eigen::Ref<Eigen::MatrixXd> columns) {
+  for (Eigen::Index j = 0; j < columns.cols(); ++j) {
+    for (Eigen::Index k = 0; k < j; ++k) columns.col(j) -= lower(j, k) * columns.col(k);
+    columns.col(j) /= lower(j, j);
+  }
+}
+
 double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
   return 2 * llt.matrixLLT().diagonal().array().log().sum();
 }
@@ -158,15 +166,18 @@ void Scaling::apply(GroupedDerivatives& rows) const {
 
 Information::Information(GroupedDerivatives candidates, int poses, const GroupedDerivatives& known,
                          const GroupedDerivatives& aim)
-    : candidates_(std::move(candidates)), poses_(poses) {
-  const Eigen::Index common = candidates_.groups.front().common.cols();
+    : poses_(poses) {
+  const Eigen::Index common = candidates.groups.front().common.cols();
   common_ = kKnownFromStart * Eigen::MatrixXd::Identity(common, common);
-  for (size_t g = 0; g < candidates_.groups.size(); ++g) {
-    const Eigen::Index own = candidates_.groups[g].own.cols();
+  for (size_t g = 0; g < candidates.groups.size(); ++g) {
+    GroupRows& of_group = candidates.groups[g];
+    const Eigen::Index own = of_group.own.cols();
     std::vector<Eigen::Index>& first = first_.emplace_back(static_cast<size_t>(poses) + 1, 0);
-    for (int pose : candidates_.pose_of_row[g])
-      first[static_cast<size_t>(pose) + 1] += candidates_.row_size;
+    for (int pose : candidates.pose_of_row[g])
+      first[static_cast<size_t>(pose) + 1] += candidates.row_size;
     std::partial_sum(first.begin(), first.end(), first.begin());
+    candidates_.push_back({of_group.own.transpose(), of_group.common.transpose()});
+    of_group = {};
     blocks_.push_back({kKnownFromStart * Eigen::MatrixXd::Identity(own, own),
                        Eigen::MatrixXd::Zero(own, common)});
     const GroupRows& rows = known.groups[g];
@@ -182,21 +193,21 @@ Information::Information(GroupedDerivatives candidates, int poses, const Grouped
   }
 }
 
-Eigen::Block<const Eigen::MatrixXd> Information::rows_of(const Eigen::MatrixXd& rows, size_t group,
-                                                         int candidate) const {
+Eigen::Block<const Eigen::MatrixXd> Information::columns_of(const Eigen::MatrixXd& columns,
+                                                            size_t group, int candidate) const {
   const Eigen::Index first = first_[group][static_cast<size_t>(candidate)];
   const Eigen::Index end = first_[group][static_cast<size_t>(candidate) + 1];
-  return rows.block(first, 0, end - first, rows.cols());
+  return columns.block(0, first, columns.rows(), end - first);
 }
 
 void Information::set_chosen(int candidate, bool chosen) {
   const double sign = chosen ? 1 : -1;
   for (size_t g = 0; g < blocks_.size(); ++g) {
-    const Eigen::MatrixXd own = rows_of(candidates_.groups[g].own, g, candidate);
-    const Eigen::MatrixXd common = rows_of(candidates_.groups[g].common, g, candidate);
-    blocks_[g].own += sign * (own.transpose() * own);
-    blocks_[g].shared += sign * (own.transpose() * common);
-    common_ += sign * (common.transpose() * common);
+    const auto own = columns_of(candidates_[g].own, g, candidate);
+    const auto common = columns_of(candidates_[g].common, g, candidate);
+    blocks_[g].own += sign * (own * own.transpose());
+    blocks_[g].shared += sign * (own * common.transpose());
+    common_ += sign * (common * common.transpose());
   }
 }
 
@@ -207,7 +218,8 @@ double Information::variance(const std::vector<Block>& blocks, const Eigen::Matr
   for (size_t g = 0; g < blocks.size(); ++g) {
     if (blocks[g].own.size() == 0) continue;
     const Eigen::LLT<Eigen::MatrixXd> own(blocks[g].own);
-    const Eigen::MatrixXd k = own.solve(blocks[g].shared), cross = k.transpose() * aim_.blocks[g].shared;
+    const Eigen::MatrixXd k = own.solve(blocks[g].shared);
+    const Eigen::MatrixXd cross = k.transpose() * aim_.blocks[g].shared;
     variance += own.solve(aim_.blocks[g].own).trace();
     common += k.transpose() * aim_.blocks[g].own * k - cross - cross.transpose();
   }
@@ -229,35 +241,35 @@ Eigen::VectorXd Information::values_of_adding() const {
   }
   const Eigen::LLT<Eigen::MatrixXd> llt(schur);
   const bool is_aimed = !aim_.blocks.empty();
-  // G of a candidate, group under group; returns log det of what its groups have of their own.
+  // G^T of a candidate, group beside group; returns log det of what its groups have of their own.
   const auto write_beside_own = [&](int candidate, Eigen::Ref<Eigen::MatrixXd> out) {
     Eigen::Index taken = 0;
     double determinant = 0;
     for (size_t g = 0; g < blocks_.size(); ++g) {
-      const auto common = rows_of(candidates_.groups[g].common, g, candidate);
-      auto part = out.middleRows(taken, common.rows());
-      taken += common.rows();
+      const auto common = columns_of(candidates_[g].common, g, candidate);
+      auto part = out.middleCols(taken, common.cols());
+      taken += common.cols();
       part = common;
-      if (blocks_[g].own.size() == 0 || common.rows() == 0) continue;
-      const Eigen::MatrixXd rows_own = rows_of(candidates_.groups[g].own, g, candidate);
-      part.noalias() -= rows_own.lazyProduct(own[g].shared);
-      const Eigen::MatrixXd p = own[g].llt.matrixL().solve(rows_own.transpose());
+      if (blocks_[g].own.size() == 0 || common.cols() == 0) continue;
+      const auto of_own = columns_of(candidates_[g].own, g, candidate);
+      part.noalias() -= own[g].shared.transpose().lazyProduct(of_own);
+      const Eigen::MatrixXd p = own[g].llt.matrixL().solve(of_own);
       const Eigen::LLT<Eigen::MatrixXd> root(with_identity(p.transpose().lazyProduct(p)));
-      part = root.matrixL().solve(part).eval();
+      divide_columns(root.matrixLLT(), part);
       determinant += log_determinant(root);
     }
     return determinant;
   };
-  // The information with a candidate, whose G is known.
+  // The information with a candidate, whose G^T is known.
   const auto variance_with = [&](int candidate, const Eigen::MatrixXd& beside_own) {
     std::vector<Block> after = blocks_;
     for (size_t g = 0; g < blocks_.size(); ++g) {
-      const Eigen::MatrixXd e = rows_of(candidates_.groups[g].own, g, candidate);
-      const Eigen::MatrixXd c = rows_of(candidates_.groups[g].common, g, candidate);
-      after[g].own += e.transpose() * e;
-      after[g].shared += e.transpose() * c;
+      const auto e = columns_of(candidates_[g].own, g, candidate);
+      const auto c = columns_of(candidates_[g].common, g, candidate);
+      after[g].own += e * e.transpose();
+      after[g].shared += e * c.transpose();
     }
-    return variance(after, schur + beside_own.transpose() * beside_own);
+    return variance(after, schur + beside_own * beside_own.transpose());
   };
   // Where nothing is anybody's own, the fall is tr((I + P^T P)^-1 P^T V P) (Woodbury).
   const bool has_own =
@@ -275,20 +287,21 @@ Eigen::VectorXd Information::values_of_adding() const {
         for (int candidate = begin; candidate < end; ++candidate) {
           Eigen::Index rows = first.back();
           for (size_t g = 0; g < blocks_.size(); ++g)
-            rows += rows_of(candidates_.groups[g].common, g, candidate).rows();
+            rows += columns_of(candidates_[g].common, g, candidate).cols();
           first.push_back(rows);
         }
         const auto size_of = [&](int k) { return first[k + 1] - first[k]; };
-        Eigen::MatrixXd all(first.back(), common_.cols());
+        Eigen::MatrixXd all(common_.cols(), first.back());
         for (int k = 0; k < end - begin; ++k)
-          values[begin + k] = write_beside_own(begin + k, all.middleRows(first[k], size_of(k)));
+          values[begin + k] = write_beside_own(begin + k, all.middleCols(first[k], size_of(k)));
         if (is_aimed && has_own) {
           for (int k = 0; k < end - begin; ++k)
             values[begin + k] =
-                before - variance_with(begin + k, all.middleRows(first[k], size_of(k)));
+                before - variance_with(begin + k, all.middleCols(first[k], size_of(k)));
           return 0;
         }
-        const Eigen::MatrixXd p = llt.matrixL().solve(all.transpose());
+        llt.matrixL().solveInPlace(all);
+        const Eigen::MatrixXd& p = all;
         Eigen::MatrixXd seen;
         if (is_aimed) seen = aimed * p;
         for (int k = 0; k < end - begin; ++k) {

@@ -96,11 +96,12 @@ class Information {
     std::vector<Block> blocks;
     Eigen::MatrixXd common;
   };
-  Eigen::Block<const Eigen::MatrixXd> rows_of(const Eigen::MatrixXd& rows, size_t group,
-                                              int candidate) const;
+  // Of a candidate, from the transposed rows of a group.
+  Eigen::Block<const Eigen::MatrixXd> columns_of(const Eigen::MatrixXd& columns, size_t group,
+                                                 int candidate) const;
   double variance(const std::vector<Block>& blocks, const Eigen::MatrixXd& schur) const;
 
-  GroupedDerivatives candidates_;
+  std::vector<GroupRows> candidates_;  // transposed: the numbers of a row lie side by side
   int poses_;
   std::vector<std::vector<Eigen::Index>> first_;  // row of each group and candidate, and one past
   std::vector<Block> blocks_;

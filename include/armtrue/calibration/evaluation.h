@@ -30,6 +30,9 @@ struct Evaluation {
 /// column that drives an effect.
 Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 
+/// Evaluation::position alone, in a seventh of the memory.
+std::vector<double> position_errors(const Robot& robot, const Campaign& campaign);
+
 /// Errors along one axis, with their sign.
 struct AxisErrors {
   char axis;                          ///< x, y or z of R_A, or l of lengths

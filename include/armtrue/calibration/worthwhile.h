@@ -9,8 +9,10 @@
 
 namespace armtrue {
 
-/// The nominal robot with only base and tool fitted to the readings; no standard deviations.
-Robot placed_nominal(const Robot& robot, const Campaign& campaign);
+/// The nominal robot with only base and tool fitted to the readings, of more than 100,000 to an even
+/// choice of so many; no standard deviations. `blunders`: rows that are left out, in ascending order.
+Robot placed_nominal(const Robot& robot, const Campaign& campaign,
+                     const std::vector<int>& blunders = {});
 
 /// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
 /// blunders) than kept, or if the mean error of the fit on the kept ones exceeds that of
@@ -20,5 +22,9 @@ Robot placed_nominal(const Robot& robot, const Campaign& campaign);
 std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
                                         const Campaign& sound, const std::vector<int>& blunders,
                                         int gross_rows);
+/// The same with `errors`, position_errors() of the fit, known.
+std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
+                                        const Campaign& sound, const std::vector<double>& errors,
+                                        const std::vector<int>& blunders, int gross_rows);
 
 }  // namespace armtrue

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/joint_rows.h"
 
 namespace armtrue {
@@ -13,6 +15,7 @@ struct MovedByTurns {
   int rows = 0;         ///< number of those that were moved
   int first = 0;        ///< one of them, an index into the values
   double as_given = 0;  ///< its value before [rad]
+  double as_read = 0;   ///< and after
 };
 
 /// Many controllers count angles within one turn, from 0 to 360 deg, which reads -1 deg as 359.
@@ -25,6 +28,11 @@ struct MovedByTurns {
 /// `pose`: number of the pose of each value, or empty.
 std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>& pose,
                                            const KinematicChain& chain);
+
+/// What was moved, for a message: "3 angles of q4_deg, q6_deg are read ...". `lines`: of the values
+/// in their file. `moved` is not empty.
+std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector<JointName>& joints,
+                       const std::vector<int>& lines);
 
 /// Whether a joint turns, and its travel is at most one turn: two angles a turn apart are then one
 /// place.

@@ -31,5 +31,10 @@ struct CalibrationFindings {
 /// parameter with the parameters that absorb it.
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance, const CalibrationFindings& findings);
+/// `evaluation`: evaluate(result.robot, campaign); handed over, because that of many readings is as
+/// large as they are.
+std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                              Evaluation evaluation, const Provenance& provenance,
+                              const CalibrationFindings& findings);
 
 }  // namespace armtrue

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/campaign/turns.h"
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/move_division.h"
 #include "armtrue/compensation/prediction_conditions.h"
@@ -29,6 +30,7 @@ struct ProgramFile {
   std::vector<QuantityColumn> q;       ///< of each joint
   std::array<QuantityColumn, 6> pose;  ///< x y z a b c
   QuantityColumn turn;
+  std::vector<MovedByTurns> moved_by_turns;  ///< `first` is a row of the program
 };
 
 /// Reads `pose` with `q1_deg..q6_deg`, or with `x_mm,y_mm,z_mm,a_deg,b_deg,c_deg` and, as a hint of
@@ -37,6 +39,11 @@ struct ProgramFile {
 /// compensate wrote, because its targets are already corrected.
 ProgramFile read_program(const std::string& path,
                          const std::vector<JointName>& joints = six_axis_names());
+
+/// The same for the joints of a chain. Joint targets come into its travel (move_into_travel()), and
+/// their cells hold the angles that were moved. Joint angles beside poses stay: they may tell the
+/// turn of an axis.
+ProgramFile read_program(const std::string& path, const KinematicChain& chain);
 
 enum class CommandKind { joints, cartesian };
 

@@ -70,7 +70,7 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   effect.parameter = map.text("parameter");
   if (!first_parameter(chain, effect.parameter))
     map.fail("parameter", "the robot has no parameter '" + to_string(effect.parameter) + "'");
-  const auto driver = parse_driver(map.text("driver"));
+  const auto driver = parse_driver(map.name("driver"));
   if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;
   if (std::max(driver->joint, driver->second_joint) >= joint_count(chain))

@@ -85,7 +85,7 @@ YAML::Node pose_node(const Pose& pose) {
 
 Link read_link(YamlMap map) {
   Link link;
-  link.name = map.text("name");
+  link.name = map.name("name");
   if (link.name.empty()) map.fail("name", "is empty; parameters are named after links");
   link.joint = read_joint_kind(map);
   link.alpha = map.number("alpha_deg") * kDegree;

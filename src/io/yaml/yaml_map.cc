@@ -118,9 +118,29 @@ std::vector<std::string> YamlMap::texts(const std::string& key) {
   return items;
 }
 
+void YamlMap::require_one_line(const std::string& name, const YAML::Node& where) const {
+  const auto is_control = [](char c) { return c != '\t' && c >= 0 && c < ' '; };
+  if (std::ranges::none_of(name, is_control)) return;
+  std::string shown = name;
+  std::ranges::replace_if(shown, is_control, ' ');
+  throw InputError(file_ + ":" + std::to_string(where.Mark().line + 1) + ": the name '" + shown +
+                   "' in " + what_ +
+                   " holds a line feed or another control character, which no row of a table can "
+                   "hold; write the name in one line");
+}
+
+std::string YamlMap::name(const std::string& key) {
+  const std::string name = text(key);
+  require_one_line(name, values_.at(key));
+  return name;
+}
+
 std::vector<std::string> YamlMap::keys() const {
   std::vector<std::string> names;
-  for (const auto& entry : node_) names.push_back(entry.first.as<std::string>());
+  for (const auto& entry : node_) {
+    names.push_back(entry.first.as<std::string>());
+    require_one_line(names.back(), entry.first);
+  }
   return names;
 }
 

@@ -22,12 +22,14 @@ class YamlMap {
   double number(const std::string& key, double otherwise);
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& otherwise);
+  /// A text that stands in the rows or headers of tables: in one line.
+  std::string name(const std::string& key);
   std::vector<double> numbers(const std::string& key);  ///< a list of any length
   std::vector<double> numbers(const std::string& key, size_t count);
   YamlMap map(const std::string& key);
   std::vector<YamlMap> maps(const std::string& key);       ///< empty if the key is not there
   std::vector<std::string> texts(const std::string& key);  ///< one scalar or a list of them
-  std::vector<std::string> keys() const;
+  std::vector<std::string> keys() const;                   ///< each as name()
   void ignore(const std::string& key) { asked_.insert(key); }
 
   /// Throws if there is a key that was never asked for.
@@ -39,6 +41,7 @@ class YamlMap {
   YAML::Node need(const std::string& key);
   std::string instead_of(const std::string& key) const;
   double number_of(const YAML::Node& node, const std::string& key) const;
+  void require_one_line(const std::string& name, const YAML::Node& where) const;
 
   YAML::Node node_;
   std::map<std::string, YAML::Node> values_;
