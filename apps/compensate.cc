@@ -28,7 +28,7 @@ constexpr size_t kMostNames = 5;   // in one warning
 
 struct Arguments : app::ProgramArguments {
   std::string commands, summary, uncovered = "keep";
-  bool strict = false;
+  bool strict = false, require_all = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
   std::optional<double> spacing_mm;
   bool move_external_axes = false;
@@ -77,6 +77,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   app::add_report(command, arguments.page, "with errors before and after, notes and a map");
   command.flag("--strict", arguments.strict,
                "Exit with 3 if a target has a note, or an assumption is in doubt");
+  command.flag("--require-all", arguments.require_all,
+               "Exit with 3 if a move of the program, or a target of a table, is not corrected");
   command.add_columns(app::kProgramColumns);
 }
 
@@ -315,20 +317,29 @@ int run(app::Command& command, Arguments& arguments) {
   else
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));
+  bool is_whole = std::ranges::all_of(targets, &CorrectedTarget::is_corrected);
+  if (program) {
+    const CorrectedMoves moves = corrected_moves(*program, targets);
+    is_whole = conditions.all_moves = moves.corrected == moves.all;
+    conditions.moves = moves.sentence;
+  }
   warn_of_notes(command, targets, file);
   is_followed &= warn_of_moves(command, divided, file);
   if (!arguments.summary.empty())
     write_output(arguments.summary, write_compensation(targets, file.program, between, conditions,
                                                        command.provenance()));
-  command.report(compensation_table(targets, file.program));
+  command.report((program ? file.source + ": " + conditions.moves + "\n" : "") +
+                 compensation_table(targets, file.program));
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       compensation_page(targets, file.program, between, conditions,
                                         app::page_head(command, about)));
   const bool is_noted = std::ranges::any_of(
       targets, [](const CorrectedTarget& target) { return !target.notes.empty(); });
-  return arguments.strict && (is_noted || !is_followed || !in_doubt.empty()) ? app::kNotReached
-                                                                             : app::kSuccess;
+  const bool is_strict = !is_noted && is_followed && in_doubt.empty();
+  return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole)
+             ? app::kNotReached
+             : app::kSuccess;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <utility>
@@ -14,15 +15,42 @@ namespace armtrue {
 namespace {
 
 // The frame or tool that the program names.
-Pose frame_of(const RobotProgram& program, const ProgramTarget& target, bool is_tool) {
-  const int index = is_tool ? target.tool : target.base;
-  const ProgramFrame& frame = program.frames[static_cast<size_t>(index)];
-  if (frame.is_known || target.kind == TargetKind::joints) return frame.pose;
-  throw InputError(fmt::format(
-      "{}:{}: the {} is '{}', and the program does not say where that is; give it: --frame "
-      "'{}=x,y,z,a,b,c' in mm and deg",
-      program.texts[0].name, target.line, is_tool ? "tool" : "frame", frame.name, frame.name));
+const Pose& frame_of(const RobotProgram& program, int index) {
+  return program.frames[static_cast<size_t>(index)].pose;
 }
+
+// Names all frames and tools whose values Cartesian targets lack, as the options to type.
+void require_frames(const RobotProgram& program) {
+  struct Missing {
+    std::string name, what;
+    int line = 0;
+  };
+  std::vector<Missing> all;
+  const auto add = [&](const ProgramTarget& target, int index, const char* what) {
+    if (index < 0 || target.kind == TargetKind::joints) return;
+    const ProgramFrame& frame = program.frames[static_cast<size_t>(index)];
+    const auto is_it = [&](const Missing& other) { return other.name == frame.name; };
+    if (!frame.is_known && std::ranges::none_of(all, is_it))
+      all.push_back({frame.name, what, target.line});
+  };
+  for (const ProgramTarget& target : program.targets) {
+    add(target, target.base, "frame");
+    add(target, target.tool, "tool");
+  }
+  if (all.empty()) return;
+  std::string names = fmt::format("the {} is '{}'", all[0].what, all[0].name), options;
+  for (size_t i = 1; i < all.size(); ++i)
+    names += fmt::format(", in line {} the {} is '{}'", all[i].line, all[i].what, all[i].name);
+  for (const Missing& missing : all)
+    options += fmt::format(" --frame '{}=x,y,z,a,b,c'", missing.name);
+  throw InputError(fmt::format(
+      "{}:{}: {}, and the program does not say where {}; give {}:{} in mm and deg",
+      program.texts[0].name, all[0].line, names, all.size() > 1 ? "these are" : "that is",
+      all.size() > 1 ? "them" : "it", options));
+}
+
+// The first part of a sentence on why a move is left alone.
+std::string short_reason(const std::string& why) { return why.substr(0, why.find(';')); }
 
 bool states_turn(const RobotProgram& program, size_t row) {
   const ProgramTarget& target = program.targets[row];
@@ -75,6 +103,7 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
   const bool is_cartesian = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
     return target.kind == TargetKind::cartesian;
   });
+  require_frames(program);
   std::map<std::pair<int, int>, int> set_ups;
   for (const ProgramTarget& target : program.targets) {
     const bool is_joints = target.kind == TargetKind::joints;
@@ -84,9 +113,9 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     const JointVector arm =
         is_joints ? target.q : target.near.value_or(JointVector::Zero(kProgramAxes));
     visits.q.push_back(joints.whole(arm, external_axes(program, target, joints)));
-    const ProgramSetUp set_up{target.base < 0 ? options.base : frame_of(program, target, false),
+    const ProgramSetUp set_up{target.base < 0 ? options.base : frame_of(program, target.base),
                               target.tool < 0 ? options.tool
-                                              : options.flange * frame_of(program, target, true)};
+                                              : options.flange * frame_of(program, target.tool)};
     const auto [place, is_new] =
         set_ups.try_emplace({target.base, target.tool}, static_cast<int>(result.set_ups.size()));
     if (is_new) result.set_ups.push_back(set_up);
@@ -130,6 +159,40 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
                              joints.external_numbers(target.q, of_program.external)});
   }
   return commands;
+}
+
+CorrectedMoves corrected_moves(const RobotProgram& program,
+                               const std::vector<CorrectedTarget>& targets) {
+  std::vector<std::pair<std::string, int>> reasons;  // in the order of the text, then of the targets
+  const auto leave = [&](const std::string& why) {
+    const auto known = std::ranges::find(reasons, why, &std::pair<std::string, int>::first);
+    if (known == reasons.end())
+      reasons.emplace_back(why, 1);
+    else
+      ++known->second;
+  };
+  CorrectedMoves moves;
+  for (const std::string& why : program.why_left_alone) leave(short_reason(why));
+  std::string why;  // the move, with the auxiliary point of an arc
+  for (size_t k = 0; k < targets.size(); ++k) {
+    if (!targets[k].is_corrected)
+      why = targets[k].notes.empty() ? "another turn" : to_string(targets[k].notes.front());
+    if (program.targets[k].motion == MotionKind::via) continue;
+    ++moves.all;
+    if (why.empty())
+      ++moves.corrected;
+    else
+      leave(why);
+    why.clear();
+  }
+  moves.all += static_cast<int>(program.why_left_alone.size());
+  std::ranges::stable_sort(reasons, std::greater(), &std::pair<std::string, int>::second);
+  moves.sentence = fmt::format("{} of {} moves are corrected", moves.corrected, moves.all);
+  for (size_t i = 0; i < reasons.size(); ++i)
+    moves.sentence += fmt::format("{}{} ({})", i == 0 ? "; left alone: " : ", ", reasons[i].second,
+                                  reasons[i].first);
+  moves.sentence += '.';
+  return moves;
 }
 
 }  // namespace armtrue

@@ -198,6 +198,7 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
   root["provenance"] = provenance_node(provenance);
   root["robot"] = conditions.robot;
   root["controller"] = conditions.controller;
+  if (!conditions.moves.empty()) root["moves"] = conditions.moves;
   root["sentence"] = compensation_sentence(targets);
   root["targets"] = whole_number(targets.size());
   root["corrected"] =

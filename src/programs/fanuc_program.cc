@@ -161,6 +161,7 @@ class FanucReader {
   void leave(int line, const std::string& reason) {
     warnings_.add(line, "left alone: " + reason);
     ++program_.left_alone;
+    program_.why_left_alone.push_back(reason);
   }
 
   // P[3] in a move.

@@ -76,6 +76,7 @@ class KrlReader {
   void leave(const KrlMove& move, const std::string& reason) {
     warnings_.add(move.line, "left alone: " + reason);
     ++program_.left_alone;
+    program_.why_left_alone.push_back(reason);
     for (const KrlTarget* target : {&move.auxiliary, &move.target})
       if (target->frame >= 0) is_left_alone_[static_cast<size_t>(target->frame)] = true;
   }

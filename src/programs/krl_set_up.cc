@@ -149,7 +149,8 @@ void KrlSetUps::set_fdat(const std::string& name, int line, Settings& settings) 
   const auto found = syntax_.fdats.find(name);
   if (found == syntax_.fdats.end() || !found->second.tool || !found->second.base) {
     warnings_.add(line, "the tool and base of '" + name + "' are not declared as FDAT");
-    for (const Part part : {kBase, kTool}) settings[part] = add(name, std::nullopt);
+    settings[kTool] = add("TOOL_DATA[" + name + ".TOOL_NO]", std::nullopt);
+    settings[kBase] = add("BASE_DATA[" + name + ".BASE_NO]", std::nullopt);
     return;
   }
   settings[kTool] = number_of("TOOL_DATA", *found->second.tool);

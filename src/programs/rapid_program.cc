@@ -84,6 +84,7 @@ class RapidReader {
   void leave(int line, const std::string& reason) {
     warnings_.add(line, "left alone: " + reason);
     ++program_.left_alone;
+    program_.why_left_alone.push_back(reason);
   }
 
   void read_move(const RapidMove& move, int line, size_t begin, size_t end) {

@@ -120,6 +120,7 @@ class UrReader {
   void leave(int line, const std::string& reason) {
     warnings_.add(line, "left alone: " + reason);
     ++program_.left_alone;
+    program_.why_left_alone.push_back(reason);
   }
 
   // Whether nothing stands behind the bracket that closes a call.

@@ -38,12 +38,17 @@ ErrorSummary deviation_of(const std::vector<CorrectedTarget>& targets) {
   return over(targets, [](const CorrectedTarget& target) { return *target.deviation; });
 }
 
-void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& targets) {
+void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& targets,
+                              const PredictionConditions& conditions) {
   const auto corrected = std::ranges::count_if(targets, &CorrectedTarget::is_corrected);
-  const bool is_all = corrected == static_cast<std::ptrdiff_t>(targets.size());
+  const bool is_all =
+      corrected == static_cast<std::ptrdiff_t>(targets.size()) && conditions.all_moves;
   page.verdict(is_all ? Tone::good : Tone::attention,
-               is_all ? "every target is corrected" : "some targets stay as programmed",
-               keyed(compensation_sentence(targets), "sentence"));
+               is_all               ? "every target is corrected"
+               : conditions.all_moves ? "some targets stay as programmed"
+                                      : "some moves stay as programmed",
+               (conditions.moves.empty() ? "" : keyed(conditions.moves, "moves") + " ") +
+                   keyed(compensation_sentence(targets), "sentence"));
   const bool is_known = targets.front().deviation.has_value();
   page.tiles(
       {{"Before", keyed_mm(before_of(targets).mean, "before_mm/mean") + " mm",
@@ -183,7 +188,7 @@ Report compensation_page(const std::vector<CorrectedTarget>& targets, const Prog
                          const std::optional<BetweenPoints>& between,
                          const PredictionConditions& conditions, const PageHead& head) {
   Page page(head, conditions.robot, "Compensation");
-  add_compensation_verdict(page, targets);
+  add_compensation_verdict(page, targets, conditions);
   page.section("Errors along the program");
   page.pictures({targets_picture(targets)});
   if (between) add_between(page, *between, program);

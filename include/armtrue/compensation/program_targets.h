@@ -10,8 +10,9 @@
 namespace armtrue {
 
 /// Converts the targets of a robot program for compensate(). If a program names no frame or tool,
-/// its targets have that of the options. Throws InputError if the value of a frame or tool of a
-/// Cartesian target is not known, or that of an external axis among the joints.
+/// its targets have that of the options. Throws InputError if the values of frames or tools of
+/// Cartesian targets are not known, and names all of them, or if that of an external axis among the
+/// joints is not.
 Program program_targets(const RobotProgram& program, const CompensationOptions& options,
                         const ProgramJoints& joints);
 
@@ -25,5 +26,15 @@ struct ProgramCommands {
 /// target leave the turns that its CONFIG states, the target stays as programmed.
 ProgramCommands program_commands(const RobotProgram& program, std::vector<CorrectedTarget>& targets,
                                  const ProgramJoints& joints);
+
+/// The moves of a program by what became of them.
+struct CorrectedMoves {
+  int all = 0, corrected = 0;
+  std::string sentence;  ///< with the reasons why the others are left alone, the most frequent first
+};
+
+/// `targets`: after program_commands().
+CorrectedMoves corrected_moves(const RobotProgram& program,
+                               const std::vector<CorrectedTarget>& targets);
 
 }  // namespace armtrue

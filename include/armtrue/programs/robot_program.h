@@ -146,6 +146,7 @@ struct RobotProgram {
   int absolute_accuracy_line = 0;  ///< KUKA: the first one that uses $ABS_ACCUR; 0: none does
   size_t declarations_end = 0;     ///< FANUC: where the positions of /POS end, in texts[0]
   int left_alone = 0;              ///< moves that the parser does not understand
+  std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
 };
 
