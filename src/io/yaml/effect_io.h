@@ -13,9 +13,9 @@ namespace armtrue {
 inline constexpr const char* kDriverForms =
     "joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, tool-weight <j>, arrival <j>, "
     "stroke <j>, time, temperature <where>, payload, force, moment, range, azimuth, elevation, "
-    "incidence, gravity-direction (of the tool), position (of the instrument), place (of a polynomial), or one of them * arrival "
-    "<j>, time, temperature <where>, payload or force, or time * gravity-torque <j> or tool-weight "
-    "<j>";
+    "incidence, gravity-direction (of the tool), position (of the instrument), place (of a "
+    "polynomial), or one of them * arrival <j>, time, temperature <where>, payload or force, or "
+    "time * gravity-torque <j> or tool-weight <j>";
 
 /// Ending of the keys `at` and `tau` of an effect with this driver, and their unit in SI.
 std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain);
