@@ -255,7 +255,7 @@ int run(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
   app::warn_of_touches(command, robot, measured.training, result.trace.fit.set);
-  if (const std::string lost = app::lost_to_poses(robot, measured.training, result.trace.fit.set);
+  if (const std::string lost = app::lost_to_poses(robot, measured.training, result.trace.fit);
       !lost.empty())
     command.warn(lost);
 

@@ -186,7 +186,8 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
 
 /// The warning for poses that do not show a parameter that other poses would show; empty if there
 /// is none.
-std::string lost_to_poses(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
+std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
+                          const CalibrationResult& fit);
 
 /// Warns if what --refit fits to few readings takes up much of their errors, which are then those
 /// of no other pose. `given`: the robot before the fit.

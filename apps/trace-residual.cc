@@ -101,7 +101,7 @@ int rank_candidates(app::Command& command, const Arguments& arguments) {
   options.beyond_catalogue = !arguments.only_catalogue;
   options.progress = [&](const std::string& what) { command.progress(what); };
   const TraceResult result = trace(robot, campaign, app::catalogue(arguments.catalogue), options);
-  if (const std::string lost = app::lost_to_poses(robot, campaign, result.fit.set); !lost.empty())
+  if (const std::string lost = app::lost_to_poses(robot, campaign, result.fit); !lost.empty())
     command.warn(lost);
   const Robot& found = result.fit.robot;
   const std::string beyond = app::beyond_any_arm(found, campaign, evaluate(found, campaign));
