@@ -96,7 +96,7 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
                                             const Campaign& campaign, const Evaluation& evaluation,
                                             double max_error_mm) {
   if (!result.converged) return app::not_converged(result);
-  if (const std::string lost = app::lost_to_poses(robot, campaign, result.set); !lost.empty())
+  if (const std::string lost = app::lost_to_poses(robot, campaign, result); !lost.empty())
     return lost;
   if (const std::string beyond = app::beyond_any_arm(result.robot, campaign, evaluation);
       !beyond.empty())

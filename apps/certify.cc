@@ -102,6 +102,20 @@ bool knows_readings(const std::string& robot, const Provenance& provenance) {
   return Source(robot).read_all().find(provenance.inputs.back().second) != std::string::npos;
 }
 
+// Right after the readings have been read.
+void warn_of_criteria(app::Command& command, const Arguments& arguments) {
+  constexpr double kFarthest = 20;  // mm: no arm, nominal or not, is as far off
+  if (arguments.tolerance_mm && *arguments.tolerance_mm > kFarthest)
+    command.warn(
+        fmt::format("--tolerance-mm {:g}: no arm is {:g} mm off, so that every one passes: is it in "
+                    "um? Give mm",
+                    *arguments.tolerance_mm, kFarthest));
+  if (!arguments.against.empty() && knows_readings(arguments.against, command.provenance()))
+    command.warn(arguments.against +
+                 ": is the certificate of these same readings, which show no change; give that of "
+                 "earlier ones");
+}
+
 // Runs `work`, and adds the name of the file to its errors.
 template <typename Work>
 auto about_file(const std::string& file, const Work& work) {
@@ -166,6 +180,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
   const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
+  warn_of_criteria(command, arguments);
   CertificateOptions options;
   options.points_look_computed = command.warn_if_computed(robot, campaign);
   options.cube = app::split_list(arguments.cube);

@@ -253,7 +253,7 @@ int run(app::Command& command, const Arguments& arguments) {
   app::warn_of_touches(command, robot, measured.training, result.trace.fit.set);
   if (result.trace.left_out)
     command.warn(app::left_out_in_words(robot, *result.trace.left_out));
-  if (const std::string lost = app::lost_to_poses(robot, measured.training, result.trace.fit.set);
+  if (const std::string lost = app::lost_to_poses(robot, measured.training, result.trace.fit);
       !lost.empty())
     command.warn(lost);
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -243,17 +244,23 @@ std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
 }
 
 std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
-                          const IdentifiableSet& set) {
+                          const CalibrationResult& fit) {
+  const KinematicChain& chain = robot.chain;
   std::string names;
-  for (int k : armtrue::lost_to_poses(robot, campaign, set))
-    names += (names.empty() ? "" : ", ") + parameter_name(robot.chain, k);
-  if (names.empty()) return "";
-  std::string sentence =
-      "these poses cannot show " + names +
-      ", which other poses could; measure poses that move every joint over its travel";
-  for (const int k : set_up_not_shown(robot.chain, set))
-    sentence += "; " + not_shown(robot.chain, k);
-  return sentence;
+  for (int k : armtrue::lost_to_poses(robot, campaign, fit.set))
+    names += (names.empty() ? "" : ", ") + parameter_name(chain, k);
+  std::vector<std::string> of_tool;
+  for (const int k : fit.set.by_small_angles)
+    of_tool.push_back(shown_by_small_angles(
+        chain, k, fit.robot.chain.tool.translation[k - layout_of(chain).tool],
+        fit.robot.std.at(parameter_name(chain, k))));
+  if (!names.empty()) {
+    for (const int k : set_up_not_shown(chain, fit.set)) of_tool.push_back(not_shown(chain, k));
+    names = "these poses cannot show " + names +
+            ", which other poses could; measure poses that move every joint over its travel";
+    of_tool.insert(of_tool.begin(), names);
+  }
+  return fmt::format("{}", fmt::join(of_tool, "; "));
 }
 
 void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,

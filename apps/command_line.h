@@ -188,7 +188,8 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
 
 /// The warning for poses that do not show a parameter that other poses would show; empty if there
 /// is none.
-std::string lost_to_poses(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
+std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
+                          const CalibrationResult& fit);
 /// That the robot file leaves out parameters which the readings show, for a search of effects.
 std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
 

@@ -8,6 +8,7 @@
 #include "armtrue/compensation/corrected_before.h"
 #include "armtrue/compensation/move_division.h"
 #include "armtrue/compensation/program_targets.h"
+#include "armtrue/compensation/target_doubts.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
@@ -260,6 +261,22 @@ void refuse_corrected(const std::string& source, const std::optional<RoundWhereR
       app::kInsteadOfCompensated));
 }
 
+void warn_of_targets(app::Command& command, const Arguments& arguments, const Robot& controller,
+                     const std::optional<RobotProgram>& program) {
+  app::warn_of_tool(command, arguments);
+  if (!program) return;
+  for (const std::string& doubt : doubts_of_program(
+           *program, compensation_options(arguments, controller), !arguments.tool.empty()))
+    command.warn(doubt);
+}
+
+void warn_of_hints(app::Command& command, const Arguments& arguments, const Robot& controller,
+                   const ProgramFile& file) {
+  const std::string doubt = contradiction_of_hints(file.program, controller,
+                                                   compensation_options(arguments, controller));
+  if (!doubt.empty()) command.warn(file.source + ": " + doubt);
+}
+
 int run(app::Command& command, Arguments& arguments) {
   const app::Models models = app::read_models(command, arguments);
   const Robot &robot = models.robot, &controller = models.controller;
@@ -280,6 +297,7 @@ int run(app::Command& command, Arguments& arguments) {
   } else {
     file = command.read_program(command.input, controller);
   }
+  warn_of_targets(command, arguments, controller, program);
   if (file.program.is_cartesian() ||
       (!program && command_kind(arguments, file.program) == CommandKind::cartesian))
     app::require_flange(controller, arguments);
@@ -287,13 +305,20 @@ int run(app::Command& command, Arguments& arguments) {
   for (const Robot* of : {&robot, &controller})
     app::require_conditions(file.program.visits, *of, arguments,
                             program ? app::HasColumns::no : app::HasColumns::yes);
-  DividedProgram divided = with_warnings(command, program, [&] {
-    return compensate_file(robot, controller, file, program, arguments);
-  });
+  DividedProgram divided;
+  try {
+    divided = with_warnings(command, program, [&] {
+      return compensate_file(robot, controller, file, program, arguments);
+    });
+  } catch (const InputError&) {
+    warn_of_hints(command, arguments, controller, file);
+    throw;
+  }
   std::vector<CorrectedTarget>& targets = divided.targets;
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
+  warn_of_hints(command, arguments, controller, file);
   refuse_corrected(file.source,
                    program ? find_round_where_reached(*program, targets, joints)
                            : find_round_where_reached(controller, targets),

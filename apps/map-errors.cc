@@ -317,6 +317,7 @@ int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   app::refuse_other_files(robot, controller, arguments);
   refuse_positioner(controller, arguments);
+  app::warn_of_tool(command, arguments);
   const std::optional<About> about = app::read_about(command, arguments.page);
   const std::optional<Eigen::Vector3d> part = part_of(arguments);
   const Mapped mapped = map_all(command, robot, controller, arguments);

@@ -271,6 +271,7 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
 void write_findings(app::Command& command, const Arguments& arguments, const Inputs& inputs,
                     MirrorFindings& findings) {
   app::warn_of_gaps(command, inputs.programmed, findings.result);
+  app::warn_of_clipping(command, findings.result, findings.options);
   if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
     const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);

@@ -236,4 +236,13 @@ void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResu
           pass.longest_gap));
 }
 
+void warn_of_clipping(Command& command, const MirrorResult& result, const MirrorOptions& options) {
+  constexpr double kLeastShare = 0.05;  // of the deviation: less is no correction
+  if (result.clipped == 0 || options.max > kLeastShare * result.before.mean) return;
+  command.warn(fmt::format(
+      "--max-mm {:g} leaves the mean deviation of {:.3g} mm nearly as it is, and cuts the "
+      "correction of {} samples: is it in mm?",
+      options.max / kMillimetre, result.before.mean / kMillimetre, result.clipped));
+}
+
 }  // namespace armtrue::app

@@ -35,4 +35,7 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
 /// samples of the program the correction is straight.
 void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResult& result);
 
+/// Warns if --max-mm is so small that hardly anything is corrected, as one in m is.
+void warn_of_clipping(Command& command, const MirrorResult& result, const MirrorOptions& options);
+
 }  // namespace armtrue::app

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <set>
 
+#include "armtrue/compensation/target_doubts.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "option_text.h"
@@ -83,6 +84,12 @@ void add_frames(Command& command, ProgramArguments& arguments) {
   command.numbers("--base", arguments.base, 6, kPoseForm,
                   "The program's frame in R_0 (KUKA $BASE), as x,y,z,a,b,c in mm and deg; R_0 "
                   "itself if absent");
+}
+
+void warn_of_tool(Command& command, const ProgramArguments& arguments) {
+  if (const std::string doubt = doubt_of_tool("of --tool", pose_from_numbers(arguments.tool));
+      !doubt.empty())
+    command.warn(doubt);
 }
 
 void add_conditions(Command& command, ProgramArguments& arguments) {

@@ -129,6 +129,10 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   for (const std::string& frame : files.frames)
     if (!known.insert(frame_from_text(frame)).second)
       throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
+  if (const auto other = dialect_of_file(files.out); other && *other != dialect)
+    throw UsageError("--program-out: '" + files.out + "' ends as a program of " +
+                     to_string(*other) + " does, and " + files.path + " is one of " +
+                     to_string(dialect) + "; give it an ending of this language");
   std::vector<ProgramText> texts =
       command.read_program_texts(files.path, files.dat, dialect == Dialect::krl);
   const std::array<std::pair<Corrector, const char*>, 2> correctors{

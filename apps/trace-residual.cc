@@ -102,7 +102,7 @@ int rank_candidates(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const TraceResult result = trace(robot, campaign, app::catalogue(arguments.catalogue), options);
   if (result.left_out) command.warn(app::left_out_in_words(robot, *result.left_out));
-  if (const std::string lost = app::lost_to_poses(robot, campaign, result.fit.set); !lost.empty())
+  if (const std::string lost = app::lost_to_poses(robot, campaign, result.fit); !lost.empty())
     command.warn(lost);
   const Robot& found = result.fit.robot;
   const std::string beyond = app::beyond_any_arm(found, campaign, evaluate(found, campaign));

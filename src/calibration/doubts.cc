@@ -132,6 +132,24 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "correct {}, beside which hardly anything can be found",
         of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
         sigma / kMillimetre, of_rows ? "sigma_mm" : "noise: position_mm");
+  constexpr double kAnotherUnit = 100;  // um, or m, in place of mm are 1000
+  if (noise.source == NoiseFloor::Source::instrument && left > kAnotherUnit)
+    return fmt::format(
+        "{} a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} mm about the best "
+        "model, {:.3g} times as much: is it in another unit? Correct {}, or nothing looks "
+        "explained",
+        of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
+        sigma / kMillimetre, left, of_rows ? "sigma_mm" : "noise: position_mm");
+  const double turned = robot.noise.orientation;
+  if (campaign.has_orientation() && campaign.sigma_orientation.empty() && turned > 0 &&
+      noise.source == NoiseFloor::Source::instrument && fit.sigma.orientation > kResolution)
+    if (const double times = fit.sigma.orientation / turned;
+        times > kAnotherUnit || times * kAnotherUnit < 1)
+      return fmt::format(
+          "the robot file states a noise of {:.4g} mrad per axis, and the orientations scatter by "
+          "{:.4g} mrad about the best model: is it in another unit? Correct noise: "
+          "orientation_mrad",
+          turned / kMilliradian, fit.sigma.orientation / kMilliradian);
   return "";
 }
 

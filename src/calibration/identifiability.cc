@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <set>
@@ -313,6 +314,49 @@ std::string not_shown(const KinematicChain& chain, int parameter) {
   return fmt::format(
       "{} is not shown by these readings and stays{}, as the robot file has it: enter it",
       parameter_name(chain, parameter), value);
+}
+
+IdentifiableSet with_tool_of_small_angles(const Robot& fitted, const Campaign& campaign,
+                                          const IdentifiableSet& set) {
+  constexpr int kAxes = 3;  // how the tool is turned is seen in orientations, or not at all
+  const int tool = layout_of(fitted.chain).tool;
+  std::vector<int> hidden = set_up_not_shown(fitted.chain, set);
+  std::erase_if(hidden, [&](int k) { return k >= tool + kAxes; });
+  if (hidden.empty() || campaign.has_touches()) return set;
+  const Campaign rows =
+      campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));
+  // As in the order of preference, the tool stands before the links: a length of the last link that
+  // moves the readings as its z does gives way to it.
+  std::vector<int> order;
+  const auto add_kept = [&](bool of_links) {
+    for (const int k : set.kept)
+      if (layout_of(fitted.chain).is_of_links(k) == of_links) order.push_back(k);
+  };
+  add_kept(false);
+  order.insert(order.end(), hidden.begin(), hidden.end());
+  add_kept(true);
+  Robot arm = fitted;
+  arm.effects.clear();
+  IdentifiableSet with = choose_in_order(arm, rows, order);
+  std::ranges::copy_if(hidden, std::back_inserter(with.by_small_angles), [&](int k) {
+    return std::ranges::find(with.kept, k) != with.kept.end();
+  });
+  if (with.by_small_angles.empty()) return set;
+  for (const AbsorbedParameter& absorbed : set.absorbed)
+    if (std::ranges::find(order, absorbed.parameter) == order.end())
+      with.absorbed.push_back(absorbed);
+  std::ranges::sort(with.kept);
+  return with;
+}
+
+std::string shown_by_small_angles(const KinematicChain& chain, int parameter, double value,
+                                  double deviation) {
+  return fmt::format(
+      "{} is {:.6g} mm in the robot file and {:.0f} +- {:.0f} mm by these readings, which show it "
+      "by the small angles of the arm alone: enter it",
+      parameter_name(chain, parameter),
+      chain.tool.translation[parameter - layout_of(chain).tool] / kMillimetre,
+      value / kMillimetre, deviation / kMillimetre);
 }
 
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,

@@ -131,6 +131,9 @@ std::optional<std::string> find_computed_orientations(const Robot& given,
   constexpr double kAsNoInstrumentTurns = 1e-5;  // rad: of a measured point and of joints at rest
   constexpr double kOfPoints = 0.1;  // an arm that is made wrong errs in angles as in lengths
   constexpr double kMuchWorse = 2;
+  // What a controller has written down is rounded; below it is a simulation without noise.
+  constexpr double kRounding = 1e-10;  // rad
+  constexpr double kLeastNoise = 1e-6;  // m, of points that an instrument has read
   if (!campaign.has_orientation()) return std::nullopt;
   Robot robot = given;
   robot.effects.clear();
@@ -153,7 +156,9 @@ std::optional<std::string> find_computed_orientations(const Robot& given,
       is_of_file ? by_file : turn_left(turned, readings, angles(turned.chain, true));
   if (!is_of_file && left > kAsNoInstrumentTurns) return std::nullopt;
 
-  // What the instrument reads agrees with itself.
+  // What the instrument reads agrees with itself: orientations that contradict its points by much
+  // are not its own, and none are that have no noise beside points that have some. The latter may
+  // move no point, where the model of the controller is that of the arm.
   Robot calibrated = given;
   calibrated.effects.clear();
   calibrated.identify = {"auto"};
@@ -162,15 +167,24 @@ std::optional<std::string> find_computed_orientations(const Robot& given,
   leave_out_orientations(alone);
   const auto together = spread_of_points(calibrated, readings),
              apart = spread_of_points(calibrated, alone);
-  if (!together || !apart || *together < kMuchWorse * *apart) return std::nullopt;
+  if (!apart) return std::nullopt;
+  const bool moves_points = together && *together >= kMuchWorse * *apart;
+  const bool is_without_noise =
+      left <= kAsNoInstrumentTurns && left > kRounding && *apart > kLeastNoise;
+  if (!moves_points && !is_without_noise) return std::nullopt;
+  const std::string and_points =
+      moves_points ? fmt::format("and beside them the points scatter by {:.2g} mm about a "
+                                 "calibrated arm, without them by {:.2g} mm",
+                                 *together / kMillimetre, *apart / kMillimetre)
+                   : fmt::format("and the points scatter by {:.2g} mm about a calibrated arm",
+                                 *apart / kMillimetre);
   return fmt::format(
-      "{} to {:.2g} mrad (median), as no instrument reads, and beside them the points scatter by "
-      "{:.2g} mm about a calibrated arm, without them by {:.2g} mm: they look computed by the "
+      "{} to {:.2g} mrad (median), as no instrument reads, {}: they look computed by the "
       "controller from the joint angles, and are left out; give those of the instrument, or remove "
       "the columns",
       is_of_file ? "the robot file, turned as a whole, gives the orientations"
                  : "a model of the arm gives the orientations",
-      left / kMilliradian, *together / kMillimetre, *apart / kMillimetre);
+      left / kMilliradian, and_points);
 }
 
 }  // namespace armtrue

@@ -100,7 +100,17 @@ void scale_lengths(Campaign& campaign, double factor) {
     if (c) c->value *= factor;
 }
 
-std::vector<Hypothesis> unit_hypotheses(const std::vector<JointName>& names, bool of_distances) {
+// Whether no length of the links is that of an arm, but would be one a thousand times as long.
+bool looks_like_metres(const KinematicChain& chain) {
+  constexpr double kShort = 0.01, kLeast = 1e-5;  // m: 10 m and 10 mm, divided by 1000
+  double longest = 0;
+  for (const Link& link : chain.links)
+    longest = std::max({longest, std::abs(link.d), std::abs(link.r)});
+  return longest > kLeast && longest < kShort;
+}
+
+std::vector<Hypothesis> unit_hypotheses(const KinematicChain& chain,
+                                        const std::vector<JointName>& names, bool of_distances) {
   std::vector<Hypothesis> hypotheses;
   const auto revolute =
       std::ranges::count_if(names, [](const JointName& name) { return !name.is_length; });
@@ -119,9 +129,11 @@ std::vector<Hypothesis> unit_hypotheses(const std::vector<JointName>& names, boo
   hypotheses.push_back({"the lengths look like centimetres under a _mm name; convert them",
                         [](Robot&, Campaign& c) { scale_lengths(c, 10); }});
   hypotheses.push_back(
-      {of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
-                    : "the positions look like millimetres under a _m name; name the columns "
-                      "x_mm,y_mm,z_mm",
+      {looks_like_metres(chain) ? "the lengths of the robot file look like metres under _mm names; "
+                                  "multiply its d_mm and r_mm by 1000"
+       : of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
+                      : "the positions look like millimetres under a _m name; name the columns "
+                        "x_mm,y_mm,z_mm",
        [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
   for (int j = 0; j < static_cast<int>(names.size()); ++j)
     if (names[j].is_length)
@@ -148,7 +160,7 @@ bool is_parallel_to_the_one_before(const KinematicChain& chain, int joint) {
 std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of_distances,
                                             bool with_conventions) {
   const std::vector<JointName> names = joint_names(chain);
-  std::vector<Hypothesis> hypotheses = unit_hypotheses(names, of_distances);
+  std::vector<Hypothesis> hypotheses = unit_hypotheses(chain, names, of_distances);
   if (!with_conventions) return hypotheses;
   for (int j = 0; j < static_cast<int>(names.size()); ++j)
     hypotheses.push_back(
@@ -185,6 +197,30 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
          "columns are exchanged",
          [](Robot&, Campaign& c) {
            for (Eigen::Vector3d& p : c.position) p.x() = -p.x();
+         }});
+  return hypotheses;
+}
+
+template <typename Column>
+void move_rows(Column& column, int by) {
+  if (column.empty()) return;
+  std::rotate(column.begin(), by > 0 ? column.begin() + by : column.end() + by, column.end());
+}
+
+// Readings that stand a row or two away from their joint angles, as where one of two tables that
+// were put side by side has lost a row.
+std::vector<Hypothesis> row_hypotheses() {
+  std::vector<Hypothesis> hypotheses;
+  for (const int late : {1, -1, 2, -2})
+    hypotheses.push_back(
+        {fmt::format("the readings stand {} {} {} than their joint angles: move them, or put the "
+                     "tables together again",
+                     std::abs(late), std::abs(late) == 1 ? "row" : "rows",
+                     late > 0 ? "later" : "earlier"),
+         [late](Robot&, Campaign& c) {
+           move_rows(c.position, late);
+           move_rows(c.orientation, late);
+           move_rows(c.distance, late);
          }});
   return hypotheses;
 }
@@ -323,6 +359,8 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
         position_hypotheses(robot.chain, campaign.has_distances(), !few);
     if (campaign.has_orientation() && !few)
       std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
+    if (!few && std::ssize(rows) == campaign.rows() && campaign.touch.empty())
+      std::ranges::copy(row_hypotheses(), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
     constexpr int kRowsForDepth = 100;  // it is tried at many scales
     if (findings.empty() && !few)

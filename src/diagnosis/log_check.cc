@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 #include "diagnosis/lost_values.h"
+#include "statistics/rounding.h"
 
 namespace armtrue {
 namespace {
@@ -62,20 +65,37 @@ Copies find_copies(const Campaign& campaign, Time time) {
   return copies;
 }
 
+// Whether repeats that are equal are copies although they have numbers of their own: other repeats
+// differ, so that it is no simulation without noise, and points have more digits than 0.01 mm, so
+// that no display made them equal.
+bool has_noise(const Campaign& campaign, const Copies& copies) {
+  constexpr double kStep = 0.01 * kMillimetre;
+  std::set<std::tuple<int, int, int>> places;
+  std::vector<double> coordinates;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    places.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
+                   campaign.channel(row));
+    if (!campaign.position.empty()) coordinates.push_back(campaign.position[row].x());
+  }
+  return campaign.rows() - copies.count > std::ssize(places) && !coordinates.empty() &&
+         !last_digits(coordinates, kStep);
+}
+
 void check_doubled(const Campaign& campaign, LogFindings& findings) {
-  if (!campaign.repeat.empty()) return;  // numbered: repeats of a simulation may be equal
   const auto what = [&](const Copies& copies, const char* included) {
     return fmt::format("{} of {} rows hold the same as another{}: line {} as line {}", copies.count,
                        campaign.rows(), included, campaign.line[copies.second],
                        campaign.line[copies.first]);
   };
-  if (!campaign.time_s.empty() && !stands_still(campaign))
+  const bool is_numbered = !campaign.repeat.empty();
+  if (!is_numbered && !campaign.time_s.empty() && !stands_still(campaign))
     if (const Copies copies = find_copies(campaign, Time::counts); copies.count > 0) {
       findings.errors.push_back(what(copies, ", time included") +
                                 "; a reading counts once: remove the copies");
       return;
     }
   const Copies copies = find_copies(campaign, Time::is_left_out);
+  if (is_numbered && !has_noise(campaign, copies)) return;
   if (copies.count > 0 && 4 * copies.count >= campaign.rows())
     findings.warnings.push_back(what(copies, campaign.time_s.empty() ? "" : ", but for the time") +
                                 "; if they are copies, remove them: they would count as repeats "
@@ -350,9 +370,29 @@ LogFindings check_limits(const Robot& robot) {
                     "max_deg {}? Compare them with the data sheet",
                     most->name, most->min / kDegree, most->max / kDegree, mistake));
   };
-  if (std::ranges::max(reaches) <= kRadians)
+  // One joint among others. Whole degrees or tenths are a travel that was narrowed on purpose.
+  const auto looks_like_radians = [&](const Link& link) {
+    constexpr double kTenths = 10, kExact = 1e-6;
+    const auto is_fraction = [&](double limit) {
+      const double tenths = limit / kDegree * kTenths;
+      return std::abs(tenths - std::round(tenths)) > kExact;
+    };
+    return link.joint == JointKind::revolute && link.max - link.min <= kRadians &&
+           (is_fraction(link.min) || is_fraction(link.max));
+  };
+  if (std::ranges::max(reaches) <= kRadians) {
     warn("radians");
-  else if (median(spans) < kShort && std::ranges::max(spans) < kLong)
+  } else {
+    for (const Link& link : robot.chain.links)
+      if (looks_like_radians(link))
+        findings.warnings.push_back(fmt::format(
+            "{} travels from {:g} to {:g} deg, and other joints farther: are its min_deg and "
+            "max_deg radians ({:.4g} to {:.4g} deg)? Compare them with the data sheet",
+            link.name, link.min / kDegree, link.max / kDegree, link.min / kDegree / kDegree,
+            link.max / kDegree / kDegree));
+  }
+  if (std::ranges::max(reaches) > kRadians && median(spans) < kShort &&
+      std::ranges::max(spans) < kLong)
     warn("ten times too small");
   else if (median(reaches) > kTurns)
     findings.warnings.push_back(fmt::format(

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
 #include "statistics/rounding.h"
 
@@ -30,6 +33,51 @@ std::vector<int> rounded_joints(const Campaign& campaign, const KinematicChain& 
 }
 
 }  // namespace
+
+namespace {
+
+// Coordinates [m], or angles a, b, c [rad], of all readings.
+std::array<std::vector<double>, 3> numbers_read(const Campaign& readings, bool of_orientation) {
+  std::array<std::vector<double>, 3> numbers;
+  for (int row = 0; row < readings.rows(); ++row) {
+    const Eigen::Vector3d read =
+        of_orientation ? abc_from_rotation(readings.orientation[row].toRotationMatrix())
+                       : readings.position[row];
+    for (int axis = 0; axis < 3; ++axis) numbers[static_cast<size_t>(axis)].push_back(read[axis]);
+  }
+  return numbers;
+}
+
+}  // namespace
+
+std::optional<std::string> find_rounded_readings(const PlainFit& fit) {
+  // A third of the variance that is left; beside less the rounding is lost in the noise.
+  constexpr double kThird = 1.0 / 3;
+  const Campaign& readings = fit.readings;
+  const auto is_rounded_to = [&](bool of_orientation, double step) {
+    return std::ranges::all_of(numbers_read(readings, of_orientation), [&](const auto& numbers) {
+      return last_digits(numbers, step).value_or(0) >= kFewestLastDigits;
+    });
+  };
+  const auto is_felt = [&](double step, double sigma) {
+    return step * step / 12 > kThird * sigma * sigma;
+  };
+  for (const double step : {1.0, 0.1, 0.01})
+    if (!readings.position.empty() && is_felt(step * kMillimetre, fit.result.sigma.position) &&
+        is_rounded_to(false, step * kMillimetre))
+      return fmt::format(
+          "the points have steps of {:g} mm, which alone is worth {:.2g} mm (RMS), also where "
+          "repeats read the same: export them with more digits",
+          step, step * std::sqrt(3.0 / 12));
+  for (const double step : {1.0, 0.1, 0.01})
+    if (readings.has_orientation() && is_felt(step * kDegree, fit.result.sigma.orientation) &&
+        is_rounded_to(true, step * kDegree))
+      return fmt::format(
+          "the orientations have steps of {:g} deg, which alone is worth {:.2g} mrad (RMS): export "
+          "them with more digits",
+          step, step * kDegree / kMilliradian * std::sqrt(3.0 / 12));
+  return std::nullopt;
+}
 
 std::optional<std::string> find_rounded_angles(const PlainFit& fit) {
   constexpr double kThird = 1.0 / 3;

@@ -15,4 +15,8 @@ namespace armtrue {
 /// step is a tenth or a hundredth of a degree; whole and half degrees are planned ones.
 std::optional<std::string> find_rounded_angles(const PlainFit& fit);
 
+/// Names points or orientations that were rounded so that the rounding is a third or more of the
+/// variance that the fit leaves, s^2 / 12 for the step s: 1, 0.1 or 0.01 mm or deg, in all axes.
+std::optional<std::string> find_rounded_readings(const PlainFit& fit);
+
 }  // namespace armtrue

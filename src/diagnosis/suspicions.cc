@@ -57,6 +57,7 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
   if (!suspicion) suspicion = find_early_angles(*fit, campaign);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
+  if (!suspicion) suspicion = find_rounded_readings(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
   if (!suspicion)
     if (const auto unlikely = find_unlikely_change(robot, *fit))

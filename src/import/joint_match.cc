@@ -83,12 +83,34 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
       a, points.rows(), b, joints.rows()));
 }
 
+// Rows that are joined by their order although the other table has their names elsewhere; empty if
+// these are few.
+std::string doubt_of_order(const TableReader& points, const TableReader& joints) {
+  if (!points.has("pose") || !joints.has("pose")) return "";
+  const std::vector<std::string> left = bare_names(points), right = bare_names(joints);
+  const std::set<std::string> names(right.begin(), right.end());
+  int elsewhere = 0, first = 0;
+  for (int row = points.rows() - 1; row >= 0; --row)
+    if (left[row] != right[row] && names.contains(left[row])) {
+      first = row;
+      ++elsewhere;
+    }
+  if (2 * elsewhere <= points.rows()) return "";
+  return fmt::format(
+      "{}: its row '{}' is joined with '{}' of {} by their order, and {} of {} rows stand there "
+      "under their name in another row: if the names are those of poses, give --join id",
+      points.table().file, points.cell(first, "pose"), joints.cell(first, "pose"),
+      joints.table().file, elsewhere, points.rows());
+}
+
 JointMatches match_by_order(const TableReader& points, const TableReader& joints) {
   if (points.rows() != joints.rows())
     throw InputError(fmt::format(
         "{}: has {} rows and {} has {}; --join order needs as many in both: add or remove rows",
         points.table().file, points.rows(), joints.table().file, joints.rows()));
   JointMatches matches;
+  if (std::string doubt = doubt_of_order(points, joints); !doubt.empty())
+    matches.warnings.push_back(std::move(doubt));
   for (int r = 0; r < points.rows(); ++r)
     matches.rows.push_back({r, r, joints.joints(r), std::nullopt});
   matches.how = "by the order of the rows";

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr double kHottest = 1000;          // deg C: more is the code of a sensor that is not there
-constexpr double kHeaviest = 1e4;          // kg: no arm carries more
+constexpr double kHeaviest = 2500;         // kg: the strongest arms carry 2300
 
 }  // namespace
 

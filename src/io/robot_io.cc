@@ -27,6 +27,7 @@ namespace {
 constexpr double kMaxGravity = 20;   // m/s2
 constexpr double kMinGravity = 9;    // m/s2, unless it is zero
 constexpr double kHeaviest = 2e4;    // kg: of a link
+constexpr double kNearestCentre = 2e-3;  // m: of all links one has its centre farther off
 constexpr double kSmallest = 1e-12;  // m or rad: of a deviation
 // Each target, anchor or session adds parameters, whose number squared the fit takes time and
 // memory.
@@ -78,6 +79,12 @@ void read_masses(YamlMap& document, Robot& robot) {
     body.centre = Eigen::Vector3d(centre[0], centre[1], centre[2]) * kMillimetre;
     entry.finish();
   }
+  double farthest = 0;
+  for (const Body& body : robot.bodies) farthest = std::max(farthest, body.centre.norm());
+  if (robot.bodies.size() > 1 && farthest > 0 && farthest < kNearestCentre)
+    document.fail("masses", fmt::format("no com_mm is farther than {:.3g} mm from the frame of its "
+                                        "link, as centres in m would be; give them in mm",
+                                        farthest / kMillimetre));
 }
 
 YAML::Node session_node(const Session& session, const KinematicChain& chain) {

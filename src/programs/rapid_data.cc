@@ -148,11 +148,15 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
     why_not = reason;
     return -1;
   };
-  const auto added = [&](int point) {
-    return point < 0 ? refuse("its point has no plain numbers") : point;
+  const auto added = [&](int point, const ListItem& list) {
+    if (point >= 0) return point;
+    const bool is_turned_wrong = kind == TargetKind::cartesian && list.items.size() == 4 &&
+                                 list.items[1].numbers(4) && !is_rapid_quaternion(list.items[1]);
+    return refuse(is_turned_wrong ? "the length of its quaternion is not 1"
+                                  : "its point has no plain numbers");
   };
   if (const auto list = list_in(text_, argument.begin, argument.end))
-    return added(add_point(*list, kind, fmt::format("the point of line {}", line), line));
+    return added(add_point(*list, kind, fmt::format("the point of line {}", line), line), *list);
   TextCursor cursor(text_, argument.begin, argument.end);
   Datum* const datum = find(cursor.take_name(), argument.begin);
   size_t element = 0;
@@ -181,7 +185,7 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
   const ListItem& list = element == 0 ? datum->list : datum->list.items[element - 1];
   const int point = add_point(list, kind, name, datum->line);
   if (point >= 0) datum->points[element] = point;
-  return added(point);
+  return added(point, list);
 }
 
 int RapidData::add_point(const ListItem& list, TargetKind kind, const std::string& name, int line) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/parameters.h"
 #include "calibration/refit.h"
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
@@ -72,6 +73,13 @@ bool may_be_distortion(const CalibrationResult& geometry, const Campaign& campai
          geometry.sigma.position < kMaxTimesNoise * noise.position;
 }
 
+// Whether what a fit leaves is known to be no larger than noise.
+bool leaves_noise(const CalibrationResult& fit, const Campaign& campaign) {
+  constexpr double kSignificance = 0.01;  // that of the verdict
+  const FitQuality quality = assess(fit, campaign);
+  return quality.lack_of_fit && *quality.lack_of_fit >= kSignificance;
+}
+
 // Candidates of the catalogue and, if asked for, beyond it.
 std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campaign,
                                       const Catalogue& catalogue, const TraceOptions& options) {
@@ -100,9 +108,20 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
 
 EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                          const TraceOptions& options)
-    : campaign_(campaign), options_(options), declared_(static_cast<int>(robot.effects.size())) {
+    : campaign_(campaign),
+      options_(options),
+      file_(robot.chain),
+      declared_(static_cast<int>(robot.effects.size())) {
   if (options.progress) options.progress("fitting the geometry");
-  fit_ = calibrate(robot, campaign);
+  as_filed_ = calibrate(robot, campaign);
+  fit_ = as_filed_;
+  // A constant that is left out of the fit and far off looks like an effect. Where the readings
+  // show it, and it leaves nothing but noise, it is one of the constants; else it would take up a
+  // part of the effects.
+  const IdentifiableSet free = with_tool_of_small_angles(as_filed_.robot, campaign, as_filed_.set);
+  if (!free.by_small_angles.empty())
+    if (CalibrationResult all = calibrate(robot, campaign, free); leaves_noise(all, campaign))
+      fit_ = std::move(all);
   Catalogue known = catalogue;
   if (!may_be_distortion(fit_, campaign))
     std::erase_if(known, [](const CatalogueEntry& entry) { return is_polynomial(entry.shape); });
@@ -303,6 +322,25 @@ void EffectModel::merge(const std::vector<int>& ascending, const Candidate& cand
 void EffectModel::settle(const std::vector<Candidate>& candidates) {
   chosen_ = candidates;
   refit({});
+}
+
+std::optional<CalibrationResult> EffectModel::settle_tool() {
+  const std::vector<int> coordinates = fit_.set.by_small_angles;
+  if (coordinates.empty()) return std::nullopt;
+  complete();
+  const int tool = layout_of(file_).tool;
+  const double charge = std::log(campaign_.rows() * campaign_.reading_size().all());
+  Eigen::Vector3d& place = fit_.robot.chain.tool.translation;
+  for (const int parameter : coordinates) {
+    const auto k = std::ranges::find(fit_.set.kept, parameter) - fit_.set.kept.begin();
+    const double change = place[parameter - tool] - file_.tool.translation[parameter - tool];
+    if (change * change > charge * fit_.covariance(k, k)) return std::nullopt;
+  }
+  for (const int parameter : coordinates)
+    place[parameter - tool] = file_.tool.translation[parameter - tool];
+  fit_.set = as_filed_.set;
+  refit(std::vector<Effect>(fit_.robot.effects));
+  return as_filed_;
 }
 
 void EffectModel::complete_in_order(const std::vector<size_t>& order) {

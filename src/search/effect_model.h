@@ -59,6 +59,10 @@ class EffectModel {
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
   void settle(const std::vector<Candidate>& candidates);
+  /// Ends a search: coordinates of the tool that only small angles of the arm show keep the value
+  /// of the file, unless BIC speaks against it. Returns the geometry without effects that goes with
+  /// it, if that is another one than the search began with.
+  std::optional<CalibrationResult> settle_tool();
   /// Completes the fit with what refits during a search omit (see refit.h).
   void complete();
   /// The same with the chosen candidates in another order.
@@ -134,6 +138,8 @@ class EffectModel {
 
   const Campaign& campaign_;
   const TraceOptions& options_;
+  KinematicChain file_;         // as the robot came
+  CalibrationResult as_filed_;  // the geometry, the tool as in the file where it is not shown
   CalibrationResult fit_;
   CalibrationResult near_;  // the fit before, from which this one started,
   Robot start_;             // and its robot

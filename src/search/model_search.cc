@@ -87,6 +87,8 @@ void ModelSearch::run() {
   prefer_distortion();
   split_families();
   hold_family_of_most_arms();
+  if (std::optional<CalibrationResult> geometry = model_.settle_tool())
+    result_.stages.front() = *std::move(geometry);
   end_last_stage();
 }
 

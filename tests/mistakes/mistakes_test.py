@@ -106,6 +106,19 @@ def copies_of_poses(table):
     return table + [dict(row, pose=row["pose"] + "b", t_s=repr(float(row["t_s"]) + 1e5)) for row in table]
 
 
+def numbered_copies(table):
+    return table + [dict(row, repeat=str(int(row["repeat"]) + 9), t_s=repr(float(row["t_s"]) + 1e5)) for row in table]
+
+
+def rows_late(late):
+    """The readings stand some rows later than their joint angles."""
+    def all_rows(table):
+        read = [{c: row[c] for c in POINT + ANGLES} for row in table]
+        for row, reading in zip(table, read[-late:] + read[:-late]):
+            row.update(reading)
+    return all_rows
+
+
 def while_off(table):
     """Some millimetres off in every reading for a sixth of the time."""
     table.sort(key=lambda row: float(row["t_s"]))
@@ -149,8 +162,8 @@ def cut_from(line, column, value):
     return all_rows
 
 
-def rounded(step):
-    return each(lambda row: row.update({c: f"{round(float(row[c]) / step) * step:.3f}" for c in POINT}))
+def rounded(step, columns=POINT):
+    return each(lambda row: row.update({c: f"{round(float(row[c]) / step) * step:.3f}" for c in columns}))
 
 
 def wave(table):
@@ -182,6 +195,56 @@ def targets(change, *more):
     """Targets of a program, with a mistake, for the arm of the tutorial."""
     return lambda: ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, changed("targets.csv", change),
                     "--summary", "summary.yaml", "-o", "commands.csv", *more)
+
+
+def computed_orientations(source):
+    """The orientations that a controller computes, with the digits that it shows."""
+    def all_rows(table):
+        computed = {row["pose"]: row for row in rows(source)}
+        for row in table:
+            row.update({c: f"{float(computed[row['pose']][c]):.6f}" for c in ANGLES})
+    return all_rows
+
+
+def lengths_in_metres():
+    return robot_with(r"(?s)\nlinks:.*", lambda found: re.sub(
+        r"([dr]_mm: )([-0-9.]+)", lambda length: f"{length[1]}{float(length[2]) / 1000:.7f}", found[0]))
+
+
+def centres_in_metres():
+    return robot_with(r"(?s)\nmasses:.*", lambda found: re.sub(
+        r"com_mm: \[(.*?)\]", lambda c: f"com_mm: [{', '.join(str(float(x) / 1000) for x in c[1].split(','))}]", found[0]))
+
+
+def poses_of_targets(change, *more):
+    """Cartesian targets of the flange with the joint angles of the controller, with a mistake."""
+    return lambda: ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, changed("poses.csv", change),
+                    "--summary", "summary.yaml", "-o", "commands.csv", *more)
+
+
+def arm_program(name, *lines, more=()):
+    """A program of the arm of the tutorial."""
+    def arguments():
+        (FOLDER / name).write_text("\n".join(lines) + "\n")
+        return ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, "--program", name, "--program-out",
+                "new" + name[4:], "--summary", "summary.yaml", *more)
+    return arguments
+
+
+def krl(*lines, tool="$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}"):
+    return arm_program("line.src", "DEF line()", *([tool] if tool else []), *lines, "END")
+
+
+def ur(*lines, tool="set_tcp(p[0,0,0.15,0,0,0])"):
+    return arm_program("line.script", "def line():", *(["  " + tool] if tool else []), *("  " + line for line in lines),
+                       "end")
+
+
+def about_with(old, new):
+    text = ABOUT.read_text()
+    assert old in text, old
+    (FOLDER / "about.yaml").write_text(text.replace(old, new))
+    return lambda: ("certify", "--robot", "calibrated.yaml", "--about", "about.yaml", "visits.csv")
 
 
 def effect(coefficients):
@@ -252,6 +315,17 @@ def prepare():
     written("one-joint.csv", [dict(row, **{q: "20" for q in JOINTS if q != "q2_deg"}) for row in rows("targets.csv")])
     make("simulate-poses", "--robot", ROBOT, "--truth", UNDECLARED, "--targets", "one-joint.csv", "--repeats", 2,
          "--noise-mm", 0.095, "--noise-mrad", 0.15, "-o", "bowing.csv")
+    make("simulate-poses", "--robot", ROBOT, "--truth", UNDECLARED, "--count", 40, "--noise-mm", 0.05, "--noise-mrad", 0.1,
+         "-o", "arm.csv")
+    written("arm-joints.csv", [{c: row[c] for c in ("pose",) + JOINTS} for row in rows("arm.csv")])
+    (FOLDER / "own-frames.yaml").write_text(re.sub(
+        r"(?m)^(base|tool): .*", r"\1: {x_mm: 100, y_mm: 0, z_mm: 0, a_deg: 100, b_deg: 20, c_deg: 5}", ROBOT.read_text()))
+    for model in ("calibrated", "own-frames"):
+        make("simulate-poses", "-q", "--robot", ROBOT, "--truth", f"{model}.yaml", "--targets", "arm-joints.csv", "-o",
+             f"{model}.csv")
+    make("simulate-poses", "--robot", ROBOT, "--count", 12, "--box-mm", "1400,2200,-400,400,800,1600", "-o", "poses.csv")
+    written("poses.csv", [{c: row[c] for c in ("pose",) + JOINTS + POINT + ANGLES} for row in rows("poses.csv")])
+    make("certify", "-q", "--robot", "calibrated.yaml", "--about", ABOUT, "visits.csv", "-o", "certificate.yaml")
     written("once.csv", [row for row in rows(CAMPAIGN) if row["repeat"] == "1"])
 
 
@@ -261,6 +335,10 @@ NO_ORIENTATION = without(*ANGLES)
 EVEN_OFF = add("y_mm", 18, every(2))
 MIXED = in_turn(NO_ORIENTATION, exchange("q4_deg", "q6_deg", every(10)))
 NO_NOISE = lambda: robot_with(r"noise: .*", "")
+START = "PTP {A1 10,A2 -60,A3 80,A4 5,A5 40,A6 -10}"
+NEXT = ("LIN {X 2180.0,Y -470.0,Z 1440.0,A 73.0,B 1.5,C -28.5}", "LIN {X 1980.0,Y 270.0,Z 1440.0}")
+UR_START = "movej([0.17,-1.05,1.4,0.09,0.7,-0.17])"
+UR_NEXT = ("movel(p[2.18,-0.47,1.44,0.7,-0.4,-1.0])", "movel(p[2.08,-0.27,1.44,0.7,-0.4,-1.0])")
 
 # name: arguments, exit code, words
 TABLE = {
@@ -323,6 +401,10 @@ TABLE = {
                                    source="wires.csv"), 1, "the distances from anchor 1 are too long by"),
     "all wires 1 % long": (campaign(scale(("l_mm",), 1.01), "wires.yaml", source="wires.csv"), 0,
                            "the links come out longer"),
+    "orientations of the calibrated model of the controller": (
+        campaign(computed_orientations("calibrated.csv"), source="arm.csv"), 0, "they look computed by the controller"),
+    "orientations in frames of the controller": (
+        campaign(computed_orientations("own-frames.csv"), source="arm.csv"), 0, "they look computed by the controller"),
     # the robot file
     "robot is calibrated already": (campaign(each(lambda r: None), "calibrated.yaml"), 0, "is calibrated already"),
     "zero of joint 4 half a turn off": (campaign(each(lambda r: None),
@@ -382,7 +464,48 @@ TABLE = {
     "noise in um": (campaign(each(lambda r: None), lambda: robot_with(r"position_mm: 0.095", "position_mm: 95"),
                              source="once.csv"), 0, "readings scatter by"),
     "something off for a while": (campaign(while_off), 0, "off for a while"),
+    # rows
+    "readings one row late": (campaign(rows_late(1)), 1, "stand 1 row later than their joint angles"),
+    "readings two rows early": (campaign(rows_late(-2)), 1, "stand 2 rows earlier than their joint angles"),
+    "rows doubled with other numbers": (campaign(numbered_copies), 0, "if they are copies"),
+    # digits
+    "points in steps of 1 mm": (campaign(rounded(1)), 0, "the points have steps of 1 mm"),
+    "orientations in steps of 0.1 deg": (campaign(rounded(0.1, ANGLES)), 0, "the orientations have steps of 0.1 deg"),
+    # units of the robot file
+    "lengths of the robot file in m": (campaign(each(lambda r: None), lengths_in_metres), 1,
+                                       "the lengths of the robot file look like metres"),
+    "centres of mass in m": (campaign(each(lambda r: None), centres_in_metres), 1, "as centres in m would be"),
+    "noise in m": (campaign(each(lambda r: None), lambda: robot_with(r"position_mm: 0.095", "position_mm: 0.000095"),
+                            "close-loop", "once.csv", ("--only-catalogue",)), 0, "is it in another unit?"),
+    "noise of the orientation in rad": (
+        campaign(each(lambda r: None), lambda: robot_with(r"orientation_mrad: 0.15", "orientation_mrad: 0.00015"),
+                 "close-loop", "once.csv", ("--only-catalogue",)), 0, "Correct noise: orientation_mrad"),
+    "payload of 3 kg in g": (campaign(each(lambda r: r.update(payload_kg="3000"))), 1, "more than any arm carries"),
+    # joint angles beside Cartesian targets
+    "targets in a base that is not stated": (poses_of_targets(add("x_mm", -400)), 0, "at each of them with --base=400,"),
+    "targets of a tool that is not stated": (
+        poses_of_targets(each(lambda r: None), "--tool", "0,0,150,0,0,0"), 0, "at each of them with --tool=0,0,0,"),
+    "y of the targets negated": (poses_of_targets(scale(("y_mm",), -1)), 0, "if the file gives y_mm with the other sign"),
+    "targets in m": (poses_of_targets(scale(POINT, 1e-3)), 0, "if the file gives x_mm, y_mm, z_mm in m"),
+    "a and c of the targets exchanged": (poses_of_targets(exchange("a_deg", "c_deg")), 0,
+                                         "reach their places, but not with their a_deg"),
+    "tool of targets in m": (targets(each(lambda r: None), "--tool", "0,0,0.15,0,0,0"), 0, "is it in m?"),
+    # robot programs of compensate
+    "program without a tool": (krl(START, *NEXT, tool=None), 0, "no $TOOL stands before this move"),
+    "program with a tool in m": (krl(START, *NEXT, tool="$TOOL={X 0,Y 0,Z 0.15,A 0,B 0,C 0}"), 0, "is it in m?"),
+    "program with joint angles in rad": (krl("PTP {A1 0.174,A2 -1.047,A3 1.396,A4 0.087,A5 0.698,A6 -0.174}"), 0,
+                                         "are these radians?"),
+    "program with points in m": (
+        krl("$BASE={X 2000,Y 0,Z 1400,A 0,B 0,C 0}", START, "LIN {X 0.18,Y -0.47,Z 0.04,A 73.0,B 1.5,C -28.5}",
+            "LIN {X 0.08,Y 0.27,Z 0.04}"), 0, "are they in m?"),
+    "program without set_tcp": (ur(UR_START, *UR_NEXT, tool=None), 0, "no set_tcp stands before this move"),
+    # certificates
+    "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
+    "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
+                                         "is the certificate of these same readings"),
+    "MPE of a metre in mm": (lambda: about_with("per_m: 6", "per_m: 0.006")(), 0, "mpe_um: per_m is 0.006 um"),
     # records of paths
+    "longest correction in m": (mirror("pass.csv", more=("--max-mm", 0.001)), 0, "leaves the mean deviation of"),
     "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
     "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
     "corrected path as record": (mirror(lambda: ["first.csv"]), 1, "those that mirror-correct writes"),
@@ -443,6 +566,12 @@ SOUND = {
     "origin at a pose": campaign(each(lambda r: r.update({c: repr(float(r[c]) - float(FIRST[c])) for c in POINT}))),
     "effect": campaign(each(lambda r: None), effect("{name: sin, value: 1e-4, unit: rad}, {name: cos, value: 0, unit: rad}")),
     "effect without names": campaign(each(lambda r: None), effect("{value: 1e-4}, {value: 0}")),
+    "measured orientations": campaign(each(lambda r: None), source="arm.csv"),
+    "points in steps of 0.01 mm": campaign(rounded(0.01)),
+    "Cartesian targets": poses_of_targets(each(lambda r: None)),
+    "Cartesian targets, rough hints": poses_of_targets(add("q6_deg", 7)),
+    "program of compensate": krl(START, *NEXT),
+    "UR program": ur(UR_START, *UR_NEXT),
     "certificate": certificate("visits.csv"),
     "unchanged": since("visits.csv"),
     "close-loop": campaign(each(lambda r: None), command="close-loop", more=("--only-catalogue",)),

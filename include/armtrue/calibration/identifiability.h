@@ -24,6 +24,7 @@ struct AbsorbedParameter {
 struct IdentifiableSet {
   std::vector<int> kept;  ///< in the order of parameter indices
   std::vector<AbsorbedParameter> absorbed;
+  std::vector<int> by_small_angles;  ///< of `kept`: see with_tool_of_small_angles()
 };
 
 /// Chooses the geometric parameters that the campaign can identify among those that
@@ -66,6 +67,18 @@ std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
 /// Parameters of the tool that these readings show only together with others, such as its z where
 /// it is vertical in all poses: they keep the value of the robot file.
 std::vector<int> set_up_not_shown(const KinematicChain& chain, const IdentifiableSet& set);
+
+/// `set` with those coordinates of the tool that it leaves out (set_up_not_shown()), but that the
+/// small angles of the arm `fitted` show to a standard deviation of 0.1 m. A tool that is vertical in all
+/// poses of the ideal arm is not quite so in those of a real one: its z, if the file has it 150 mm
+/// wrong, is 0.15 mm by a tilt of 1 mrad, and the tilt changes from pose to pose.
+IdentifiableSet with_tool_of_small_angles(const Robot& fitted, const Campaign& campaign,
+                                          const IdentifiableSet& set);
+
+/// That only small angles of the arm show a coordinate of the tool, as a sentence with the value of
+/// the file `chain` and that of the readings, with its standard deviation [m].
+std::string shown_by_small_angles(const KinematicChain& chain, int parameter, double value,
+                                  double deviation);
 
 /// That the readings do not show a parameter of the tool, as a sentence with the value it keeps.
 std::string not_shown(const KinematicChain& chain, int parameter);

@@ -41,9 +41,11 @@ bool is_calibrated(const Robot& robot);
 std::optional<std::string> find_computed_points(const Robot& robot, const Campaign& campaign);
 
 /// Says that the orientations of measured points are not measured but computed from the joint
-/// angles: the robot file, or a model with other angles, gives them closer than instruments read,
-/// and the points contradict them: beside them an arm that is calibrated to both scatters twice as
-/// much or more. Nothing for fewer than twenty poses of a session.
+/// angles: the robot file, or a model with other angles, gives them closer than instruments read.
+/// To 0.01 mrad that is enough, if the points have noise and the orientations are rounded, as those
+/// of a simulation without noise are not. Otherwise the points must contradict them: beside them an
+/// arm that is calibrated to both scatters twice as much or more. The frame of the orientations
+/// does not matter, nor does the tool. Nothing for fewer than twenty poses of a session.
 std::optional<std::string> find_computed_orientations(const Robot& robot, const Campaign& campaign);
 
 /// Makes points of poses: removes the orientations and what rows state of their noise.

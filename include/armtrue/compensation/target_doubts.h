@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue {
+
+/// Mistakes in a robot program that leave plausible targets, as sentences: joint angles in rad, or
+/// in deg where UR counts rad; points or a tool in m; rotations of UR in deg; and a program without
+/// a tool, for which its controller takes the one that is active. `options`: tool and base of targets
+/// that name none; `has_tool`: whether that tool was stated.
+std::vector<std::string> doubts_of_program(const RobotProgram& program,
+                                           const CompensationOptions& options, bool has_tool);
+
+/// Whether a tool looks as if it were given in m, as a sentence; empty if not.
+std::string doubt_of_tool(const std::string& name, const Pose& tool);
+
+/// Cartesian targets whose hints, the joint angles of the controller, contradict them: a base or a
+/// tool that is not stated, y with the other sign, another unit, another convention of angles, or
+/// hints of the row before. Each is named only if it makes all rows agree to 1 mm; hints that are
+/// only rough show nothing. A sentence; empty if there is none.
+std::string contradiction_of_hints(const Program& program, const Robot& controller,
+                                   const CompensationOptions& options);
+
+}  // namespace armtrue

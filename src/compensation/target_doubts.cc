@@ -1,0 +1,255 @@
+#include "armtrue/compensation/target_doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <string>
+
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+// The flange is no tool, and no tool reaches as little beyond it.
+constexpr double kShortestTool = 1e-3;  // m
+constexpr double kSmallestPart = 3e-3;  // m, about the origin of its frame: a part of 3 m in m
+
+std::vector<double> values_of(const ProgramPoint& point) {
+  std::vector<double> values;
+  for (const ProgramNumber& number : point.numbers) values.push_back(number.value);
+  return values;
+}
+
+double largest_of(std::span<const double> values) {
+  double largest = 0;
+  for (const double value : values) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+// Angles that are read as degrees. A posture bends three joints or more, and people write degrees
+// near the zero posture as whole or half ones.
+bool looks_like_radians(std::span<const double> degrees) {
+  constexpr std::ptrdiff_t kBent = 3;
+  constexpr double kHalf = 2, kExact = 1e-6;
+  const auto is_fraction = [](double value) {
+    return std::abs(value * kHalf - std::round(value * kHalf)) > kExact;
+  };
+  return largest_of(degrees) < kTurn && std::ranges::count_if(degrees, is_fraction) >= kBent;
+}
+
+void check_joints(const RobotProgram& program, std::vector<std::string>& doubts) {
+  constexpr double kMostTurns = 2;  // of a joint of UR
+  const std::string& file = program.texts[0].name;
+  const ProgramTarget* small = nullptr;
+  double most = 0;
+  for (const ProgramTarget& target : program.targets) {
+    if (target.kind != TargetKind::joints) continue;
+    const std::vector<double> values = values_of(program.points[static_cast<size_t>(target.point)]);
+    const double largest = largest_of(values);
+    most = std::max(most, largest);
+    if (program.dialect == Dialect::urscript) {
+      if (largest < kMostTurns * kTurn) continue;
+      doubts.push_back(fmt::format(
+          "{}:{}: a joint angle of {:g} rad is {:.3g} turns: are these degrees? A UR counts rad",
+          file, target.line, largest, largest / kTurn));
+      return;
+    }
+    if (!small && looks_like_radians(values)) small = &target;
+  }
+  if (small && most < kTurn)
+    doubts.push_back(fmt::format(
+        "{}:{}: all joint angles of the program lie within {:.3g} deg of zero: are these radians? "
+        "Its controller counts degrees",
+        file, small->line, most));
+}
+
+void check_points(const RobotProgram& program, std::vector<std::string>& doubts) {
+  const std::string& file = program.texts[0].name;
+  double farthest = 0;
+  int points = 0, line = 0;
+  for (const ProgramTarget& target : program.targets) {
+    if (target.kind != TargetKind::cartesian) continue;
+    if (program.dialect == Dialect::urscript) {
+      const std::vector<double> values =
+          values_of(program.points[static_cast<size_t>(target.point)]);
+      const double turn = std::hypot(values[3], values[4], values[5]);
+      if (turn <= kTurn) continue;
+      doubts.push_back(fmt::format(
+          "{}:{}: the rotation vector is {:.4g} rad long, more than a turn: are these degrees? A "
+          "UR counts rad",
+          file, target.line, turn));
+      return;
+    }
+    if (points++ == 0) line = target.line;
+    farthest = std::max(farthest, target.pose.translation.cwiseAbs().maxCoeff());
+  }
+  if (points > 1 && farthest > 0 && farthest < kSmallestPart)
+    doubts.push_back(fmt::format(
+        "{}:{}: all {} points lie within {:.3g} mm of the origin of their frame: are they in m? "
+        "Its controller counts mm",
+        file, line, points, farthest / kMillimetre));
+}
+
+void check_tools(const RobotProgram& program, const CompensationOptions& options, bool has_tool,
+                 std::vector<std::string>& doubts) {
+  const std::string& file = program.texts[0].name;
+  std::vector<bool> is_tool(program.frames.size());
+  const ProgramTarget* without = nullptr;
+  for (const ProgramTarget& target : program.targets) {
+    if (target.tool >= 0)
+      is_tool[static_cast<size_t>(target.tool)] = true;
+    else if (!without && target.kind == TargetKind::cartesian)
+      without = &target;
+  }
+  for (size_t k = 0; k < is_tool.size(); ++k)
+    if (const ProgramFrame& frame = program.frames[k]; is_tool[k] && frame.is_known)
+      if (std::string doubt = doubt_of_tool(frame.name, frame.pose); !doubt.empty())
+        doubts.push_back(file + ": " + doubt);
+  if (!without || has_tool || options.tool_is_measured) return;
+  if (program.dialect == Dialect::krl || program.dialect == Dialect::urscript)
+    doubts.push_back(fmt::format(
+        "{}:{}: no {} stands before this move, and the controller takes the tool that is active "
+        "then; the commands hold for the flange alone. Give --tool=x,y,z,a,b,c (--tool=0,0,0,0,0,0 "
+        "if it is the flange)",
+        file, without->line, program.dialect == Dialect::krl ? "$TOOL" : "set_tcp"));
+}
+
+constexpr double kSamePlace = 1e-3;                // m
+constexpr double kSameTurn = 0.1 * kDegree;
+constexpr double kElsewhere = 5e-3;                // m: hints that are no more than hints
+
+bool is_same_place(const Pose& a, const Pose& b) {
+  return (a.translation - b.translation).norm() < kSamePlace;
+}
+
+bool is_same_turn(const Pose& a, const Pose& b) {
+  return rotation_log(a.rotation.transpose() * b.rotation).norm() < kSameTurn;
+}
+
+// The displacement that is the same in all rows; nothing if it differs.
+std::optional<Pose> common(size_t rows, const std::function<Pose(size_t)>& of_row) {
+  const Pose first = of_row(0);
+  for (size_t row = 1; row < rows; ++row)
+    if (const Pose other = of_row(row); !is_same_place(first, other) || !is_same_turn(first, other))
+      return std::nullopt;
+  return first;
+}
+
+std::string numbers_of(const Pose& pose) {
+  const Eigen::Vector3d mm = pose.translation / kMillimetre;
+  const Eigen::Vector3d abc = abc_from_rotation(pose.rotation) / kDegree;
+  std::string text;
+  for (const double number : {mm[0], mm[1], mm[2], abc[0], abc[1], abc[2]}) {
+    constexpr double kDigits = 1000;  // mm and deg, as people enter them
+    const double rounded = std::round(number * kDigits) / kDigits;
+    text += fmt::format("{}{:.10g}", text.empty() ? "" : ",", rounded == 0 ? 0.0 : rounded);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string doubt_of_tool(const std::string& name, const Pose& tool) {
+  const double length = tool.translation.norm();
+  if (length == 0 || length >= kShortestTool) return "";
+  return fmt::format(
+      "the tool {} ends {:.3g} mm from the flange: is it in m? Give it in mm", name,
+      length / kMillimetre);
+}
+
+std::vector<std::string> doubts_of_program(const RobotProgram& program,
+                                           const CompensationOptions& options, bool has_tool) {
+  std::vector<std::string> doubts;
+  check_joints(program, doubts);
+  check_points(program, doubts);
+  check_tools(program, options, has_tool, doubts);
+  return doubts;
+}
+
+std::string contradiction_of_hints(const Program& program, const Robot& controller,
+                                   const CompensationOptions& options) {
+  constexpr size_t kFewestRows = 4;
+  const auto rows = static_cast<size_t>(program.rows());
+  if (!program.is_cartesian() || rows < kFewestRows || !program.set_up.empty() ||
+      options.tool_is_measured || !std::ranges::all_of(program.hinted, std::identity()))
+    return "";
+  KinematicChain chain = controller.chain;
+  chain.base = chain.tool = {};
+  const ChainEvaluator evaluator(chain);
+  std::vector<Pose> last, hinted;  // of each row in R_0: R_7, and the TCP
+  for (const JointVector& q : program.visits.q) {
+    last.push_back(evaluator.pose(q));
+    hinted.push_back(last.back() * options.tool);
+  }
+  const auto target = [&](size_t row) { return options.base * program.poses[row]; };
+  const auto all = [&](const auto& agrees) {
+    for (size_t row = 0; row < rows; ++row)
+      if (!agrees(row)) return false;
+    return true;
+  };
+  const auto places_agree = [&](const Eigen::Vector3d& factors) {
+    return all([&](size_t row) {
+      const Pose changed{program.poses[row].rotation,
+                         factors.cwiseProduct(program.poses[row].translation)};
+      return is_same_place(options.base * changed, hinted[row]);
+    });
+  };
+  if (places_agree({1, 1, 1})) {
+    size_t turned = 0;
+    for (size_t row = 0; row < rows; ++row)
+      turned += rotation_log(target(row).rotation.transpose() * hinted[row].rotation).norm() >
+                10 * kSameTurn;
+    return 2 * turned < rows
+               ? ""
+               : fmt::format("the joint angles of {} of {} targets reach their places, but not "
+                             "with their a_deg, b_deg, c_deg: R = Rz(a) Ry(b) Rx(c) in deg; check their "
+                             "order, sign and unit, and --tool",
+                             turned, rows);
+  }
+  std::vector<double> apart;
+  for (size_t row = 0; row < rows; ++row)
+    apart.push_back((target(row).translation - hinted[row].translation).norm());
+  std::ranges::nth_element(apart, apart.begin() + static_cast<std::ptrdiff_t>(rows / 2));
+  if (apart[rows / 2] < kElsewhere) return "";
+  const std::string contradict = fmt::format(
+      "the joint angles of the targets stand {:.4g} mm from their poses (median)",
+      apart[rows / 2] / kMillimetre);
+  if (const auto base = common(
+          rows, [&](size_t row) { return hinted[row] * inverse(program.poses[row]); }))
+    return contradict + ", and at each of them with --base=" + numbers_of(*base) +
+           ": is the base that one?";
+  if (const auto tool =
+          common(rows, [&](size_t row) { return inverse(last[row]) * target(row); }))
+    return contradict +
+           ", and at each of them with --tool=" + numbers_of(inverse(options.flange) * *tool) +
+           ": is the tool that one?";
+  struct Factors {
+    Eigen::Vector3d factors;
+    const char* words;
+  };
+  for (const Factors& other : {Factors{{-1, 1, 1}, "x_mm with the other sign"},
+                               Factors{{1, -1, 1}, "y_mm with the other sign"},
+                               Factors{{1, 1, -1}, "z_mm with the other sign"},
+                               Factors{{1000, 1000, 1000}, "x_mm, y_mm, z_mm in m"},
+                               Factors{{25.4, 25.4, 25.4}, "x_mm, y_mm, z_mm in inches"}})
+    if (places_agree(other.factors))
+      return contradict + ", and at each of them if the file gives " + other.words + ": correct it";
+  for (const size_t late : {size_t{1}, rows - 1})
+    if (std::ranges::count_if(std::views::iota(size_t{0}, rows), [&](size_t row) {
+          return is_same_place(target(row), hinted[(row + late) % rows]);
+        }) + 1 >= static_cast<std::ptrdiff_t>(rows))
+      return contradict + ", and at those of the row " + (late == 1 ? "behind" : "before") +
+             ": move the columns by one row";
+  return "";
+}
+
+}  // namespace armtrue
