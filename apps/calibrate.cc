@@ -181,6 +181,7 @@ void drop_unused_motion(const Robot& robot, Campaign& campaign) {
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
+  command.forget_remainder(robot, arguments.robot);
   if (!arguments.identify.empty()) robot.identify = app::split_list(arguments.identify);
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);

@@ -242,6 +242,7 @@ void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
+  command.forget_remainder(robot, arguments.robot);
   robot.free_links = arguments.no_priors;
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Measured measured = read_measured(command, arguments, robot);

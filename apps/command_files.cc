@@ -161,6 +161,14 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
        "errors of those stay: give the nominal robot, if you have it");
 }
 
+void Command::forget_remainder(Robot& robot, const std::string& path) {
+  const auto count = std::erase_if(
+      robot.effects, [](const Effect& effect) { return effect.name == kRemainder; });
+  if (count > 0)
+    warn(fmt::format("{}: its {} effects called '{}' are of other readings and take no part here",
+                     path, count, kRemainder));
+}
+
 bool Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
   const auto computed = find_computed_points(robot, campaign);
   if (computed) warn(campaign.source + ": " + *computed);

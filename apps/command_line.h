@@ -87,6 +87,8 @@ class Command : public OptionGroup {
   Campaign read_campaign(const std::string& path, const Robot& robot);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
+  /// Takes the effects without a name out of a robot that is to be fitted, with a warning.
+  void forget_remainder(Robot& robot, const std::string& path);
   /// Warns, and returns true, if the robot predicts the points as only computed ones. Call it with
   /// the robot file as it was read.
   bool warn_if_computed(const Robot& robot, const Campaign& campaign);

@@ -92,7 +92,8 @@ int report_change(app::Command& command, const std::string& path) {
 }
 
 int rank_candidates(app::Command& command, const Arguments& arguments) {
-  const Robot robot = command.read_robot(arguments.robot).robot;
+  Robot robot = command.read_robot(arguments.robot).robot;
+  command.forget_remainder(robot, arguments.robot);
   const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
   command.warn_if_computed(robot, campaign);

@@ -47,11 +47,21 @@ class ErrorMapper {
         controller_(controller, options_, options_.tool, temperature_names),
         bare_controller_(with_effects(controller, {}), options_, options_.tool, temperature_names) {
     causes_.emplace_back("geometry");
+    std::vector<Effect> without_name;
     for (const Effect& effect : moving_effects(identified, options.tool_is_measured)) {
+      if (effect.name == kRemainder) {
+        without_name.push_back(effect);
+        continue;
+      }
       single_.emplace_back(with_effects(identified, {effect}), options_, options_.tool,
                            temperature_names);
       causes_.push_back(fmt::format("{} ({} follows {})", effect.name, to_string(effect.parameter),
                                     to_string(effect.driver)));
+    }
+    if (!without_name.empty()) {
+      single_.emplace_back(with_effects(identified, std::move(without_name)), options_,
+                           options_.tool, temperature_names);
+      causes_.emplace_back("what the arm does without a name");
     }
     controller_has_effects_ = !moving_effects(controller, options.tool_is_measured).empty();
     if (controller_has_effects_) causes_.emplace_back("effects of the controller's model");

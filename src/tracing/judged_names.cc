@@ -116,8 +116,8 @@ CalibrationResult applied_arm(const JudgedTraining& judged) {
   const Campaign& sound = *judged.training.sound;
   CalibrationResult result = beside(fit, in_order_of_visits(sound), judged.random);
   std::vector<Effect>& effects = result.robot.effects;
-  effects.resize(effects.size() - judged.random.station.size());
-  if (!judged.random.station.empty()) place(sound, result.robot);
+  effects.resize(effects.size() - judged.random.of_campaign.size());
+  if (!judged.random.of_campaign.empty()) place(sound, result.robot);
   return result;
 }
 

@@ -26,7 +26,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
 void fall_back_to_geometry(JudgedTraining& judged);
 
 /// The last model of a training with the random effects of the arm: what a program is corrected
-/// with. Those of the station had their part in the fit; base and tool are placed without them.
+/// with. Those of the campaign had their part in the fit; base and tool are placed without them.
 /// `random`: not empty.
 CalibrationResult applied_arm(const JudgedTraining& judged);
 

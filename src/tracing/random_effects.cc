@@ -288,6 +288,11 @@ std::vector<int> some_rows(const Campaign& campaign, int row_size, double most) 
   return rows_of_some_poses(campaign, std::lround(poses * std::min(1.0, most / equations)));
 }
 
+bool follows_campaign(const Driver& driver) {
+  return driver.involves(DriverKind::time) || driver.involves(DriverKind::temperature) ||
+         driver.involves(DriverKind::arrival);
+}
+
 void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eigen::VectorXd& mean,
            const Robot& robot, const Campaign& campaign, RandomEffects& result) {
   const Eigen::VectorXd values = block.root * mean.segment(block.first, block.count);
@@ -298,8 +303,9 @@ void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eig
     const BoundEffect bound(effect, robot, campaign.temperature_names);
     for (const std::string& name : bound.coefficient_names())
       effect.coefficients.push_back({name, values[next++]});
-    const bool of_arm = groups[block.group].owner == EffectGroup::Owner::arm;
-    (of_arm ? result.arm : result.station).push_back(std::move(effect));
+    const bool of_arm = groups[block.group].owner == EffectGroup::Owner::arm &&
+                        !follows_campaign(effect.driver);
+    (of_arm ? result.arm : result.of_campaign).push_back(std::move(effect));
   }
 }
 
@@ -350,7 +356,7 @@ CalibrationResult beside(const CalibrationResult& fit, const Campaign& campaign,
                          const RandomEffects& random) {
   Robot robot = fit.robot;
   robot.effects.insert(robot.effects.end(), random.arm.begin(), random.arm.end());
-  robot.effects.insert(robot.effects.end(), random.station.begin(), random.station.end());
+  robot.effects.insert(robot.effects.end(), random.of_campaign.begin(), random.of_campaign.end());
   CalibrationOptions options;
   options.fitted_effects = static_cast<int>(fit.robot.effects.size());
   options.start_near(fit);

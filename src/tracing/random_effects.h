@@ -9,13 +9,12 @@
 
 namespace armtrue {
 
-/// Name of the effects of a robot that no finding stands behind.
-inline constexpr const char* kRemainder = "part of the remainder";
-
 /// What an arm and its station do beside a fit, without a name: the posterior mean of the effects
 /// of effect_groups(), each called `kRemainder`.
 struct RandomEffects {
-  std::vector<Effect> arm, station;
+  std::vector<Effect> arm;  ///< what the arm does at a pose, whatever went before
+  /// What follows time, an arrival or a temperature: it is of this campaign, and no part of the arm.
+  std::vector<Effect> of_campaign;
   std::vector<GroupShare> groups;
   double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect
   double evidence = 0;  ///< twice the log likelihood; of fits with one law of readings comparable

@@ -60,6 +60,10 @@ struct Effect {
   std::vector<Effect> members{};
 };
 
+/// Name of the many small effects that predict together what an arm does, and of which none is a
+/// finding.
+inline constexpr const char* kRemainder = "part of the remainder";
+
 /// Whether both have the same parameter and the same driver.
 inline bool same_place(const Effect& a, const Effect& b) {
   return a.parameter == b.parameter && a.driver == b.driver;
