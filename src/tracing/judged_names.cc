@@ -27,15 +27,31 @@ RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
   return random_effects(fit, timed, groups, law);
 }
 
-// Whether an effect is doubtful because no rigid arm has it, and not because it follows time.
-bool is_doubtful_by_angle(const Effect& effect) {
-  return effect.may_be_instrument && !effect.driver.involves(DriverKind::time);
+// Whether an effect is doubtful only because no rigid arm has it: not because it follows time, nor
+// because a law of the instrument could take its place.
+bool is_of_no_rigid_arm(const TracedEffect& traced) {
+  return traced.effect.may_be_instrument && !traced.effect.driver.involves(DriverKind::time) &&
+         std::ranges::none_of(traced.indistinguishable, [](const Rival& rival) {
+           return owner_of(rival.effect) == Owner::instrument && !is_distortion(rival.effect);
+         });
 }
 
-// The fit without the doubtful effects.
-CalibrationResult without_doubtful(const CalibrationResult& fit, const Campaign& campaign) {
+// Whether a field of space is among the claims; one that is only held beside a law of the
+// instrument is none.
+bool may_be_field(const TraceResult& trace) {
+  return std::ranges::any_of(trace.effects, [](const TracedEffect& traced) {
+    return is_distortion(traced.effect) || is_of_no_rigid_arm(traced);
+  });
+}
+
+// The fit without the effects of no rigid arm.
+CalibrationResult without_doubtful(const TraceResult& trace, const Campaign& campaign) {
+  const CalibrationResult& fit = trace.fit;
   Robot robot = fit.robot;
-  std::erase_if(robot.effects, is_doubtful_by_angle);
+  for (size_t k = trace.effects.size(), last = robot.effects.size(); k-- > 0;)
+    if (is_of_no_rigid_arm(trace.effects[k]))
+      robot.effects.erase(robot.effects.begin() +
+                          static_cast<std::ptrdiff_t>(last - trace.effects.size() + k));
   CalibrationOptions near;
   near.start_near(fit);
   return calibrate(robot, campaign, fit.set, near);
@@ -45,19 +61,22 @@ CalibrationResult without_doubtful(const CalibrationResult& fit, const Campaign&
 void settle_doubts(const Campaign& timed, JudgedTraining& judged) {
   TraceResult& trace = judged.training.trace;
   Robot& robot = trace.fit.robot;
-  if (std::ranges::none_of(robot.effects, is_doubtful_by_angle) ||
+  if (std::ranges::none_of(trace.effects, is_of_no_rigid_arm) ||
       std::ranges::any_of(robot.effects, is_distortion))
     return;
-  const CalibrationResult rival = without_doubtful(trace.fit, *judged.training.sound);
+  const CalibrationResult rival = without_doubtful(trace, *judged.training.sound);
   if (beside_groups(rival, timed, trace.fit, true).evidence > judged.random.evidence) return;
   const auto settle = [](Effect& effect) {
-    if (!is_doubtful_by_angle(effect)) return;
     effect.may_be_instrument = false;
     effect.mean = 0;
   };
-  std::ranges::for_each(robot.effects, settle);
-  std::ranges::for_each(trace.stages.back().robot.effects, settle);
-  for (TracedEffect& traced : trace.effects) settle(traced.effect);
+  const size_t first = robot.effects.size() - trace.effects.size();
+  for (size_t k = 0; k < trace.effects.size(); ++k) {
+    if (!is_of_no_rigid_arm(trace.effects[k])) continue;
+    settle(robot.effects[first + k]);
+    settle(trace.stages.back().robot.effects[first + k]);
+    settle(trace.effects[k].effect);
+  }
 }
 
 // Fits base, tool and targets alone.
@@ -84,7 +103,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   const CalibrationResult& fit = judged.training.trace.fit;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
   judged.random = beside_groups(fit, timed, fit);
-  if (std::ranges::any_of(fit.robot.effects, is_distortion)) {
+  if (may_be_field(judged.training.trace)) {
     if (options.progress) options.progress("searching without a distortion of the instrument");
     JudgedTraining rival{
         search_training(robot, given, then, without_distortion(catalogue), options), {}};
