@@ -268,10 +268,10 @@ int run(app::Command& command, const Arguments& arguments) {
   const Provenance provenance = command.provenance();
   for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
     if (!path.empty())
-      write_output(
-        path,
-        write_calibration(result_of(result), without_gross(measured.training, result.gross_poses),
-                          provenance, {.gross = result.gross_poses}));
+      write_output(path,
+                   write_calibration(result_of(result),
+                                     without_gross(measured.training, result.gross_poses),
+                                     provenance, {.gross = result.gross_poses}));
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
                  residuals(result_of(result).robot, measured, !arguments.test.empty()));

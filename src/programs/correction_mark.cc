@@ -9,8 +9,8 @@
 #include "programs/text_cursor.h"
 #include "programs/written_number.h"
 
-// Of what a correction leaves in a program. A comment stays in a program that is loaded, run and read back, and each language has one: KUKA
-// and FANUC `;` and `!`, ABB `!`, UR `#`. FANUC takes at most 32 characters.
+// What a correction leaves in a program. A comment stays in a program that is loaded, run and read
+// back: KUKA `;`, FANUC and ABB `!`, UR `#`. FANUC takes at most 32 characters.
 
 namespace armtrue {
 namespace {

@@ -53,21 +53,26 @@ Judging judging(const LoopResult& result, const Campaign& training, const Campai
   return {training, "training", "training " + what};
 }
 
+// Whether the result is more than the geometry.
+bool has_effects(const LoopResult& result) {
+  return !result.trace.effects.empty() || result.applied;
+}
+
 std::vector<Judged> models_of(const LoopResult& result, const Robot& nominal,
                               const Campaign& training, const Campaign& judging) {
-  const bool has_effects = !result.trace.effects.empty();
+  const bool has_more = has_effects(result);
   std::vector<Judged> models;
-  models.push_back({"nominal robot", has_effects ? Look::nominal : Look::before,
+  models.push_back({"nominal robot", has_more ? Look::nominal : Look::before,
                     evaluate(placed_nominal(nominal, training), judging)});
-  models.push_back({"calibrated geometry", has_effects ? Look::before : Look::after,
+  models.push_back({"calibrated geometry", has_more ? Look::before : Look::after,
                     evaluate(result.trace.stages.front().robot, judging)});
-  if (has_effects)
-    models.push_back({"with its effects", Look::after, evaluate(result.trace.fit.robot, judging)});
+  if (has_more)
+    models.push_back({"with its effects", Look::after, evaluate(result_of(result).robot, judging)});
   return models;
 }
 
 void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
-  const bool held_out = result.held_out_poses > 0, has_effects = !result.trace.effects.empty();
+  const bool held_out = result.held_out_poses > 0, has_more = has_effects(result);
   const auto mean_of = [&](size_t stage) {
     const Stage& of = result.stages[stage];
     return keyed_mm((held_out ? of.held_out : of.training).position.mean,
@@ -75,15 +80,15 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
            " mm";
   };
   const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
-  const bool in_summary = held_out && has_effects;
+  const bool in_summary = held_out && has_more;
   page.tiles({{"Before",
                in_summary ? keyed_mm(result.before, "before_after/before_mm") + " mm"
-                          : mean_of(has_effects ? 1 : 0),
-               has_effects ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
+                          : mean_of(has_more ? 1 : 0),
+               has_more ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
               {"After",
                held_out ? keyed_mm(result.after, "before_after/after_mm") + " mm"
                         : mean_of(result.stages.size() - 1),
-               (has_effects ? "with its effects, " : "calibrated geometry, ") + readings},
+               (has_more ? "with its effects, " : "calibrated geometry, ") + readings},
               {"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
                "what a perfect model would show"}});
 }

@@ -57,8 +57,8 @@ bool is_preferred(const Candidate& a, const Candidate& b, const KinematicChain& 
     const Driver& driver = effect.driver;
     const Shape& shape = effect.shape;
     return std::tuple(candidate.log_choices, !is_joint, place_of(effect.parameter, chain),
-                      driver.kind, driver.joint, driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
-                      shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
+                      driver.kind, driver.joint, driver.second_joint, driver.where, driver.factor,
+                      shape.kind, shape.harmonic, shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
   };
   return key(a) < key(b);
 }

@@ -191,7 +191,9 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
   std::string text = to_string(traced.effect.parameter) + " depends on " + to_string(traced.effect.driver) +
                      (words.empty() ? "" : ", " + words) + "; " + statement(traced, gain);
   // A step of the base is a knock of the instrument, not a property of the robot.
-  if (owner_of(traced.effect) == Owner::base && traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
+  const Effect& effect = traced.effect;
+  if (owner_of(effect) == Owner::base && effect.driver.kind == DriverKind::time &&
+      effect.shape.kind == ShapeKind::step)
     text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
             " begins a new session there";
   const DriverKind driver = traced.effect.driver.kind;

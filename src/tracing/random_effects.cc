@@ -45,7 +45,7 @@ struct Block {
 struct Equations {
   Eigen::MatrixXd random;    // equations x random numbers of all groups
   Eigen::MatrixXd fixed;     // equations x unknowns of the fit
-  Eigen::Index geometric = 0, coefficients = 0;  // of `fixed`: the unknowns of effects behind those of the geometry
+  Eigen::Index geometric = 0, coefficients = 0;  // of `fixed`: those of the effects stand behind
   Eigen::VectorXd weight;    // of each unknown, by its prior
   Eigen::VectorXd residual;
   Eigen::MatrixXd joints;    // equations x joints: derivatives by their zero offsets, times kReturn
@@ -59,13 +59,11 @@ struct Equations {
 
 // Turns the random numbers of each block so that their columns are orthogonal beside the fixed
 // effects, and leaves out those that say nothing.
-void turn_blocks(const std::vector<EffectGroup>& groups, const Eigen::MatrixXd& columns,
-                 double min_worth, Equations& all) {
+void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equations& all) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all.fixed);
   const Eigen::MatrixXd basis =
       qr.householderQ() * Eigen::MatrixXd::Identity(all.fixed.rows(), qr.rank());
   Eigen::Index from = 0, to = 0;
-  all.random.resize(columns.rows(), columns.cols());
   for (size_t g = 0; g < groups.size(); ++g) {
     const std::vector<RandomEffect>& effects = groups[g].effects;
     for (size_t k = 0; k < effects.size();) {
@@ -77,7 +75,7 @@ void turn_blocks(const std::vector<EffectGroup>& groups, const Eigen::MatrixXd& 
         numbers += effects[k].root.cols();
         ++block.effects, ++k;
       }
-      Eigen::MatrixXd own = columns.middleCols(from, numbers);
+      const Eigen::MatrixXd own = all.random.middleCols(from, numbers);
       const Eigen::MatrixXd beside = own - basis * (basis.transpose() * own);
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(beside.transpose() * beside);
       Rows kept;
@@ -85,7 +83,7 @@ void turn_blocks(const std::vector<EffectGroup>& groups, const Eigen::MatrixXd& 
         if (axes.eigenvalues()[i] > min_worth) kept.push_back(i);
       const Eigen::MatrixXd turn = axes.eigenvectors()(Eigen::all, kept);
       block.count = turn.cols();
-      all.random.middleCols(to, block.count) = own * turn;
+      all.random.middleCols(to, block.count).noalias() = own * turn;  // `to` is never beyond `from`
       block.root.resize(coefficients, block.count);
       Eigen::Index row = 0, number = 0;
       for (size_t i = block.effect; i < block.effect + block.effects; ++i) {
@@ -110,8 +108,9 @@ Equations equations(const std::vector<EffectGroup>& groups, const CalibrationRes
   for (int row = 0; row < campaign.rows(); ++row)
     blocks.middleRows(row * all.row_size, all.row_size) *= std::sqrt(fit.weights[row]);
   // Student's law may put its weights to any scale; here a residual is one.
-  const double scale =
-      1 / std::sqrt(blocks.rightCols<1>().squaredNorm() / static_cast<double>(blocks.rows()));
+  const double left =
+      std::sqrt(blocks.rightCols<1>().squaredNorm() / static_cast<double>(blocks.rows()));
+  const double scale = left > 0 ? 1 / left : 1;
   blocks *= scale;
   all.log_scale = std::log(scale);
   all.fixed = blocks.leftCols(models.unknowns());
@@ -139,12 +138,12 @@ Equations equations(const std::vector<EffectGroup>& groups, const CalibrationRes
     }
   const CandidateScan scan(candidates, fit.robot, in_common_frame(campaign, fit.robot));
   const Linearization linear(fit, campaign);
-  Eigen::MatrixXd columns(blocks.rows(), numbers);
+  all.random.resize(blocks.rows(), numbers);
   Eigen::Index next = 0;
   int candidate = 0;
   for (const EffectGroup& group : groups)
     for (const RandomEffect& random : group.effects) {
-      columns.middleCols(next, random.root.cols()) =
+      all.random.middleCols(next, random.root.cols()) =
           scan.columns_at_readings(linear, candidate++) * (scale * random.root);
       next += random.root.cols();
     }
@@ -158,7 +157,7 @@ Equations equations(const std::vector<EffectGroup>& groups, const CalibrationRes
             scale * kReturn * replicates.share[r] *
             linear.jacobian().col(zero_offset(fit.robot.chain, j)).segment(row * all.row_size,
                                                                           all.row_size);
-  turn_blocks(groups, columns, min_worth, all);
+  turn_blocks(groups, min_worth, all);
   return all;
 }
 
@@ -334,16 +333,16 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   RandomEffects result;
   result.gain = found.gain;
   result.evidence = evidence;
-  result.noise = found.noise;
   const double readings = folded.sums.freedom;
   std::vector<bool> counts(groups.size());
   for (size_t k = 0; k < widths.of.size(); ++k) {
     const VarianceGroup& width = widths.of[k];
     const Eigen::VectorXd u = found.mean.segment(width.first, width.count);
-    const double square = u.dot(folded.sums.zz.block(width.first, width.first, width.count, width.count) * u);
+    const auto own =
+        folded.sums.zz.block(width.first, width.first, width.count, width.count);
     const EffectGroup& group = groups[widths.group[k]];
-    result.groups.push_back({group.name, group.owner == EffectGroup::Owner::arm, found.tau[static_cast<Eigen::Index>(k)],
-                             std::sqrt(square / readings) / found.noise});
+    result.groups.push_back({group.name, group.owner == EffectGroup::Owner::arm,
+                             std::sqrt(u.dot(own * u) / readings) / found.noise});
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
   if (found.gain < kMinGain) return result;

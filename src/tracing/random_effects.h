@@ -18,7 +18,6 @@ struct RandomEffects {
   std::vector<GroupShare> groups;
   double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect
   double evidence = 0;  ///< twice the log likelihood; of fits with one law of readings comparable
-  double noise = 1;     ///< of the readings, as a multiple of what the fit takes for it
 };
 
 /// A linear mixed model r = X b + Z u + e (Henderson 1975): X the unknowns of the fit with their

@@ -42,10 +42,9 @@ struct RejectedModel {
 
 /// What one group of random effects does to the readings of the training poses.
 struct GroupShare {
-  std::string name;      ///< in words: "gravity", "curves of the joints"
-  bool of_arm = true;    ///< else of the station
-  double tau = 0;        ///< standard deviation of its random numbers; 1 is usual
-  double of_noise = 0;   ///< RMS of what it moves them, in standard deviations of their noise
+  std::string name;     ///< in words: "gravity", "curves of the joints"
+  bool of_arm = true;   ///< else of the station
+  double of_noise = 0;  ///< RMS of what it moves them, in standard deviations of their noise
 };
 
 /// The arm as it is applied: the model with all that the arm does without a name besides, as the
