@@ -84,7 +84,6 @@ void ModelSearch::run() {
     drop_idle();
     drop_by_refit();
   } while (drop_half_shown());
-  prefer_distortion();
   split_families();
   hold_family_of_most_arms();
   if (std::optional<CalibrationResult> geometry = model_.settle_tool())
@@ -101,7 +100,6 @@ void ModelSearch::find_effects() {
     while (step()) {
       if (may_revise && model_.chosen().size() > 1) revise(KnownCauses::stay);
       merge_into_spline(kMinPiecesOfCurve);
-      merge_into_distortion();
       may_revise &= is_new_model();
       result_.stages.push_back(model_.fit());
     }

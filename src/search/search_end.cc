@@ -83,38 +83,6 @@ void ModelSearch::drop_by_refit() {
     }
 }
 
-// No rigid arm has a base or a length that follows a joint angle. Such curves give way to an
-// instrument that distorts space, unless poses left out are clearly predicted better with them.
-void ModelSearch::prefer_distortion() {
-  const std::optional<Candidate> distortion = model_.finest_distortion();
-  if (!distortion) return;
-  const CalibrationResult& fit = model_.fit();
-  std::vector<int> pieces;
-  bool has_curve = false;
-  Robot with_distortion = fit.robot;
-  with_distortion.effects.resize(static_cast<size_t>(model_.declared()));
-  for (size_t k = 0; k < model_.chosen().size(); ++k) {
-    const Candidate& chosen = model_.chosen()[k];
-    const bool is_curve = !chosen.from_catalogue &&
-                          chosen.effect.driver.involves(DriverKind::joint_angle) &&
-                          is_of_no_arm(chosen.effect, fit.robot.chain);
-    has_curve |= is_curve;
-    if (is_curve || is_polynomial(chosen.effect.shape))
-      pieces.push_back(static_cast<int>(k));
-    else
-      with_distortion.effects.push_back(fit.robot.effects[static_cast<size_t>(model_.in_fit(k))]);
-  }
-  if (!has_curve) return;
-  Effect& added = with_distortion.effects.emplace_back(distortion->effect);
-  const BoundEffect bound(added, with_distortion, campaign_.temperature_names);
-  added.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
-  const Eigen::VectorXd with = errors_left_out(fit.robot);
-  if (is_clearly_better(errors_left_out(with_distortion).cwiseAbs2() - with.cwiseAbs2())) return;
-  model_.merge(pieces, *distortion);
-  const auto last = static_cast<int>(model_.chosen().size()) - 1;
-  if (model_.score_of({last}).score <= 0) model_.hold({last});
-}
-
 // Members of a family that the readings speak for become findings. The others stay in the model,
 // held by the prior that they share, if the readings speak for all of them together.
 void ModelSearch::split_families() {

@@ -63,8 +63,6 @@ class ModelSearch {
                                                         const ProjectedCandidates::Place& place);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
-  bool merge_into_distortion();
-  bool is_piece_of_distortion(const Candidate& candidate) const;
 
   // At the end (search_end.cc).
   void settle_inner_values();
@@ -72,7 +70,6 @@ class ModelSearch {
   void settle_inner_values(const std::function<bool(const Candidate&)>& asked, double least);
   void drop_idle();
   void drop_by_refit();
-  void prefer_distortion();
   void split_families();
   void hold_family_of_most_arms();
   bool add_beside_found(Candidate family);

@@ -174,38 +174,4 @@ bool ModelSearch::merge_into_spline(size_t least) {
   return true;
 }
 
-// Whether a candidate may be a part of a distortion by the instrument: an error of its line of
-// sight that is constant in time, or an effect that no rigid arm has.
-bool ModelSearch::is_piece_of_distortion(const Candidate& candidate) const {
-  const Effect& effect = candidate.effect;
-  if (owner_of(effect) != Owner::instrument)
-    return !candidate.from_catalogue && is_of_no_arm(effect, model_.fit().robot.chain);
-  return effect.driver.kind != DriverKind::time && effect.driver.kind != DriverKind::incidence;
-}
-
-// Replaces two or more pieces of a distortion of space by one where EBIC prefers it. False if
-// nothing changed.
-bool ModelSearch::merge_into_distortion() {
-  std::vector<int> pieces, effects;
-  for (size_t k = 0; k < model_.chosen().size(); ++k)
-    if (is_piece_of_distortion(model_.chosen()[k])) {
-      pieces.push_back(static_cast<int>(k));
-      effects.push_back(model_.in_fit(k));
-    }
-  if (pieces.size() < 2) return false;
-  double most = model_.score_of(pieces).score + kMinFallToExchange;
-  const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
-      most, effects,
-      [&](int candidate) { return is_polynomial(candidates()[candidate].effect.shape); });
-  std::optional<Candidate> distortion;
-  for (size_t c = 0; c < scores.size(); ++c)
-    if (scores[c].score > most) {
-      most = scores[c].score;
-      distortion = candidates()[c];
-    }
-  if (!distortion || ++merges_ > kMaxMerges) return false;
-  model_.merge(pieces, *distortion);
-  return true;
-}
-
 }  // namespace armtrue

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "linear_algebra/decompositions.h"
 
@@ -9,33 +11,96 @@ namespace armtrue {
 namespace {
 
 constexpr int kMaxSteps = 100;
-constexpr double kTolerance = 0.01;  // of ln tau and ln s: their doubt is far larger
+constexpr double kTolerance = 0.05;  // rise of the log likelihood by a step
 constexpr double kMostOfStep = 1.5;  // of ln tau
 constexpr double kLeastTau = 1e-4;   // of what is usual: such a group adds nothing
 
-// With D the diagonal of tau, M = s^2 I + D Z'^T Z' D.
-struct Posterior {
-  Eigen::VectorXd mean;     // D M^-1 D Z'^T r'
-  Eigen::VectorXd inverse;  // diagonal of s^2 M^-1
-  double log_determinant;   // of M / s^2
-  double left;              // r'^T r' - r'^T Z' mean
+// The restricted log likelihood L of theta = (ln tau of each group, ln s), and with the priors of tau.
+struct Likelihood {
+  double alone = 0, value = 0;  // L, L + ln prior
+  Eigen::VectorXd mean;        // of u
+  Eigen::VectorXd gradient;    // by theta
+  Eigen::MatrixXd curvature;   // average information and the precision of the priors, by theta
+  Eigen::VectorXd fixed_point; // theta at which the gradient vanishes with the determined numbers held
 };
 
-Posterior posterior(const MixedModelSums& sums, const Eigen::VectorXd& tau, double noise) {
-  const double variance = noise * noise;
+// ln tau at which squares / tau^2 - determined - precision ln tau = 0, by Newton's method.
+double log_tau_at(double squares, double determined, double precision, double log_tau) {
+  for (int k = 0; k < 50; ++k) {
+    const double pull = squares * std::exp(-2 * log_tau);
+    const double newton =
+        (pull - determined - precision * log_tau) / (2 * pull + precision);
+    log_tau += std::clamp(newton, -1.0, 1.0);
+    if (std::abs(newton) < 1e-6) break;
+  }
+  return log_tau;
+}
+
+// With D the diagonal of tau, M = s^2 I + D Z'^T Z' D:
+//     u = D M^-1 D Z'^T r',   e = r' - Z' u,
+//     2 L = -n ln s^2 - ln det (M / s^2) - r'^T e / s^2,  2 ln prior = -sum (ln tau / spread)^2.
+// Average information (Gilmour, Thompson, Cullis 1995): A_gh = w_g^T P w_h / 2 with
+//     w_g = 2 Z'_g u_g for ln tau_g, w_s = 2 e for ln s, P = (I - Z' D M^-1 D Z'^T) / s^2.
+Likelihood likelihood(const MixedModelSums& sums, const std::vector<VarianceGroup>& groups,
+                      const Eigen::VectorXd& theta) {
+  const Eigen::Index p = sums.zr.size(), count = std::ssize(groups);
+  const double variance = std::exp(2 * theta[count]);
+  Eigen::VectorXd tau(p);
+  for (Eigen::Index g = 0; g < count; ++g)
+    tau.segment(groups[g].first, groups[g].count).setConstant(std::exp(theta[g]));
   Eigen::MatrixXd m = tau.asDiagonal() * sums.zz * tau.asDiagonal();
   m.diagonal().array() += variance;
-  const Eigen::LLT<Eigen::MatrixXd> factor(m);
-  const Eigen::MatrixXd& lower = factor.matrixLLT();
-  Posterior result;
-  result.mean = tau.cwiseProduct(factor.solve(Eigen::MatrixXd(tau.cwiseProduct(sums.zr))).col(0));
-  result.log_determinant = 2 * lower.diagonal().array().log().sum() -
-                           static_cast<double>(tau.size()) * std::log(variance);
-  result.left = sums.rr - sums.zr.dot(result.mean);
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(m.rows(), m.cols());
-  lower.triangularView<Eigen::Lower>().solveInPlace(inverse);
-  result.inverse = variance * inverse.colwise().squaredNorm().transpose();
-  return result;
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(m);
+  const auto lower = factor.matrixL();
+  Likelihood at;
+  Eigen::VectorXd half = tau.cwiseProduct(sums.zr);
+  lower.solveInPlace(half);
+  at.mean = tau.cwiseProduct(factor.matrixU().solve(half));
+  const double log_determinant = 2 * m.diagonal().array().log().sum() -
+                                 static_cast<double>(p) * std::log(variance);
+  const double left = sums.rr - half.squaredNorm();
+  at.alone = -0.5 * (sums.freedom * std::log(variance) + log_determinant + left / variance);
+  at.value = at.alone;
+
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
+  lower.solveInPlace(inverse);
+  const Eigen::VectorXd undetermined = variance * inverse.colwise().squaredNorm().transpose();
+
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(p, count + 1);  // Z'^T w
+  for (Eigen::Index g = 0; g < count; ++g) {
+    const auto [first, own, spread] = groups[g];
+    products.col(g).noalias() = 2 * sums.zz.middleCols(first, own) * at.mean.segment(first, own);
+  }
+  products.col(count) = 2 * sums.zr - products.leftCols(count).rowwise().sum();
+  const double rest = sums.rr - at.mean.dot(sums.zr) - 0.5 * at.mean.dot(products.col(count));
+  Eigen::MatrixXd& a = at.curvature;
+  a.resize(count + 1, count + 1);
+  for (Eigen::Index g = 0; g < count; ++g)
+    a.row(g) = 2 * at.mean.segment(groups[g].first, groups[g].count).transpose() *
+               products.middleRows(groups[g].first, groups[g].count);
+  a.row(count).head(count) = a.col(count).head(count).transpose();
+  a(count, count) = 4 * rest;
+  const Eigen::MatrixXd beside = lower.solve(tau.asDiagonal() * products);
+  a = (a - beside.transpose() * beside) / (2 * variance);
+
+  at.gradient.resize(count + 1);
+  at.fixed_point.resize(count + 1);
+  double determined = 0;
+  for (Eigen::Index g = 0; g < count; ++g) {
+    const auto [first, own, spread] = groups[g];
+    const double of_group = static_cast<double>(own) - undetermined.segment(first, own).sum();
+    const double squares = at.mean.segment(first, own).squaredNorm();
+    const double precision = 1 / (spread * spread);
+    determined += of_group;
+    at.value -= 0.5 * precision * theta[g] * theta[g];
+    at.gradient[g] = squares * std::exp(-2 * theta[g]) - of_group - precision * theta[g];
+    at.fixed_point[g] = log_tau_at(squares, of_group, precision, theta[g]);
+    a(g, g) += precision;
+  }
+  const double freedom = std::max(1.0, sums.freedom - determined);
+  at.gradient[count] = rest / variance - freedom;
+  at.fixed_point[count] = 0.5 * std::log(std::max(rest, 1e-12 * sums.rr) / freedom);
+  return at;
 }
 
 }  // namespace
@@ -43,55 +108,41 @@ Posterior posterior(const MixedModelSums& sums, const Eigen::VectorXd& tau, doub
 VarianceComponents restricted_likelihood(const MixedModelSums& sums,
                                          const std::vector<VarianceGroup>& groups,
                                          const Eigen::VectorXd& start) {
-  VarianceComponents result;
-  const auto count = static_cast<Eigen::Index>(groups.size());
-  result.tau = start.size() > 0 ? start : Eigen::VectorXd::Ones(count);
+  const Eigen::Index count = std::ssize(groups);
   const double noise_alone = std::sqrt(sums.rr / sums.freedom);
-  result.noise = start.size() > 0 ? noise_alone : 0.7 * noise_alone;
-  Eigen::VectorXd tau(sums.zr.size());
-  double log_likelihood = 0;
+  Eigen::VectorXd theta(count + 1);
+  theta << (start.size() > 0 ? start : Eigen::VectorXd::Ones(count)).array().log().matrix(),
+      std::log(0.7 * noise_alone);
+  Likelihood best;
+  best.value = -std::numeric_limits<double>::infinity();
+  Eigen::VectorXd best_theta, safe;  // `safe`: from the best to its fixed point
   for (int step = 0; step < kMaxSteps; ++step) {
-    for (Eigen::Index g = 0; g < count; ++g)
-      tau.segment(groups[g].first, groups[g].count).setConstant(result.tau[g]);
-    const Posterior at = posterior(sums, tau, result.noise);
-    result.mean = at.mean;
-    const double variance = result.noise * result.noise;
-    log_likelihood = -0.5 * (sums.freedom * std::log(variance) + at.log_determinant +
-                             at.left / variance);
-    double determined = 0, change = 0;
-    for (Eigen::Index g = 0; g < count; ++g) {
-      const VarianceGroup& group = groups[g];
-      const double of_group =
-          static_cast<double>(group.count) - at.inverse.segment(group.first, group.count).sum();
-      determined += of_group;
-      const double squares = at.mean.segment(group.first, group.count).squaredNorm();
-      // d/d(ln tau): squares / tau^2 - of_group - ln tau / log_spread^2 = 0, by Newton's step in
-      // ln tau of the left side with `of_group` held.
-      const double precision = 1 / (group.log_spread * group.log_spread);
-      double log_tau = std::log(result.tau[g]);
-      const double before = log_tau;
-      for (int k = 0; k < 50; ++k) {
-        const double pull = squares * std::exp(-2 * log_tau);
-        const double newton = (pull - of_group - precision * log_tau) / (2 * pull + precision);
-        log_tau += std::clamp(newton, -1.0, 1.0);
-        if (std::abs(newton) < 1e-6) break;
-      }
-      log_tau = std::clamp(log_tau, before - kMostOfStep, before + kMostOfStep);
-      log_tau = std::max(log_tau, std::log(kLeastTau));
-      change = std::max(change, std::abs(log_tau - before) * std::min(1.0, std::sqrt(of_group)));
-      result.tau[g] = std::exp(log_tau);
+    Likelihood at = likelihood(sums, groups, theta);
+    const double rise = at.value - best.value;
+    if (rise < 0) {  // Newton's step went too far
+      if (theta == safe) break;
+      theta = safe;
+      continue;
     }
-    const Eigen::VectorXd fitted = sums.zz * at.mean;
-    const double rest = sums.rr - 2 * sums.zr.dot(at.mean) + at.mean.dot(fitted);
-    const double noise = std::sqrt(std::max(rest, 1e-12 * sums.rr) /
-                                   std::max(1.0, sums.freedom - determined));
-    change = std::max(change, std::abs(std::log(noise / result.noise)));
-    result.noise = noise;
-    if (change < kTolerance) break;
+    best = std::move(at);
+    best_theta = theta;
+    if (rise < kTolerance) break;
+    const auto bounded = [&](const Eigen::VectorXd& to) {
+      Eigen::VectorXd next = theta + (to - theta).cwiseMax(-kMostOfStep).cwiseMin(kMostOfStep);
+      next.head(count) = next.head(count).cwiseMax(std::log(kLeastTau));
+      return next;
+    };
+    safe = bounded(best.fixed_point);
+    const Eigen::VectorXd newton = best.curvature.ldlt().solve(best.gradient);
+    theta = newton.cwiseAbs().maxCoeff() < kMostOfStep ? bounded(theta + newton) : safe;
   }
+  VarianceComponents result;
+  result.tau = best_theta.head(count).array().exp();
+  result.noise = std::exp(best_theta[count]);
+  result.mean = best.mean;
   const double alone =
       -0.5 * (sums.freedom * std::log(noise_alone * noise_alone) + sums.freedom);
-  result.gain = 2 * (log_likelihood - alone);
+  result.gain = 2 * (best.alone - alone);
   return result;
 }
 

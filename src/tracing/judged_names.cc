@@ -57,15 +57,19 @@ CalibrationResult without_doubtful(const TraceResult& trace, const Campaign& cam
   return calibrate(robot, campaign, fit.set, near);
 }
 
-// Gives the arm what a field of space explains less well.
-void settle_doubts(const Campaign& timed, JudgedTraining& judged) {
-  TraceResult& trace = judged.training.trace;
+// By how much more the readings speak for a model that has a field of space in the place of what no
+// rigid arm does: twice the log of the odds, random effects of arm and station beside both.
+double evidence_of_field(const Campaign& timed, const JudgedTraining& judged) {
+  const TraceResult& trace = judged.training.trace;
+  const CalibrationResult rival = std::ranges::any_of(trace.effects, is_of_no_rigid_arm)
+                                      ? without_doubtful(trace, *judged.training.sound)
+                                      : trace.fit;
+  return beside_groups(rival, timed, trace.fit, true).evidence - judged.random.evidence;
+}
+
+// Gives the arm what no rigid arm does.
+void settle_doubts(TraceResult& trace) {
   Robot& robot = trace.fit.robot;
-  if (std::ranges::none_of(trace.effects, is_of_no_rigid_arm) ||
-      std::ranges::any_of(robot.effects, is_distortion))
-    return;
-  const CalibrationResult rival = without_doubtful(trace, *judged.training.sound);
-  if (beside_groups(rival, timed, trace.fit, true).evidence > judged.random.evidence) return;
   const auto settle = [](Effect& effect) {
     effect.may_be_instrument = false;
     effect.mean = 0;
@@ -98,29 +102,38 @@ void place(const Campaign& campaign, Robot& robot) {
 
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options) {
-  JudgedTraining judged{search_training(robot, given, then, catalogue, options), {}};
-  if (judged.training.trace.left_out) return judged;
-  const CalibrationResult& fit = judged.training.trace.fit;
+  const auto searched = [&](const Catalogue& among) {
+    JudgedTraining judged{search_training(robot, given, then, among, options), {}};
+    if (judged.training.trace.left_out) return judged;
+    const CalibrationResult& fit = judged.training.trace.fit;
+    judged.random = beside_groups(fit, in_order_of_visits(*judged.training.sound), fit);
+    return judged;
+  };
+  const Catalogue rigid = without_distortion(catalogue);
+  JudgedTraining judged = searched(rigid);
+  TraceResult& trace = judged.training.trace;
+  if (trace.left_out) return judged;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
-  judged.random = beside_groups(fit, timed, fit);
-  if (may_be_field(judged.training.trace)) {
-    if (options.progress) options.progress("searching without a distortion of the instrument");
-    JudgedTraining rival{
-        search_training(robot, given, then, without_distortion(catalogue), options), {}};
+  const double of_field = evidence_of_field(timed, judged);
+  const bool has_law = std::ranges::any_of(trace.effects, [](const TracedEffect& traced) {
+    return owner_of(traced.effect) == Owner::instrument;
+  });
+  if (rigid.size() < catalogue.size() && (of_field > kRuledOut || has_law)) {
+    if (options.progress) options.progress("searching with a distortion of the instrument");
+    JudgedTraining bent = searched(catalogue);
     const bool is_comparable =
-        rows_of(rival.training.gross_poses) == rows_of(judged.training.gross_poses);
-    const CalibrationResult& other = rival.training.trace.fit;
-    rival.random = beside_groups(other, in_order_of_visits(*rival.training.sound), other);
+        rows_of(bent.training.gross_poses) == rows_of(judged.training.gross_poses);
+    const CalibrationResult &other = bent.training.trace.fit, &fit = trace.fit;
     // The law of readings of each model speaks for it, so both are asked.
     const auto speaks = [&](const CalibrationResult& law) {
-      const double own = &law == &fit ? judged.random.evidence
-                                      : beside_groups(fit, timed, law).evidence;
-      return own - (&law == &other ? rival.random : beside_groups(other, timed, law)).evidence;
+      const double own = (&law == &other ? bent.random : beside_groups(other, timed, law)).evidence;
+      return own - (&law == &fit ? judged.random : beside_groups(fit, timed, law)).evidence;
     };
-    if (!is_comparable || 0.5 * (speaks(fit) + speaks(other)) < kRuledOut)
-      judged = std::move(rival);
+    if (!may_be_field(bent.training.trace) ||
+        (is_comparable && 0.5 * (speaks(fit) + speaks(other)) > kRuledOut))
+      return bent;
   }
-  settle_doubts(timed, judged);
+  if (of_field <= 0) settle_doubts(trace);
   return judged;
 }
 
