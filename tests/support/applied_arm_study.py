@@ -445,12 +445,18 @@ def judge_products(cell, folder, command, exits, row):
             "wrong": " | ".join(f"{e['parameter']} ~ {e['driver']}" for e in wrong),
             "unexplained_by": sum(not explained(cell, e) for e in effects),
             "not_applied": sum(bool(e.get("may_be_instrument")) for e in effects),
-            "without_name": " | ".join(f"{g['group']} ({g['owner']}) {g['of_noise']:.2g}" for g in loop.get("without_name") or []),
+            "without_name": nameless(loop),
             "before_mm": loop["before_after"]["before_mm"], "after_mm": loop["before_after"]["after_mm"],
             "harmed": int(harmed(geometry)), "harmed_all_poses": int(harmed(all_poses)),
             "harmed_nominal": int(harmed(nominal)),
             "false_confidence": int(confident and result > FALSE_FLOORS * floor
                                     and result > 2 * float(row["std_mm"] or 0.0))}
+
+
+def nameless(loop):
+    """What is in the model without a finding."""
+    held = [f"held by a prior: {e['parameter']} ~ {e['driver']}" for e in loop.get("held_by_priors") or []]
+    return " | ".join(held + [f"{g['group']} ({g['owner']}) {g['of_noise']:.2g}" for g in loop.get("without_name") or []])
 
 
 # ---- the study ---------------------------------------------------------------------------------------------------
