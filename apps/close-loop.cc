@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -155,7 +157,10 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
     check_apart(measured.training, measured.held_out);
     warn_of_repeats(command, measured.training, measured.held_out);
     const bool is_asked_for =
-        arguments.nested_folds > 0 || !arguments.residuals.empty() || !arguments.next_poses.empty();
+        arguments.nested_folds > 0 ||
+        std::ranges::any_of(std::array{arguments.residuals, arguments.next_poses,
+                                       arguments.robot_out, arguments.predictor_out},
+                            [](const std::string& path) { return !path.empty(); });
     if (!is_asked_for) measured.all = {};
   } else {
     measured.training = measured.all;
@@ -239,6 +244,25 @@ void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
       std::abs(*result.common_backlash) / kDegree));
 }
 
+// Writes the robot fitted to all poses of the campaign. With --test no pose of it was held out.
+void write_robots(app::Command& command, const Arguments& arguments, const Measured& measured,
+                  const LoopResult& result, const Provenance& provenance) {
+  if (arguments.robot_out.empty() && arguments.predictor_out.empty()) return;
+  const bool has_held_out = !measured.split.held_out.empty();
+  std::string text;
+  if (has_held_out) {
+    command.progress("fitting the result to all poses");
+    const FitToAll to_all = fit_to_all(result, measured.all, app::catalogue(arguments.catalogue));
+    text = write_calibration(to_all.fit, to_all.sound, provenance, {.gross = to_all.gross_poses});
+  } else {
+    text = write_calibration(result_of(result),
+                             without_gross(measured.training, result.gross_poses), provenance,
+                             {.gross = result.gross_poses});
+  }
+  for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
+    if (!path.empty()) write_output(path, text);
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -266,12 +290,7 @@ int run(app::Command& command, const Arguments& arguments) {
         contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})
     if (!doubt.empty()) command.warn(doubt);
   const Provenance provenance = command.provenance();
-  for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
-    if (!path.empty())
-      write_output(path,
-                   write_calibration(result_of(result),
-                                     without_gross(measured.training, result.gross_poses),
-                                     provenance, {.gross = result.gross_poses}));
+  write_robots(command, arguments, measured, result, provenance);
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
                  residuals(result_of(result).robot, measured, !arguments.test.empty()));

@@ -112,19 +112,11 @@ int width_of(const Effect& effect, Priors& priors) {
   return static_cast<int>(priors.widths.size()) - 1;
 }
 
-// Whether it is a lasting error of the instrument, which is as large as instruments err. What
-// happens to it at a time, as a knock, may be of any size.
-bool is_lasting_error_of_instrument(const Effect& effect) {
-  return owner_of(effect) == Owner::instrument &&
-         !is_instrument_parameter(effect.parameter, InstrumentParameter::scale) &&
-         !effect.driver.involves(DriverKind::time);
-}
-
 // No law describes an instrument exactly: a distortion beside other errors is what they leave.
 bool is_rest_of_instrument(const Robot& robot, const Effect& effect) {
   return is_polynomial(effect.shape) &&
          std::ranges::any_of(robot.effects, [&](const Effect& other) {
-           return is_lasting_error_of_instrument(other) && !is_polynomial(other.shape);
+           return is_lasting_of_instrument(other) && !is_polynomial(other.shape);
          });
 }
 
@@ -156,7 +148,7 @@ void add_coefficients(const Robot& robot, const SessionModels& models, Priors& p
   int k = models.geometric_count();
   for (int e = 0; e < models.fitted_effects(); ++e) {
     const Effect& effect = robot.effects[e];
-    const bool of_instrument = is_lasting_error_of_instrument(effect);
+    const bool of_instrument = is_lasting_of_instrument(effect);
     const bool is_curve = !of_instrument && effect.shape.kind == ShapeKind::series &&
                           effect.coefficients.size() >= kMinOfCurve;
     double squares = 0;

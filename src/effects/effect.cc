@@ -4,6 +4,12 @@
 
 namespace armtrue {
 
+bool is_lasting_of_instrument(const Effect& effect) {
+  return owner_of(effect) == Owner::instrument &&
+         !is_instrument_parameter(effect.parameter, InstrumentParameter::scale) &&
+         !effect.driver.involves(DriverKind::time);
+}
+
 int group_size(const Parameter& parameter) {
   if (parameter.component != Parameter::kWhole) return 1;
   switch (parameter.owner) {

@@ -61,7 +61,8 @@ void series_values(const Shape& shape, int driver, double x, double* out) {
 int series_count(const Shape& shape) {
   if (shape.basis == SeriesBasis::saturating || shape.basis == SeriesBasis::bump) return 1;
   const int n = shape.count;
-  if (shape.basis == SeriesBasis::polynomial) return (n + 1) * (n + 2) * (n + 3) / 6 - 4;
+  if (shape.basis == SeriesBasis::polynomial)
+    return n == 1 ? 3 : (n + 1) * (n + 2) * (n + 3) / 6 - 4;
   return shape.basis == SeriesBasis::fourier ? 2 * n : n;
 }
 
@@ -191,7 +192,7 @@ void evaluate_polynomial(const Shape& shape, const Eigen::Vector3d& place, doubl
     u[axis] = std::clamp((2 * place[axis] - shape.low[axis] - shape.high[axis]) /
                              (shape.high[axis] - shape.low[axis]),
                          -1.0, 1.0);
-  for (int degree = 2; degree <= shape.count; ++degree)
+  for (int degree = std::min(2, shape.count); degree <= shape.count; ++degree)
     for (int a = degree; a >= 0; --a)
       for (int b = degree - a; b >= 0; --b)
         *out++ = std::pow(u[0], a) * std::pow(u[1], b) * std::pow(u[2], degree - a - b);

@@ -21,8 +21,7 @@ namespace {
 constexpr double kOfGravity = 2e-4, kOfBending = 1e-4, kOfFoot = 5e-5, kOfCurve = 1e-4,
                  kOfFrame = 4e-5, kOfFineCurve = 3e-5, kOfOthers = 2e-5, kOfArrival = 5e-5,
                  kOfTemperature = 3e-5, kOfTime = 3e-5;
-constexpr double kOfField = 3e-4;  // m: three times the noise of a tracker, as in the fit's prior
-constexpr int kDegreeOfField = 3;
+constexpr double kOfInstrument = 3e-4;  // m: three times the noise of a tracker, as in the fit's prior
 constexpr double kLever = 1.0;           // m
 constexpr double kWithinThree = 1.0986;  // ln 3: two thirds of all arms are within a factor of three
 constexpr int kContexts = 1000;          // tell an RMS to two digits
@@ -43,19 +42,33 @@ class Groups {
     for (int row : evenly_chosen(rows, kContexts)) contexts_.push_back(campaign.context(row));
   }
 
-  EffectGroup field() {
-    begin("distorted space", EffectGroup::Owner::station);
-    RandomEffect random{{"", "instrument.point", {DriverKind::place, -1, -1, ""},
-                         series_shape(SeriesBasis::polynomial, kDegreeOfField), {}}, {}};
-    set_range_of_places(robot_, campaign_, random.effect.shape);
-    const BoundEffect bound(random.effect, robot_, campaign_.temperature_names);
-    const Eigen::MatrixXd of_axis = orthonormal(values_of(bound), kOfField);
-    const Eigen::Index values = of_axis.rows(), numbers = of_axis.cols();
-    random.root = Eigen::MatrixXd::Zero(3 * values, 3 * numbers);
-    for (int axis = 0; axis < 3; ++axis)
-      random.root.block(axis * values, axis * numbers, values, numbers) = of_axis;
-    groups_.back().effects.push_back(std::move(random));
-    return std::move(groups_.back());
+  std::vector<EffectGroup> of_instrument(const std::vector<Candidate>& candidates) {
+    begin("errors of the instrument", EffectGroup::Owner::station);
+    int finest = 0;  // a distortion contains the coarser ones
+    for (const Candidate& candidate : candidates)
+      if (is_polynomial(candidate.effect.shape))
+        finest = std::max(finest, candidate.effect.shape.count);
+    const double range =
+        std::max(1.0, (robot_.chain.base.translation - instrument_place(robot_)).norm());
+    for (const Candidate& candidate : candidates) {
+      if (!is_lasting_of_instrument(candidate.effect)) continue;
+      RandomEffect random{candidate.effect, {}};
+      if (is_polynomial(random.effect.shape) && random.effect.shape.count < finest) continue;
+      const bool turns =
+          unit_of_parameter(robot_.chain, random.effect.parameter) == ParameterUnit::radian;
+      const BoundEffect bound(random.effect, robot_, campaign_.temperature_names);
+      const Eigen::MatrixXd of_axis =
+          orthonormal(values_of(bound), turns ? kOfInstrument / range : kOfInstrument);
+      const Eigen::Index values = of_axis.rows(), numbers = of_axis.cols();
+      const Eigen::Index axes = bound.coefficient_count() / values;
+      random.root = Eigen::MatrixXd::Zero(axes * values, axes * numbers);
+      for (Eigen::Index axis = 0; axis < axes; ++axis)
+        random.root.block(axis * values, axis * numbers, values, numbers) = of_axis;
+      if (numbers > 0) groups_.back().effects.push_back(std::move(random));
+    }
+    if (groups_.back().effects.empty()) return {};
+    strain();
+    return std::move(groups_);
   }
 
   std::vector<EffectGroup> all() {
@@ -133,6 +146,31 @@ class Groups {
       for (Eigen::Index k = 0; k < count; ++k)
         random.root(k, k) = size * weights[static_cast<size_t>(k)] / std::sqrt(squares);
     }
+    groups_.back().effects.push_back(std::move(random));
+  }
+
+  // A space that is stretched or compressed along some directions, as by a camera whose depth has
+  // another scale. With R the rotation of the base and x a place in its frame, a symmetric strain S
+  // moves readings by S R x.
+  void strain() {
+    begin("strain of the space of the instrument", EffectGroup::Owner::station);
+    RandomEffect random{{"", "instrument.point", {DriverKind::place, -1, -1, ""},
+                         series_shape(SeriesBasis::polynomial, 1), {}}, {}};
+    set_range_of_places(robot_, campaign_, random.effect.shape);
+    const Eigen::MatrixXd values =
+        values_of(BoundEffect(random.effect, robot_, campaign_.temperature_names));
+    random.root.resize(9, 6);
+    Eigen::Index k = 0;
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b, ++k) {
+        Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();
+        strain(a, b) = strain(b, a) = 1;
+        const Eigen::Matrix3d moved = strain * robot_.chain.base.rotation;
+        const double size = std::sqrt((values * moved.transpose()).squaredNorm() /
+                                      static_cast<double>(values.rows()));
+        random.root.col(k) = kOfInstrument / std::sqrt(6.0) / std::max(size, 1e-300) *
+                             moved.transpose().reshaped();  // by axis, then by coordinate
+      }
     groups_.back().effects.push_back(std::move(random));
   }
 
@@ -245,8 +283,9 @@ class Groups {
 
 }  // namespace
 
-EffectGroup field_of_space(const Robot& robot, const Campaign& campaign) {
-  return Groups(robot, campaign).field();
+std::vector<EffectGroup> errors_of_instrument(const Robot& robot, const Campaign& campaign,
+                                              const Catalogue& catalogue) {
+  return Groups(robot, campaign).of_instrument(catalogue_candidates(catalogue, robot, campaign));
 }
 
 std::vector<EffectGroup> effect_groups(const Robot& robot, const Campaign& campaign) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/catalogue.h"
 #include "armtrue/effects/robot.h"
 
 namespace armtrue {
@@ -30,8 +31,10 @@ struct EffectGroup {
 /// those that its columns drive.
 std::vector<EffectGroup> effect_groups(const Robot& robot, const Campaign& campaign);
 
-/// A smooth error of the instrument over the space in which it measures: of the station, and none
-/// of the groups above, because it could take the place of most of them.
-EffectGroup field_of_space(const Robot& robot, const Campaign& campaign);
+/// The lasting errors of the instrument that the catalogue knows (see is_lasting_of_instrument), of
+/// the station, and a strain of the space in which it measures: none of the groups above, because a
+/// distortion of space could take the place of most of them. Empty if the catalogue has none.
+std::vector<EffectGroup> errors_of_instrument(const Robot& robot, const Campaign& campaign,
+                                              const Catalogue& catalogue);
 
 }  // namespace armtrue

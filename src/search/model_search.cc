@@ -257,6 +257,7 @@ bool ModelSearch::is_half_shown(size_t k) {
 
 bool ModelSearch::may_enter(const Candidate& candidate) const {
   return (details_ || !candidate.detail) && may_be_alone(candidate) &&
+         (options_.instrument_may_err || !is_lasting_of_instrument(candidate.effect)) &&
          !barred_.contains(candidate.effect.name) && !rejected_.contains(candidate.effect.name) &&
          !model_.contains(candidate.effect);
 }

@@ -146,7 +146,8 @@ TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue&
   SearchResult search = search_effects(robot, searched, catalogue, options);
   const std::optional<Candidate> distortion = search.model.finest_distortion();
   TraceResult result = with_evidence(std::move(search), searched, options);
-  const bool has_rest = add_rest_of_instrument(distortion, campaign, result);
+  const bool has_rest =
+      options.instrument_may_err && add_rest_of_instrument(distortion, campaign, result);
   if (part) {
     if (options.progress) options.progress("fitting what was found to all poses");
     result.stages.front() = calibrate(robot, campaign, result.fit.set);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -10,20 +11,18 @@
 namespace armtrue {
 namespace {
 
-const double kRuledOut = 2 * std::log(1000.0);
+const double kRuledOut = 2 * std::log(1000.0), kWorthASearch = 2 * std::log(30.0);
 
 bool is_distortion(const Effect& effect) { return is_polynomial(effect.shape); }
 
-Catalogue without_distortion(Catalogue catalogue) {
-  std::erase_if(catalogue,
-                [](const CatalogueEntry& entry) { return is_polynomial(entry.shape); });
-  return catalogue;
-}
-
+// Beside a fit, under the law of readings of another; with errors of the instrument if a catalogue
+// of these is given.
 RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
-                            const CalibrationResult& law, bool with_field = false) {
+                            const CalibrationResult& law, const Catalogue* of_instrument = nullptr) {
   std::vector<EffectGroup> groups = effect_groups(fit.robot, timed);
-  if (with_field) groups.push_back(field_of_space(fit.robot, timed));
+  if (of_instrument)
+    std::ranges::move(errors_of_instrument(fit.robot, timed, *of_instrument),
+                      std::back_inserter(groups));
   return random_effects(fit, timed, groups, law);
 }
 
@@ -34,14 +33,6 @@ bool is_of_no_rigid_arm(const TracedEffect& traced) {
          std::ranges::none_of(traced.indistinguishable, [](const Rival& rival) {
            return owner_of(rival.effect) == Owner::instrument && !is_distortion(rival.effect);
          });
-}
-
-// Whether a field of space is among the claims; one that is only held beside a law of the
-// instrument is none.
-bool may_be_field(const TraceResult& trace) {
-  return std::ranges::any_of(trace.effects, [](const TracedEffect& traced) {
-    return is_distortion(traced.effect) || is_of_no_rigid_arm(traced);
-  });
 }
 
 // The fit without the effects of no rigid arm.
@@ -57,14 +48,11 @@ CalibrationResult without_doubtful(const TraceResult& trace, const Campaign& cam
   return calibrate(robot, campaign, fit.set, near);
 }
 
-// By how much more the readings speak for a model that has a field of space in the place of what no
-// rigid arm does: twice the log of the odds, random effects of arm and station beside both.
-double evidence_of_field(const Campaign& timed, const JudgedTraining& judged) {
-  const TraceResult& trace = judged.training.trace;
-  const CalibrationResult rival = std::ranges::any_of(trace.effects, is_of_no_rigid_arm)
-                                      ? without_doubtful(trace, *judged.training.sound)
-                                      : trace.fit;
-  return beside_groups(rival, timed, trace.fit, true).evidence - judged.random.evidence;
+// Whether an error of the instrument could be better in the place of an effect.
+bool has_better_rival(const TracedEffect& traced) {
+  return std::ranges::any_of(traced.indistinguishable, [](const Rival& rival) {
+    return is_lasting_of_instrument(rival.effect) && rival.delta_ebic < 0;
+  });
 }
 
 // Gives the arm what no rigid arm does.
@@ -102,54 +90,85 @@ void place(const Campaign& campaign, Robot& robot) {
 
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options) {
-  const auto searched = [&](const Catalogue& among) {
-    JudgedTraining judged{search_training(robot, given, then, among, options), {}};
+  TraceOptions of_search = options;
+  const auto searched = [&](bool instrument_may_err) {
+    of_search.instrument_may_err = instrument_may_err;
+    JudgedTraining judged{search_training(robot, given, then, catalogue, of_search), {}};
     if (judged.training.trace.left_out) return judged;
-    const CalibrationResult& fit = judged.training.trace.fit;
-    judged.random = beside_groups(fit, in_order_of_visits(*judged.training.sound), fit);
+    judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound);
     return judged;
   };
-  const Catalogue rigid = without_distortion(catalogue);
-  JudgedTraining judged = searched(rigid);
+  JudgedTraining judged = searched(false);
   TraceResult& trace = judged.training.trace;
   if (trace.left_out) return judged;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
-  const double of_field = evidence_of_field(timed, judged);
-  const bool has_law = std::ranges::any_of(trace.effects, [](const TracedEffect& traced) {
-    return owner_of(traced.effect) == Owner::instrument;
-  });
-  if (rigid.size() < catalogue.size() && (of_field > kRuledOut || has_law)) {
-    if (options.progress) options.progress("searching with a distortion of the instrument");
-    JudgedTraining bent = searched(catalogue);
-    const bool is_comparable =
-        rows_of(bent.training.gross_poses) == rows_of(judged.training.gross_poses);
-    const CalibrationResult &other = bent.training.trace.fit, &fit = trace.fit;
+  if (errors_of_instrument(robot, timed, catalogue).empty()) return judged;
+  // What no rigid arm does could be an error of the instrument.
+  const bool has_doubts = std::ranges::any_of(trace.effects, is_of_no_rigid_arm);
+  const CalibrationResult& fit = trace.fit;
+  RandomEffects erring = beside_groups(fit, timed, fit, &catalogue);
+  const double of_error =
+      (has_doubts ? beside_groups(without_doubtful(trace, *judged.training.sound), timed, fit,
+                                  &catalogue)
+                        .evidence
+                  : erring.evidence) -
+      judged.random.evidence;
+  const double without_law = std::max(judged.random.evidence, erring.evidence);
+  if (of_error > kWorthASearch || std::ranges::any_of(trace.effects, has_better_rival)) {
+    if (options.progress) options.progress("searching with errors of the instrument");
+    JudgedTraining lawful = searched(true);
     // The law of readings of each model speaks for it, so both are asked.
-    const auto speaks = [&](const CalibrationResult& law) {
-      const double own = (&law == &other ? bent.random : beside_groups(other, timed, law)).evidence;
-      return own - (&law == &fit ? judged.random : beside_groups(fit, timed, law)).evidence;
-    };
-    if (!may_be_field(bent.training.trace) ||
-        (is_comparable && 0.5 * (speaks(fit) + speaks(other)) > kRuledOut))
-      return bent;
+    const CalibrationResult& with = lawful.training.trace.fit;
+    const double by_its_own =
+        lawful.random.evidence - std::max(beside_groups(fit, timed, with).evidence,
+                                          beside_groups(fit, timed, with, &catalogue).evidence);
+    const double by_other = beside_groups(with, timed, fit).evidence - without_law;
+    if (rows_of(lawful.training.gross_poses) == rows_of(judged.training.gross_poses) &&
+        0.5 * (by_its_own + by_other) > kRuledOut) {
+      // A law that random errors of the instrument explain as well is none: the arm is that beside
+      // these.
+      RandomEffects lawless = beside_groups(without_laws(with, *lawful.training.sound), timed,
+                                            with, &catalogue);
+      if (lawful.random.evidence - lawless.evidence < kRuledOut) {
+        lawful.random = std::move(lawless);
+        lawful.instrument_errs = true;
+      }
+      return lawful;
+    }
   }
-  if (of_field <= 0) settle_doubts(trace);
+  if (erring.evidence - judged.random.evidence > kRuledOut) {
+    judged.random = std::move(erring);
+    judged.instrument_errs = true;
+  } else if (of_error <= 0) {
+    settle_doubts(trace);
+  }
   return judged;
 }
 
 void fall_back_to_geometry(JudgedTraining& judged) {
   fall_back_to_geometry(judged.training);
-  const CalibrationResult& fit = judged.training.trace.fit;
-  judged.random = beside_groups(fit, in_order_of_visits(*judged.training.sound), fit);
+  judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound);
 }
 
-CalibrationResult applied_arm(const JudgedTraining& judged) {
-  const CalibrationResult& fit = judged.training.trace.fit;
-  const Campaign& sound = *judged.training.sound;
-  CalibrationResult result = beside(fit, in_order_of_visits(sound), judged.random);
+RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign& campaign,
+                                    const Catalogue* of_instrument) {
+  return beside_groups(fit, in_order_of_visits(campaign), fit, of_instrument);
+}
+
+CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& campaign) {
+  Robot robot = fit.robot;
+  if (std::erase_if(robot.effects, is_lasting_of_instrument) == 0) return fit;
+  CalibrationOptions near;
+  near.start_near(fit);
+  return calibrate(robot, campaign, fit.set, near);
+}
+
+CalibrationResult applied_arm(const CalibrationResult& fit, const Campaign& campaign,
+                              const RandomEffects& random) {
+  CalibrationResult result = beside(fit, in_order_of_visits(campaign), random);
   std::vector<Effect>& effects = result.robot.effects;
-  effects.resize(effects.size() - judged.random.of_campaign.size());
-  if (!judged.random.of_campaign.empty()) place(sound, result.robot);
+  effects.resize(effects.size() - random.of_campaign.size());
+  if (!random.of_campaign.empty()) place(campaign, result.robot);
   return result;
 }
 

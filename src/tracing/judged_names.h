@@ -9,25 +9,36 @@ namespace armtrue {
 /// The search of a campaign whose names held against what an arm and its station do without a name.
 struct JudgedTraining {
   Training training;
-  RandomEffects random;  ///< beside the last model of the training
+  RandomEffects random;          ///< beside the last model of the training
+  bool instrument_errs = false;  ///< in a way that no law describes: this is in `random`
 };
 
-/// Searches a campaign, as search_training(). A distortion of the space in which the instrument
-/// measures could take the place of nearly everything that an arm does smoothly. So the search is
-/// repeated without it, and the distortion stays only if the readings speak for it by odds of 1000
-/// to 1, random effects of arm and station beside both. Without it an effect that no rigid arm has
-/// (see may_be_instrument) is the arm's if it explains the readings better than any smooth field
-/// does. Nothing is random where `identify` leaves out what the readings show: it would take the place
-/// of that.
+/// Searches a campaign, as search_training(), for what an arm does and what happens in time. Lasting
+/// errors of the instrument could take the place of nearly everything that an arm does smoothly. So
+/// the search is repeated with them only where the readings give a reason, and what it finds holds
+/// only if they speak for it by odds of 1000 to 1, random effects of the arm and the station beside
+/// both and, beside the model without a law, random errors of the instrument. These stay, without a
+/// name, where they win by such odds. Where they lose, an effect that no rigid arm has (see
+/// may_be_instrument) is the arm's. Nothing is random where `identify` leaves out what the readings
+/// show: it would take the place of that.
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options);
 
 /// As of a Training, with random effects beside the geometry.
 void fall_back_to_geometry(JudgedTraining& judged);
 
-/// The last model of a training with the random effects of the arm: what a program is corrected
-/// with. Those of the campaign had their part in the fit; base and tool are placed without them.
-/// `random`: not empty.
-CalibrationResult applied_arm(const JudgedTraining& judged);
+/// The random effects of arm and station beside a fit to `campaign`, with errors of the instrument if
+/// there is a catalogue of these.
+RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign& campaign,
+                                    const Catalogue* of_instrument = nullptr);
+
+/// The fit without the lasting errors of the instrument that have a name.
+CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& campaign);
+
+/// A fit with the random effects of the arm: what a program is corrected with. Those of the campaign
+/// have their part in the fit; base and tool are placed without them. `random`: beside the fit, and
+/// not empty.
+CalibrationResult applied_arm(const CalibrationResult& fit, const Campaign& campaign,
+                              const RandomEffects& random);
 
 }  // namespace armtrue

@@ -216,13 +216,20 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
 
 // The arm as it is applied, unless held-out poses are predicted worse with what has no name.
 void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopResult& result) {
-  AppliedArm applied{applied_arm(judged), {}, judged.random.groups};
+  AppliedArm applied{
+      applied_arm(judged.instrument_errs
+                      ? without_laws(judged.training.trace.fit, *judged.training.sound)
+                      : judged.training.trace.fit,
+                  *judged.training.sound, judged.random),
+      {},
+      judged.random.groups,
+      judged.instrument_errs};
   const Robot& robot = applied.fit.robot;
   if (held_out.rows() > 0) {
     const std::vector<double> before =
         evaluate(judged.training.trace.fit.robot, held_out).reading_errors();
     const std::vector<double> after = evaluate(robot, held_out).reading_errors();
-    if (summarize(after).mean > summarize(before).mean) return;
+    if (summarize(after).mean > summarize(before).mean && !judged.instrument_errs) return;
     applied.stage.held_out = errors_of(robot, held_out);
   }
   applied.stage.name = "+ what the arm does besides, without a name";
@@ -301,7 +308,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   Training& training = judged.training;
   result.rejected = rejected_model(training.trace, held_out, options);
   if (result.rejected) fall_back_to_geometry(judged);
-  if (!judged.random.arm.empty()) set_applied(judged, held_out, result);
+  if (!judged.random.lasting.empty()) set_applied(judged, held_out, result);
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)
@@ -328,6 +335,21 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
 
 const CalibrationResult& result_of(const LoopResult& result) {
   return result.applied ? result.applied->fit : result.trace.fit;
+}
+
+FitToAll fit_to_all(const LoopResult& result, const Campaign& all, const Catalogue& catalogue) {
+  const CalibrationResult& judged = result.trace.fit;
+  FitToAll to_all{{}, find_gross_poses(judged.robot, all), all};
+  if (!to_all.gross_poses.empty()) to_all.sound = without_gross(all, to_all.gross_poses);
+  CalibrationOptions near;
+  near.start_near(judged);
+  to_all.fit = calibrate(judged.robot, to_all.sound, judged.set, near);
+  if (!result.applied) return to_all;
+  if (result.applied->instrument_errs) to_all.fit = without_laws(to_all.fit, to_all.sound);
+  const RandomEffects random = random_effects_beside(
+      to_all.fit, to_all.sound, result.applied->instrument_errs ? &catalogue : nullptr);
+  if (!random.lasting.empty()) to_all.fit = applied_arm(to_all.fit, to_all.sound, random);
+  return to_all;
 }
 
 }  // namespace armtrue

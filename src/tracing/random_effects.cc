@@ -266,9 +266,13 @@ struct Fit {
   double evidence;
 };
 
-Fit fit_of(const std::vector<EffectGroup>& groups, const Equations& all, double scale) {
+// `near`: variances of nearly the same model, from which the search for these begins.
+Fit fit_of(const std::vector<EffectGroup>& groups, const Equations& all, double scale,
+           const Fit* near = nullptr) {
   Fit fit{scale, fold(all, scale), widths_of(groups, all), {}, 0};
-  fit.found = restricted_likelihood(fit.folded.sums, fit.widths.of);
+  const bool is_like = near && near->widths.group == fit.widths.group;
+  fit.found = restricted_likelihood(fit.folded.sums, fit.widths.of,
+                                    is_like ? near->found.tau : Eigen::VectorXd());
   fit.evidence = evidence_alone(fit.folded) + fit.found.gain;
   return fit;
 }
@@ -287,6 +291,10 @@ std::vector<int> some_rows(const Campaign& campaign, int row_size, double most) 
   return rows_of_some_poses(campaign, std::lround(poses * std::min(1.0, most / equations)));
 }
 
+bool errs(const EffectGroup& group) {
+  return is_lasting_of_instrument(group.effects.front().effect);
+}
+
 bool follows_campaign(const Driver& driver) {
   return driver.involves(DriverKind::time) || driver.involves(DriverKind::temperature) ||
          driver.involves(DriverKind::arrival);
@@ -302,9 +310,8 @@ void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eig
     const BoundEffect bound(effect, robot, campaign.temperature_names);
     for (const std::string& name : bound.coefficient_names())
       effect.coefficients.push_back({name, values[next++]});
-    const bool of_arm = groups[block.group].owner == EffectGroup::Owner::arm &&
-                        !follows_campaign(effect.driver);
-    (of_arm ? result.arm : result.of_campaign).push_back(std::move(effect));
+    const bool lasts = !follows_campaign(effect.driver);
+    (lasts ? result.lasting : result.of_campaign).push_back(std::move(effect));
   }
 }
 
@@ -320,14 +327,14 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   Equations equations = model_of(kEquationsOfChoice, kMinWorthOfChoice);
   Fit best = fit_of(groups, equations, 1);
   for (double scale = kStepOfReturn; scale < kMostOfReturn; scale *= kStepOfReturn) {
-    Fit next = fit_of(groups, equations, scale);
+    Fit next = fit_of(groups, equations, scale, &best);
     if (next.evidence < best.evidence) break;
     best = std::move(next);
   }
   const bool is_promising = best.found.gain > 0.5 * kMinGain;
   if (is_promising) {
     equations = model_of(kMaxEquations, kMinWorth);
-    best = fit_of(groups, equations, best.scale);
+    best = fit_of(groups, equations, best.scale, &best);
   }
   const auto& [scale, folded, widths, found, evidence] = best;
   RandomEffects result;
@@ -345,16 +352,16 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
                              std::sqrt(u.dot(own * u) / readings) / found.noise});
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
-  if (found.gain < kMinGain) return result;
+  // Whether the instrument errs was asked before.
   for (const Block& block : equations.blocks)
-    if (counts[block.group]) enter(groups, block, found.mean, fit.robot, campaign, result);
+    if (counts[block.group] && (found.gain >= kMinGain || errs(groups[block.group]))) enter(groups, block, found.mean, fit.robot, campaign, result);
   return result;
 }
 
 CalibrationResult beside(const CalibrationResult& fit, const Campaign& campaign,
                          const RandomEffects& random) {
   Robot robot = fit.robot;
-  robot.effects.insert(robot.effects.end(), random.arm.begin(), random.arm.end());
+  robot.effects.insert(robot.effects.end(), random.lasting.begin(), random.lasting.end());
   robot.effects.insert(robot.effects.end(), random.of_campaign.begin(), random.of_campaign.end());
   CalibrationOptions options;
   options.fitted_effects = static_cast<int>(fit.robot.effects.size());

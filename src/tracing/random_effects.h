@@ -12,8 +12,9 @@ namespace armtrue {
 /// What an arm and its station do beside a fit, without a name: the posterior mean of the effects
 /// of effect_groups(), each called `kRemainder`.
 struct RandomEffects {
-  std::vector<Effect> arm;  ///< what the arm does at a pose, whatever went before
-  /// What follows time, an arrival or a temperature: it is of this campaign, and no part of the arm.
+  /// What the arm does, or the instrument errs, at a pose, whatever went before.
+  std::vector<Effect> lasting;
+  /// What follows time, an arrival or a temperature: it is of this campaign alone.
   std::vector<Effect> of_campaign;
   std::vector<GroupShare> groups;
   double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect

@@ -17,8 +17,8 @@ arm: mean over targets that no fit has seen, without noise. Each campaign has a 
 train.csv, targets.csv, answer.json (what hides), true-geometry.yaml, the products, errors.csv (each target) and cmd.txt;
 FOLDER/results.csv gets one row as each is ready. A seed that stands there is not run again without --again.
 
-The whole study is `run --campaigns 1-300`, some 20 minutes of CPU, in parts as one likes; `summary` prints what issue 48
-asks of it, and with --against the campaigns in which two builds differ. `families` lists what may hide. applied_arm_study_test.py
+The whole study is `run --campaigns 1-300`, some 20 minutes of CPU, in parts as one likes; `summary` prints the shares
+that count, and with --against the campaigns in which two builds differ. `families` lists what may hide. applied_arm_study_test.py
 tests the judge itself and runs some of the campaigns.
 
 Best: the expected error of a fit that knows the forms of all that hides, from the covariance of its sizes and of the geometry;

@@ -139,9 +139,9 @@ TEST_P(Family, IsNamedAddedAndGone) {
   EXPECT_NE(result.verdict, Verdict::nothing_to_explain);
   // Beside a lasting error of the instrument its rest stays in the model, beside no other effect.
   const auto errs = [](const TracedEffect& traced) {
-    return !traced.effect.driver.involves(DriverKind::time) &&
-           (traced.effect.may_be_instrument ||
-            traced.effect.parameter.owner == Owner::instrument);
+    return traced.effect.parameter.owner == Owner::instrument &&
+           !traced.effect.driver.involves(DriverKind::time) &&
+           !traced.effect.driver.involves(DriverKind::temperature);
   };
   EXPECT_EQ(std::ranges::any_of(result.trace.effects, errs),
             std::ranges::any_of(result.trace.fit.robot.effects,

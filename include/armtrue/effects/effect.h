@@ -80,6 +80,10 @@ inline bool is_of_one_angle(const Effect& effect) {
   return driver.kind == DriverKind::joint_angle && !driver.is_pair() && !driver.factor;
 }
 
+/// Whether it is a lasting error of the instrument, which is as large as instruments err: none that
+/// happens to it at a time, as a knock, nor its scale, which the lengths of the arm imitate.
+bool is_lasting_of_instrument(const Effect& effect);
+
 /// Number of parameters in the group `parameter`: 6 for a pose, 3 for a point, 1 if it is no group.
 int group_size(const Parameter& parameter);
 inline bool is_group(const Parameter& parameter) { return group_size(parameter) > 1; }

@@ -83,7 +83,7 @@ std::vector<std::string> value_names(const Shape& shape, int count);
 void evaluate(const Shape& shape, double x, double* out);
 void evaluate_product(const Shape& shape, double x, double x2, double* out);
 /// The same of a polynomial at a place. Terms of degree 0 and 1 are left out: nearly all of them
-/// are a motion or the scale of the whole.
+/// are a motion or the scale of the whole. With `count` 1 it has those of degree 1 alone, a strain.
 void evaluate_polynomial(const Shape& shape, const Eigen::Vector3d& place, double* out);
 
 inline bool is_polynomial(const Shape& shape) {

@@ -24,6 +24,9 @@ struct TraceOptions {
   /// candidates of the search, which may drop or exchange them like those that it adds.
   std::vector<Effect> start;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
+  /// Whether lasting errors of the instrument may be found (see is_lasting_of_instrument). They are
+  /// rivals of what is found in any case.
+  bool instrument_may_err = true;
   std::function<void(const std::string&)> progress;  ///< receives the name of each step
 };
 

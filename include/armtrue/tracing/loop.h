@@ -53,6 +53,7 @@ struct AppliedArm {
   CalibrationResult fit;  ///< its effects: those of the model, then those without a name
   Stage stage;
   std::vector<GroupShare> groups;
+  bool instrument_errs = false;  ///< in a way that no law describes; see errors_of_instrument()
 };
 
 /// The held-out reading with the largest position error of the final model.
@@ -115,6 +116,17 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
 
 /// The robot that is the result: that of `applied`, else that of the trace.
 const CalibrationResult& result_of(const LoopResult& result);
+
+/// The robot that is the result, fitted to all poses that were measured.
+struct FitToAll {
+  CalibrationResult fit;
+  std::vector<GrossPose> gross_poses;  ///< among all poses; the fit does not use them
+  Campaign sound;                      ///< all readings but theirs
+};
+
+/// Fits the model that was judged, with what it does without a name, to all poses: those of its
+/// training and those that were held out to judge it. More poses make the same model more exact.
+FitToAll fit_to_all(const LoopResult& result, const Campaign& all, const Catalogue& catalogue);
 
 /// "A5.theta follows joint-angle 4 (series)".
 std::string describe(const Effect& effect);

@@ -44,7 +44,7 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
                 "'" + basis + "' is none of cosine, spline, fourier, saturating, bump, polynomial");
   const double count = series.number("count");
   const bool polynomial = shape.basis == SeriesBasis::polynomial;
-  const int least = polynomial ? 2 : shape.basis == SeriesBasis::spline ? 3 : 1;
+  const int least = shape.basis == SeriesBasis::spline ? 3 : 1;
   const int most = polynomial ? 9 : two_drivers ? 30 : 1000;
   if (count != std::floor(count) || count < least || count > most)
     series.fail("count", "must be a whole number from " + std::to_string(least) + " to " +
