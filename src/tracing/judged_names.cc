@@ -136,7 +136,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
       return lawful;
     }
   }
-  if (erring.evidence - judged.random.evidence > kRuledOut) {
+  if (erring.evidence - judged.random.evidence > kRuledOut && erring.gain > kMinGain) {
     judged.random = std::move(erring);
     judged.instrument_errs = true;
   } else if (of_error <= 0) {

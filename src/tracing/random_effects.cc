@@ -24,7 +24,6 @@ using Rows = std::vector<Eigen::Index>;
 // Equations from which the error at a pose is chosen, and those of the model: they tell a variance
 // to some per cent. Memory is their number times that of the columns.
 constexpr double kEquationsOfChoice = 4000, kMaxEquations = 12000;
-constexpr double kMinGain = 16;       // twice the log likelihood: odds of 3000 to 1
 constexpr double kReturn = 20e-6;     // rad: usual error of a joint at a pose; m on a rail
 constexpr double kStepOfReturn = 3;   // factor between two that are tried
 constexpr double kMostOfReturn = 3000;
@@ -352,7 +351,7 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
                              std::sqrt(u.dot(own * u) / readings) / found.noise});
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
-  // Whether the instrument errs was asked before.
+  // Errors of the instrument are among the groups only where it errs.
   for (const Block& block : equations.blocks)
     if (counts[block.group] && (found.gain >= kMinGain || errs(groups[block.group]))) enter(groups, block, found.mean, fit.robot, campaign, result);
   return result;

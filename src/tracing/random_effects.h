@@ -9,6 +9,9 @@
 
 namespace armtrue {
 
+/// Random effects are worth to be applied from this gain on: odds of 3000 to 1.
+inline constexpr double kMinGain = 16;
+
 /// What an arm and its station do beside a fit, without a name: the posterior mean of the effects
 /// of effect_groups(), each called `kRemainder`.
 struct RandomEffects {
