@@ -299,8 +299,13 @@ int run(app::Command& command, const Arguments& arguments) {
   const std::string next_poses = planned ? arguments.next_poses : "";
   write_output(command.output, write_loop(result, options, provenance, next_poses));
   command.report(before_after_table(result));
-  for (const std::string& path :
-       {arguments.robot_out, arguments.predictor_out, arguments.residuals, command.output})
+  const std::string to_all =
+      measured.split.held_out.empty()
+          ? ""
+          : fmt::format(", fitted to all {} poses", measured.all.pose_ids.size());
+  for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
+    if (!path.empty() && path != "-") command.report("wrote " + path + to_all + "\n");
+  for (const std::string& path : {arguments.residuals, command.output})
     if (!path.empty() && path != "-") command.report("wrote " + path + "\n");
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,

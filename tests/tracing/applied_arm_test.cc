@@ -3,12 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
+#include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/split.h"
 #include "armtrue/io/catalogue_io.h"
+#include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
@@ -100,6 +103,70 @@ TEST(AppliedArm, WhatNoFieldOfSpaceExplainsIsTheArms) {
   EXPECT_LT(loop.after, 1.1 * loop.floor);
   EXPECT_TRUE(std::ranges::none_of(
       effects, [](const Effect& effect) { return effect.may_be_instrument; }));
+}
+
+// Readings of the arm that `seed` makes, at poses of their own.
+Campaign other_visits(const armtrue_oracle::HiddenEffect& effect, unsigned seed) {
+  std::vector<std::array<double, 6>> commanded;
+  for (const JointVector& q : random_configurations(read_robot(kNominal).robot, 300, {}, 1000))
+    commanded.push_back({q[0], q[1], q[2], q[3], q[4], q[5]});
+  return visits(kNominal, effect, commanded, seed);
+}
+
+// Mean error of the arm of a robot on readings of the arm alone [m]: without what the instrument
+// did, base and tool placed.
+double arm_error(Robot robot, const Campaign& of_arm) {
+  std::erase_if(robot.effects,
+                [](const Effect& effect) { return owner_of(effect) == Owner::instrument; });
+  robot.identify = {"base", "tool"};
+  CalibrationOptions options;
+  options.fitted_effects = 0;
+  return summarize(evaluate(calibrate(robot, of_arm, options).robot, of_arm).reading_errors()).mean;
+}
+
+// A camera whose depth has another scale looks like a constant error of its distances. The two
+// differ by the length scale, which nothing shows: the lengths of the arm must not pay for it.
+TEST(AppliedArm, IsNoWorseForACameraWithAnotherScaleInDepth) {
+  const auto nothing = [](const armtrue_oracle::Moment&, armtrue_oracle::OracleArm&) {};
+  const armtrue_oracle::HiddenEffect depth = [](const armtrue_oracle::Moment& moment,
+                                                armtrue_oracle::OracleArm& arm) {
+    arm.point += KDL::Vector(4e-4 * armtrue_oracle::forward(arm, moment.q).p.x(), 0, 0);
+  };
+  Robot robot = read_robot(kNominal).robot;
+  const KDL::Vector& place = armtrue_oracle::kStation;
+  robot.instrument = Eigen::Vector3d(place.x(), place.y(), place.z());
+  double ratio = 0;
+  constexpr int kCampaigns = 4;
+  for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+    const Campaign seen = visits(kNominal, depth, 80, seed);
+    const Campaign of_arm = other_visits(nothing, seed);
+    const LoopResult loop = close_loop(robot, seen, seen.select({}), read_catalogue(kCatalogue));
+    ratio += std::log(arm_error(result_of(loop).robot, of_arm) /
+                      arm_error(calibrate(robot, seen).robot, of_arm));
+  }
+  EXPECT_LT(std::exp(ratio / kCampaigns), 1.05);
+}
+
+// More poses make the same model more exact: those that judged it count too, in the end.
+TEST(AppliedArm, IsFittedToAllPosesInTheEnd) {
+  const armtrue_oracle::HiddenEffect sag = [](const armtrue_oracle::Moment& moment,
+                                              armtrue_oracle::OracleArm& arm) {
+    arm.links[2].theta += 2e-7 * moment.torque[2];
+  };
+  const Robot robot = read_robot(kNominal).robot;
+  double judged = 0, in_the_end = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const Campaign all = visits(kNominal, sag, 40, seed), others = other_visits(sag, seed);
+    const Split split = split_by_pose(all, 0.4, seed);
+    const LoopResult loop = close_loop(robot, all.select(split.training),
+                                       all.select(split.held_out), read_catalogue(kCatalogue));
+    const FitToAll to_all = fit_to_all(loop, all, read_catalogue(kCatalogue));
+    EXPECT_EQ(to_all.sound.rows(), all.rows());
+    EXPECT_EQ(to_all.fit.robot.effects.size(), result_of(loop).robot.effects.size());
+    judged += arm_error(result_of(loop).robot, others);
+    in_the_end += arm_error(to_all.fit.robot, others);
+  }
+  EXPECT_LT(in_the_end, 0.98 * judged);
 }
 
 }  // namespace
