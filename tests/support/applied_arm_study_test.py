@@ -21,6 +21,8 @@ BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
 # Seeds of small and fast campaigns: a null one of each kind, causes of the arm and of the tool, of the station, and both.
 NULLS = (3, 11, 19)
 SEEDS = (1, 4, 5, 17, 20)
+# Cameras with another scale in depth, which looks like a constant error of their distances.
+DEPTHS = (28, 36, 104)
 
 
 def instrument_of(name):
@@ -105,6 +107,10 @@ class Campaigns(unittest.TestCase):
             row = self.judged(seed)
             self.assertIn(row["hidden"], NULL)
             self.assertEqual(row["wrong"], "", seed)
+
+    def test_a_strain_of_space_does_not_stretch_the_arm(self):
+        for seed in DEPTHS:
+            self.assertEqual(self.judged(seed)["harmed_all_poses"], 0, seed)
 
     def test_what_hides_is_not_harmed(self):
         for seed in SEEDS:

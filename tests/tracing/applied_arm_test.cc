@@ -124,29 +124,6 @@ double arm_error(Robot robot, const Campaign& of_arm) {
   return summarize(evaluate(calibrate(robot, of_arm, options).robot, of_arm).reading_errors()).mean;
 }
 
-// A camera whose depth has another scale looks like a constant error of its distances. The two
-// differ by the length scale, which nothing shows: the lengths of the arm must not pay for it.
-TEST(AppliedArm, IsNoWorseForACameraWithAnotherScaleInDepth) {
-  const auto nothing = [](const armtrue_oracle::Moment&, armtrue_oracle::OracleArm&) {};
-  const armtrue_oracle::HiddenEffect depth = [](const armtrue_oracle::Moment& moment,
-                                                armtrue_oracle::OracleArm& arm) {
-    arm.point += KDL::Vector(4e-4 * armtrue_oracle::forward(arm, moment.q).p.x(), 0, 0);
-  };
-  Robot robot = read_robot(kNominal).robot;
-  const KDL::Vector& place = armtrue_oracle::kStation;
-  robot.instrument = Eigen::Vector3d(place.x(), place.y(), place.z());
-  double ratio = 0;
-  constexpr int kCampaigns = 4;
-  for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
-    const Campaign seen = visits(kNominal, depth, 80, seed);
-    const Campaign of_arm = other_visits(nothing, seed);
-    const LoopResult loop = close_loop(robot, seen, seen.select({}), read_catalogue(kCatalogue));
-    ratio += std::log(arm_error(result_of(loop).robot, of_arm) /
-                      arm_error(calibrate(robot, seen).robot, of_arm));
-  }
-  EXPECT_LT(std::exp(ratio / kCampaigns), 1.05);
-}
-
 // More poses make the same model more exact: those that judged it count too, in the end.
 TEST(AppliedArm, IsFittedToAllPosesInTheEnd) {
   const armtrue_oracle::HiddenEffect sag = [](const armtrue_oracle::Moment& moment,
