@@ -14,6 +14,7 @@
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
+#include "program_project.h"
 #include "report_arguments.h"
 #include "robot_program_files.h"
 
@@ -31,6 +32,7 @@ struct Arguments : app::ProgramArguments {
   std::optional<double> spacing_mm;
   bool move_external_axes = false;
   app::RobotProgramFiles program;
+  app::ProjectFiles project;
   app::ReportArguments page;
 };
 
@@ -63,6 +65,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                "The correction may move E1 to E6, such as a rail, too; they stay as programmed if "
                "absent");
   const app::Option program = app::add_robot_program(command, arguments.program);
+  app::add_project(command, arguments.project);
   command
       .option(
           "--spacing-mm", arguments.spacing_mm,
@@ -242,11 +245,43 @@ auto with_warnings(app::Command& command, const std::optional<RobotProgram>& pro
   }
 }
 
+// The programs of a folder, each by itself; their texts are written together.
+int run_project(app::Command& command, const app::Models& models, Arguments& arguments) {
+  const Robot &robot = models.robot, &controller = models.controller;
+  if (arguments.spacing_mm || !arguments.summary.empty() || arguments.page.is_wanted())
+    throw app::UsageError(
+        "--spacing-mm, --summary, --report and --plots are for one program; leave them out with "
+        "--project");
+  bool is_reached = true;
+  const bool is_whole = app::correct_project(
+      command, arguments.project, arguments.program, [&](const RobotProgram& program) {
+        ProgramFile file;
+        file.source = program.texts[0].name;
+        const ProgramJoints joints = joints_of_program(controller, program, arguments);
+        file.program =
+            program_targets(program, compensation_options(arguments, controller), joints);
+        if (file.program.is_cartesian()) app::require_flange(controller, arguments);
+        app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
+        for (const Robot* of : {&robot, &controller})
+          app::require_conditions(file.program.visits, *of, arguments, app::HasColumns::no);
+        DividedProgram found = compensate_file(robot, controller, file, std::nullopt, arguments);
+        ProgramCommands commands = program_commands(program, found.targets, joints);
+        warn_of_notes(command, found.targets, file);
+        is_reached &= std::ranges::all_of(
+            found.targets, [](const CorrectedTarget& target) { return target.notes.empty(); });
+        return commands;
+      });
+  return arguments.strict && !(is_whole && is_reached) ? app::kNotReached : app::kSuccess;
+}
+
 int run(app::Command& command, Arguments& arguments) {
   const app::Models models = app::read_models(command, arguments);
   const Robot &robot = models.robot, &controller = models.controller;
   const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_other_files(robot, controller, arguments);
+  if (!arguments.project.folder.empty()) return run_project(command, models, arguments);
+  if (!arguments.program.frames.empty() && arguments.program.path.empty())
+    throw app::UsageError("--frame: is for --program or --project");
   std::optional<RobotProgram> program;
   ProgramJoints joints;
   ProgramFile file;

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <initializer_list>
 #include <utility>
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
+#include "armtrue/programs/program_project.h"
 #include "option_text.h"
 #include "program_arguments.h"
 
@@ -49,7 +51,7 @@ Dialect dialect_of(const RobotProgramFiles& files) {
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
                     const RobotProgramFiles& files) {
-  const bool has_dat = program.texts.size() > 1;
+  const bool has_dat = program.own_texts > 1;
   const std::string dat = has_dat ? dat_of_output(program, files.out) : "";
   if (!has_name(files.out)) return;
   if (const std::string wrong =
@@ -62,11 +64,28 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
     throw UsageError("--program-out: '" + files.out + "' is the name of a .dat; name a .src");
   for (const std::string& output : outputs)
     for (const ProgramText& text : program.texts)
-      if (same_file(output, text.name))
+      if (!text.name.empty() && same_file(output, text.name))
         throw UsageError("--program-out: '" + output +
                          "' is a file of the program itself; give the corrected program another "
                          "name or folder");
   if (has_dat) command.check_derived_output(dat);
+}
+
+// The texts of --with, but for those of the program itself. The whole of a folder is searched as
+// its controller does.
+std::vector<ProgramText> read_others(Command& command, Dialect dialect,
+                                     const std::vector<ProgramText>& own,
+                                     const RobotProgramFiles& files) {
+  std::vector<ProgramText> others;
+  for (const std::string& path : files.with)
+    for (const ProgramText& text : command.read_program_folder(path)) {
+      const auto is_this = [&](const ProgramText& other) {
+        return same_file(other.name, text.name);
+      };
+      if (std::ranges::none_of(own, is_this) && std::ranges::none_of(others, is_this))
+        others.push_back(text);
+    }
+  return what_others_declare(dialect, others);
 }
 
 }  // namespace
@@ -83,6 +102,13 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
   command.file("--dat", files.dat, "The .dat of a KUKA program; that beside the .src if absent")
       .needs(program);
   command
+      .option("--with", files.with,
+              "A file that declares points, tools or frames that the program uses, or a folder "
+              "with such files: $config.dat and other data lists of KUKA, modules of ABB, "
+              "POSREG.VA of FANUC, a backup; may be given several times")
+      .one_each()
+      .needs(program);
+  command
       .option("--dialect", files.dialect,
               "Language of the program, if the file name does not show it")
       .check(one_of({"krl", "rapid", "fanuc", "urscript"}))
@@ -92,9 +118,16 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
           "--frame", files.frames,
           "Values of a frame or tool that the program only names, as NAME=x,y,z,a,b,c in mm and "
           "deg: BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
-      .check(frame_check())
-      .needs(program);
+      .check(frame_check());
   return program;
+}
+
+KnownFrames known_frames(const RobotProgramFiles& files) {
+  KnownFrames known;
+  for (const std::string& frame : files.frames)
+    if (!known.insert(frame_from_text(frame)).second)
+      throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
+  return known;
 }
 
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files) {
@@ -104,12 +137,11 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   const Dialect dialect = dialect_of(files);
   if (!files.dat.empty() && dialect != Dialect::krl)
     throw UsageError("--dat: only a KUKA program has a .dat");
-  KnownFrames known;
-  for (const std::string& frame : files.frames)
-    if (!known.insert(frame_from_text(frame)).second)
-      throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
-  RobotProgram program = parse_program(
-      dialect, command.read_program_texts(files.path, files.dat, dialect == Dialect::krl), known);
+  const KnownFrames known = known_frames(files);
+  std::vector<ProgramText> texts =
+      command.read_program_texts(files.path, files.dat, dialect == Dialect::krl);
+  RobotProgram program = parse_program(dialect, texts, known, TargetParts::pose,
+                                       read_others(command, dialect, texts, files));
   refuse_outputs(command, program, files);
   return program;
 }
@@ -126,7 +158,7 @@ std::string dat_of_output(const RobotProgram& program, const std::string& out) {
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
                          const std::string& out) {
   std::vector<Product> products;
-  if (texts.size() > 1) products.push_back({dat_of_output(program, out), texts[1]});
+  if (program.own_texts > 1) products.push_back({dat_of_output(program, out), texts[1]});
   products.push_back({out, texts[0]});
   write_outputs(products);
 }

@@ -14,10 +14,14 @@ struct RobotProgramFiles {
   std::string path;  ///< empty: none is given
   std::string dat, out, dialect;
   std::vector<std::string> frames;  ///< NAME=x,y,z,a,b,c
+  std::vector<std::string> with;    ///< files and folders that declare what the program uses
 };
 
-/// --program, --program-out, --dat, --dialect, --frame. Returns --program.
+/// --program, --program-out, --dat, --with, --dialect, --frame. Returns --program.
 Option add_robot_program(Command& command, RobotProgramFiles& files);
+
+/// The frames of --frame. Throws UsageError if one is given twice.
+KnownFrames known_frames(const RobotProgramFiles& files);
 
 /// Reads the program and checks that it can be written where it shall be. Throws UsageError if not.
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files);

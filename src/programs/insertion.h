@@ -14,6 +14,7 @@ int decimals_kept(Dialect dialect, TargetKind kind, size_t component);
 struct OwnPoint {
   size_t target = 0;
   std::vector<TextEdit> changes;  ///< of the declaration, in its text: what the own point states
+  std::string text;               ///< the own point; empty: it is the declaration with the changes
 };
 
 /// The edits that insert a move for each point `between`, in the order in which the arm passes

@@ -45,7 +45,16 @@ struct ProgramPoint {
   int line = 0;               ///< of the numbers, in their text
   int text = 0;               ///< index in RobotProgram::texts
   size_t begin = 0, end = 0;  ///< in that text: of the point with its brackets; FANUC: from `P` on
-  bool is_shared = false;     ///< others than the moves of this program use it, and it must stay
+  /// Others than the moves of this program use it, or may, and it must stay.
+  bool is_shared = false;
+  /// Texts of others declare it, or use it, too: it stays, unless they are corrected with this
+  /// program.
+  bool is_of_others = false;
+  /// The point is an expression of one move, and [begin, end) is its text: a declared point that is
+  /// displaced by constants (RAPID Offs, RelTool; KUKA `XP1:{Z 50,..}`). Its numbers are what comes
+  /// out, and not written. A correction writes the point out in the move.
+  bool is_expression = false;
+  int starts_from = -1;  ///< in RobotProgram::points: the declared point of an expression; -1: none
   TargetKind kind = TargetKind::cartesian;
   /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
   /// x y z rx ry rz; or the six joints.
@@ -120,6 +129,9 @@ struct ProgramTarget {
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
   Pose pose;                     ///< Cartesian: base from TCP, as written
+  /// FANUC: the move displaces its point (Offset, Tool_Offset), and `pose` is before * point *
+  /// behind.
+  Pose before, behind;
   bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
   std::vector<double> external;  ///< KUKA: E1 to E6, as written; NaN: not known
   /// Of joints: encoder angles of the model [rad].
@@ -137,7 +149,10 @@ struct ProgramName {
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   Dialect dialect = Dialect::krl;
-  std::vector<ProgramText> texts;  ///< the program; of KRL also the .dat, if there is one
+  /// The program; of KRL also its .dat, if there is one; behind `own_texts` those of others, in
+  /// which names are looked up that the program does not declare itself.
+  std::vector<ProgramText> texts;
+  size_t own_texts = 1;
   std::vector<ProgramPoint> points;
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
@@ -155,11 +170,14 @@ using KnownFrames = std::map<std::string, Pose>;
 /// room may be unknown.
 enum class TargetParts { pose, position };
 
-/// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. What the parser
-/// does not understand (expressions, offsets, relative moves, points that are assigned at run time)
-/// gives a warning with file and line, and stays as it is. Throws InputError if there is no target.
+/// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. `others`: texts
+/// that declare what the program may use, too, as its controller looks names up (KRL: what
+/// $config.dat and PUBLIC data lists declare as GLOBAL). What the parser does not understand
+/// (expressions, offsets, relative moves, points that are assigned at run time) gives a warning
+/// with file and line, and stays as it is. Throws InputError if there is no target.
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
-                           const KnownFrames& known, TargetParts parts = TargetParts::pose);
+                           const KnownFrames& known, TargetParts parts = TargetParts::pose,
+                           std::vector<ProgramText> others = {});
 
 /// The command that replaces a target.
 struct ProgramCommand {
@@ -192,6 +210,7 @@ struct RewrittenProgram {
   int changed = 0;   ///< points with another number
   int inserted = 0;  ///< moves
   std::vector<std::string> warnings;
+  std::vector<TextEdit> edits;  ///< that make the texts of those of the program
 };
 
 /// The texts with the numbers of the commands, one for each target, and with a move for each point
