@@ -66,6 +66,8 @@ class KrlReader {
     program_.absolute_accuracy_line = syntax_.absolute_accuracy_line;
     for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
     find_starts();
+    for (const auto& [point, frame] : starts_of_points_)
+      program_.points[point].starts_from = point_of_frame_[static_cast<size_t>(frame)];
     for (size_t i = 0; i < program_.points.size(); ++i)
       if (frame_of_point_[i] >= 0 && is_left_alone_[static_cast<size_t>(frame_of_point_[i])])
         program_.points[i].is_shared = true;
@@ -78,7 +80,8 @@ class KrlReader {
     warnings_.add(move.line, "left alone: " + reason);
     ++program_.left_alone;
     for (const KrlTarget* target : {&move.auxiliary, &move.target})
-      if (target->frame >= 0) is_left_alone_[static_cast<size_t>(target->frame)] = true;
+      for (const int frame : {target->frame, target->starts_from})
+        if (frame >= 0) is_left_alone_[static_cast<size_t>(frame)] = true;
   }
 
   void read_move(size_t index) {
@@ -281,6 +284,8 @@ class KrlReader {
       }
       for (int i = 6; i < kKrlComponents; ++i)
         point.external.push_back({text, frame.end, frame.end, values[i], ""});
+      if (target.starts_from >= 0)
+        starts_of_points_.emplace_back(program_.points.size(), target.starts_from);
       return keep(point, target.frame);
     }
     const auto place = [&](const KrlFrame::Number& number) {
@@ -378,6 +383,7 @@ class KrlReader {
   std::vector<size_t> move_of_target_;
   std::vector<int> point_of_frame_, point_of_axes_;
   std::vector<int> frame_of_point_;  // -1: joint angles
+  std::vector<std::pair<size_t, int>> starts_of_points_;  // expressions, and frames of their points
   std::vector<char> is_left_alone_;  // of each frame: a move to it is
   std::vector<std::pair<size_t, int>> counted_;  // of each text: place, line
 };

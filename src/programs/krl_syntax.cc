@@ -320,7 +320,7 @@ class KrlParser {
            (is_letter(next) && (first == '{' || cursor.at() > target.end));
   }
 
-  // The frames behind a point, XP1:{Z 50,..}:fTurned. The point itself is only read, and stays.
+  // The frames behind a point, XP1:{Z 50,..}:fTurned.
   bool read_factors(TextCursor& cursor, KrlTarget& target, bool auxiliary) {
     Product product{syntax_.moves.size(), auxiliary, target.begin, 0, {}};
     product.factors.push_back(factor_of(target));
@@ -335,7 +335,7 @@ class KrlParser {
         product.factors.push_back({-1, name});
       }
     }
-    note_names(target.begin, cursor.at(), true);
+    note_names(target.end, cursor.at(), true);
     target.end = cursor.at();
     product.end = target.end;
     products_.push_back(std::move(product));
@@ -357,31 +357,43 @@ class KrlParser {
     KrlMove& move = syntax_.moves[product.move];
     KrlTarget& target = product.auxiliary ? move.auxiliary : move.target;
     target.kind = KrlTargetKind::expression;
+    const std::optional<Pose> pose = pose_of(product);
+    const auto start = declarations_.find(product.factors.front().name);
+    if (start != declarations_.end()) {
+      start->second.shared |= !pose;
+      target.starts_from = start->second.frame;
+    }
+    if (!pose) return;
+    KrlFrame result;
+    result.begin = product.begin;
+    result.end = product.end;
+    result.values.head<3>() = pose->translation;
+    result.values.segment<3>(3) = abc_from_rotation(pose->rotation);
+    syntax_.frames.push_back(result);
+    target.frame = static_cast<int>(syntax_.frames.size()) - 1;
+    target.kind = KrlTargetKind::frame;
+    target.is_product = true;
+  }
+
+  std::optional<Pose> pose_of(const Product& product) const {
     Pose pose;
     for (const Factor& factor : product.factors) {
       int index = factor.frame;
       if (!factor.name.empty()) {
         const auto found = syntax_.frame_names.find(factor.name);
-        if (found == syntax_.frame_names.end()) return;
+        if (found == syntax_.frame_names.end()) return std::nullopt;
         index = found->second;
       }
-      if (index < 0) return;
+      if (index < 0) return std::nullopt;
       const KrlFrame& frame = syntax_.frames[static_cast<size_t>(index)];
       const KrlValues& v = frame.values;
       const bool is_first = &factor == &product.factors.front();
-      if (!v.head<6>().array().isFinite().all()) return;
-      if (!is_first && (frame.status || frame.turn || v.tail<6>().array().isFinite().any())) return;
+      if (!v.head<6>().array().isFinite().all()) return std::nullopt;
+      if (!is_first && (frame.status || frame.turn || v.tail<6>().array().isFinite().any()))
+        return std::nullopt;
       pose = pose * Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
     }
-    KrlFrame result;
-    result.begin = product.begin;
-    result.end = product.end;
-    result.values.head<3>() = pose.translation;
-    result.values.segment<3>(3) = abc_from_rotation(pose.rotation);
-    syntax_.frames.push_back(result);
-    target.frame = static_cast<int>(syntax_.frames.size()) - 1;
-    target.kind = KrlTargetKind::frame;
-    target.is_product = true;
+    return pose;
   }
 
   // Drops the named targets of the current move: they were parts of an expression.

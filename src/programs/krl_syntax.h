@@ -35,6 +35,7 @@ struct KrlTarget {
   /// Displaced by constant frames: XP1:{Z 50,..}. Then `frame` is what comes out, in the .src and
   /// without written numbers.
   bool is_product = false;
+  int starts_from = -1;  ///< in KrlSyntax::frames: the named point of a product; -1: none
 };
 
 enum class KrlMotion { point_to_point, line, circle, spline_point };

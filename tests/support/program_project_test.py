@@ -48,7 +48,8 @@ class Krl:
     def __init__(self, cell):
         self.cell, self.q, self.texts = cell, {}, {}
         self.ends = (".src",)
-        base, tools = cell.bases[0], cell.tools
+        shift = rp.abc_motion(*(cell.rng.uniform(-20, 20) for _ in range(3)), *(cell.rng.uniform(-4, 4) for _ in range(3)))
+        base, tools = cell.bases[0], [cell.tools[0], vc.after(cell.tools[0], shift)]
         q0 = pc.posture_krl(cell)
         config = ["DEFDAT  $CONFIG", "DECL FRAME TOOL_DATA[16]", f"TOOL_DATA[1]={frame_text(tools[0])}",
                   f"TOOL_DATA[2]={frame_text(tools[1])}", f"BASE_DATA[3]={frame_text(base)}",
@@ -141,7 +142,10 @@ class Rapid:
     def __init__(self, cell):
         self.cell, self.texts = cell, {}
         base, tool = cell.bases[0], cell.tools[0]
+        border = lambda q: max(abs(math.degrees(q[j]) % 90 - 45) for j in (0, 3, 5))
         self.q0 = pc.posture_rapid(cell)
+        while border(self.q0) > 20:  # the turned targets are in the same quadrants
+            self.q0 = pc.posture_rapid(cell)
         data = ["MODULE Data(SYSMODULE)", f'PERS wobjdata wPart:=[FALSE,TRUE,"",[{programs.abb_pose(base)}],[[0,0,0],[1,0,0,0]]];',
                 f"PERS tooldata tMill:=[TRUE,[{programs.abb_pose(tool)}],[1.5,[0,0,100],[1,0,0,0],0,0,0]];", "CONST num nUp:=-7.5;"]
 
@@ -157,11 +161,13 @@ class Rapid:
         one = ["MODULE One", point("p1", "PERS"), "PROC main()", f"MoveJ p1{end}", f"MoveL Offs(p1,0,0,-nUp){end}".replace("-nUp", "nUp"),
                f"MoveL Offs(p1, 5, -3.5, 10){end}", f"MoveL RelTool(p1,1,2,3\\Rx:=4\\Ry:=-5\\Rz:=6){end}", f"MoveL pShared{end}",
                f"MoveL RelTool(pRead,0,0,-10){end}", f"MoveL pHidden{end}", "ENDPROC", "ENDMODULE"]
-        two = ["MODULE Two", "PROC rTwo()", f"MoveL pShared{end}", f"MoveL Offs(pShared,0,0,nUp){end}", f"MoveL Offs(pShared,0,0,x){end}",
+        at = ",".join(f"{math.degrees(a):.6f}" for a in self.q0)
+        start = f"MoveAbsJ [[{at}],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,tMill;"
+        two = ["MODULE Two", "PROC rTwo()", start, f"MoveL pShared{end}", f"MoveL Offs(pShared,0,0,nUp){end}", f"MoveL Offs(pShared,0,0,x){end}",
                "TPWrite \"x\" \\Num:=pRead.trans.x;", "ENDPROC", "ENDMODULE"]
         for name, lines in (("One", one), ("Two", two), ("Data", data)):
             self.texts[f"RAPID/TASK1/PROGMOD/{name}.mod"] = "\n".join(lines) + "\n"
-        self.rows = {"RAPID/TASK1/PROGMOD/One.mod": (7, 6), "RAPID/TASK1/PROGMOD/Two.mod": (3, 2)}
+        self.rows = {"RAPID/TASK1/PROGMOD/One.mod": (7, 6), "RAPID/TASK1/PROGMOD/Two.mod": (4, 3)}
         self.stays, self.frames = set(), []
 
     def targets(self, texts):
@@ -174,7 +180,10 @@ class Rapid:
         base = rp.quaternion_motion(n[:3], n[3:7])
         pose_of = lambda text: (lambda v: rp.quaternion_motion(v[:3], v[3:7]))(numbers(names.get(text.strip(), text)))
         found = []
-        for target in re.findall(r"Move[LJ]\s+(.*?),v100,fine", whole):
+        for word, target in re.findall(r"Move(AbsJ|[LJ])\s+(.*?),v100,fine", whole):
+            if word == "AbsJ":
+                found.append(("joints", [math.radians(v) for v in numbers(target)[:6]], base, tool))
+                continue
             if target in ("pHidden", "Offs(pShared,0,0,x)"):
                 continue
             target = target.replace("nUp", "-7.5")
@@ -310,6 +319,7 @@ class Project(unittest.TestCase):
                 project, texts, said = self.run_project(Krl, "krl", number)
                 self.assertEqual(texts["KRC/R1/Program/points.dat"], project.texts["KRC/R1/Program/points.dat"])
                 self.assertIn("LIN XSHARED C_DIS", texts["KRC/R1/Program/one.src"])
+                self.assertIn("PTP XP1\r\n", texts["KRC/R1/Program/one.src"])
                 self.assertNotEqual(texts["KRC/R1/System/$config.dat"], project.texts["KRC/R1/System/$config.dat"])
                 self.assertIn("XSHARED is a point that other texts may use; it is changed here once", said)
                 self.assertIn("XREAD is a point that other texts may use; it stays", said)
