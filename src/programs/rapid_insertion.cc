@@ -14,6 +14,9 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
     return std::ranges::find(move.options, option) != move.options.end();
   };
   if (target.kind == TargetKind::joints) return "its point is joint angles";
+  for (int point : points)
+    if (program.points[static_cast<size_t>(point)].is_expression)
+      return "its point is an expression";
   if (std::string(move.kind_of->name).starts_with("TRIGG"))
     return "its events count from its start";
   if (has("T")) return "its speed is a time (\\T)";
