@@ -106,7 +106,7 @@ void RapidData::note_uses_of_others(const std::string& text,
       is_assignment |= is_declaration || word == "RETURN";
       if (is_declaration) return false;
       is_move |= cursor.next() != '(' && cursor.next() != ':' &&
-                 (find_rapid_move(word) || is_other_rapid_move(word));
+                 (find_rapid_move(word) || is_other_rapid_move(word, cursor));
       if (own.contains(word)) return false;
       Datum* datum = names_.find(scopes_, word, 0);
       if (!datum) datum = find_of_others(word);
@@ -204,7 +204,7 @@ void RapidData::read_uses(const Statement& statement) {
     if (is_declaration) return false;
     const bool is_instruction = cursor.next() != '(' && cursor.next() != ':';
     if (is_instruction && find_rapid_move(word)) return true;
-    if (is_instruction && is_other_rapid_move(word)) is_move = true;
+    if (is_instruction && is_other_rapid_move(word, cursor)) is_move = true;
     if (note_assignment(word, at, cursor)) {
       is_assignment = true;
       return false;

@@ -19,6 +19,7 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
       return "its point is an expression";
   if (std::string(move.kind_of->name).starts_with("TRIGG"))
     return "its events count from its start";
+  if (move.kind_of->is_process()) return "its process begins, changes or ends with it";
   if (has("T")) return "its speed is a time (\\T)";
   if (has("ID")) return "it is synchronised with another arm (\\ID)";
   TextCursor before(masked, line, move.begin);
