@@ -56,7 +56,9 @@ std::vector<TextFile> read_program_folder(const std::string& folder) {
     static const std::set<std::string> kEndings{".src", ".dat", ".sub",  ".mod", ".modx",  ".prg",
                                                 ".sys", ".sysx", ".ls", ".script", ".urscript"};
     std::error_code none;
-    const bool is_listing = ending == ".va" && at->path().stem().string().find_first_of("Pp") == 0;
+    const std::string stem = at->path().stem().string();
+    const bool is_listing = ending == ".va" && (stem.find_first_of("Pp") == 0 ||
+                                                stem.starts_with("sysf") || stem.starts_with("SYSF"));
     if ((kEndings.contains(ending) || is_listing) && fs::is_regular_file(at->path(), none))
       paths.push_back(at->path().generic_string());
   }

@@ -401,9 +401,9 @@ class FanucReader {
     target.point = position.point;
     target.kind = point.kind;
     if (const auto number = frame_number(position, false, of_move.begin))
-      target.base = frame_number("UF", *number);
+      target.base = add_frame_of(false, *number, line);
     if (const auto number = frame_number(position, true, of_move.begin))
-      target.tool = frame_number("UT", *number);
+      target.tool = add_frame_of(true, *number, line);
     if (point.kind == TargetKind::joints) {
       target.q = joints_of_numbers(Dialect::fanuc, numbers);
     } else {
@@ -416,7 +416,9 @@ class FanucReader {
 
   // A register is in the active frame, and has no place in the text.
   std::string why_not_usable_register(const PointOfMove& of_move) {
+    const bool is_joints = registers_->find(of_move.id)->is_joints;
     for (const bool is_tool : {false, true}) {
+      if (is_joints) continue;
       const char* const name = is_tool ? "UTOOL" : "UFRAME";
       const auto number = frames_->active(is_tool, of_move.begin);
       if (!number)
@@ -429,15 +431,24 @@ class FanucReader {
     const bool has_more = std::ranges::any_of(positions_, [](const auto& position) {
       return position.second.numbers.size() + position.second.others.size() > 6;
     });
-    return has_more ? "its register says nothing of the other axes" : "";
+    return has_more || moves_other_groups() ? "its register says nothing of the other axes" : "";
+  }
+
+  // DEFAULT_GROUP = 1,1,*,*,*;
+  bool moves_other_groups() const {
+    const size_t at = text_.find("DEFAULT_GROUP"), first = text_.find(',', at);
+    return first < text_.find(';', at) && text_.find('1', first) < text_.find(';', at);
   }
 
   void add_register_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
     const FanucRegister& of = *registers_->find(of_move.id);
-    const int frame = *frames_->active(false, of_move.begin),
-              tool = *frames_->active(true, of_move.begin);
+    const std::optional<int> frame = frames_->active(false, of_move.begin),
+                             tool = frames_->active(true, of_move.begin);
+    const auto text = [](std::optional<int> number) {
+      return number ? fmt::format("{}", *number) : "F";
+    };
     ProgramPoint point;
-    point.name = fmt::format("UF : {}, UT : {},", frame, tool);
+    point.name = fmt::format("UF : {}, UT : {},", text(frame), text(tool));
     if (!of.is_joints) point.name += fmt::format("\tCONFIG : '{}',", of.configuration);
     point.name += "\n";
     point.line = line;
@@ -453,8 +464,8 @@ class FanucReader {
     target.end = of_move.end;
     target.point = static_cast<int>(program_.points.size());
     target.kind = point.kind;
-    target.base = frame_number("UF", frame);
-    target.tool = frame_number("UT", tool);
+    if (frame) target.base = add_frame_of(false, *frame, line);
+    if (tool) target.tool = add_frame_of(true, *tool, line);
     if (of.is_joints) {
       target.q = joints_of_numbers(Dialect::fanuc, of.numbers);
     } else {
@@ -468,9 +479,24 @@ class FanucReader {
     program_.targets.push_back(target);
   }
 
-  int frame_number(const char* name, int number) {
-    return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number),
-                     number == 0 ? std::optional(Pose{}) : std::nullopt);
+  // That of --frame, or as it is listed. UF[0] is the world frame, UT[0] the flange.
+  int add_frame_of(bool is_tool, int number, int line) {
+    const char* const name = is_tool ? "UT" : "UF";
+    std::optional<Pose> pose;
+    if (number == 0) pose = Pose{};
+    if (const FanucRegister* const found = registers_->find_frame(is_tool, number);
+        found && number > 0) {
+      pose = program_.frames[static_cast<size_t>(add_frame_of(is_tool, 0, line))].pose *
+             pose_of_numbers(Dialect::fanuc, found->numbers);
+      const bool is_world_given = std::ranges::any_of(
+          known_, [](const auto& frame) { return upper(frame.first) == "UF[0]"; });
+      if (!is_tool && !is_world_given && pose->translation.norm() > 0)
+        warnings_.add(line,
+                      "the listed user frame counts from FANUC's world frame, which is taken to be "
+                      "R_0 of the robot file; if it is not, such as at the height of axis 2, say "
+                      "where it is: --frame 'UF[0]=x,y,z,a,b,c'");
+    }
+    return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number), pose);
   }
 
   // The move keeps its options: its point becomes another one.

@@ -18,24 +18,30 @@ struct FanucRegister {
   std::string configuration;    ///< F U T, 0, 0, 0; empty of joints
 };
 
+/// Whether a text lists variables of a controller that count: POSREG.VA, SYSFRAME.VA.
+bool is_fanuc_listing(const std::string& text);
+
 /// The position registers of a controller, PR[1] and on, as far as nothing gives them values as the
-/// program runs.
+/// program runs, and its user frames and tools.
 class FanucRegisters {
  public:
-  /// `texts`: a listing, $POSREG, and programs; others are passed over. `program`: the text of the
+  /// `texts`: listings, $POSREG, $MNUFRAME and $MNUTOOL, and programs. `program`: the text of the
   /// program itself, by masked().
   FanucRegisters(std::string_view program, const ProgramText* begin, const ProgramText* end);
 
   /// Null if the register is not listed, is not taught for six axes, or is given values.
   const FanucRegister* find(double number) const;
+  /// X Y Z W P R of a user frame or a tool; null if it is not listed.
+  const FanucRegister* find_frame(bool is_tool, double number) const;
 
  private:
+  using Listed = std::map<double, FanucRegister>;
   void read_listing(const std::string& text);
   void note_assignments(std::string_view text);
 
-  std::map<double, FanucRegister> registers_;
+  Listed registers_, frames_, tools_;
   std::set<double> changed_;
-  bool is_any_changed_ = false;  // PR[R[1]]=..
+  bool is_any_changed_ = false;
 };
 
 }  // namespace armtrue

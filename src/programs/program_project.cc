@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "programs/fanuc_registers.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/text_edit.h"
@@ -275,7 +276,7 @@ std::vector<ProgramText> what_others_declare(Dialect dialect,
       result.push_back(text);
     } else if (dialect == Dialect::fanuc && ending == ".LS") {
       result.push_back(lines_with(text, "PR["));
-    } else if (dialect == Dialect::fanuc && text.text.find("$POSREG") != std::string::npos) {
+    } else if (dialect == Dialect::fanuc && is_fanuc_listing(text.text)) {
       result.push_back(text);
     }
   }

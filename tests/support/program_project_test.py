@@ -242,9 +242,20 @@ class Fanuc:
             listing += f"  W: {n[3]:>9}   P: {n[4]:>9}   R: {n[5]:>9}\n"
         self.texts["posreg.va"] = listing + "    [1,5] =   '' Uninitialized\n"
         self.rows = {"part.ls": (7, 5)}
-        self.stays = {"posreg.va"}
+        self.stays = {"posreg.va", "sysframe.va"}
         written = lambda motion: ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))
-        self.frames = ["--frame", "UF[1]=" + written(self.base), "--frame", "UT[1]=" + written(self.tool)]
+        world = cell.bases[1]
+        self.has_world = cell.rng.random() < 0.5
+        self.frames = ["--frame", "UF[0]=" + written(world)] if self.has_world else []
+        listed = vc.after(programs.inverse(world), self.base) if self.has_world else self.base
+        frame_of = lambda motion: (lambda a, b, c: [f"{v:.6f}" for v in (*motion[1], c, b, a)])(*vc.kuka(motion[0]))
+        entry = lambda group, i, n: (f"    [{group},{i}] = \n  Group: {group}   Config: N D B, 0, 0, 0\n  X: {n[0]:>9}   Y: {n[1]:>9}   Z: {n[2]:>9}\n"
+                                     f"  W: {n[3]:>9}   P: {n[4]:>9}   R: {n[5]:>9}\n")
+        other = ["1.000"] * 6
+        self.texts["sysframe.va"] = "[*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[2,2] OF POSITION\n" + entry(
+            1, 1, frame_of(listed)) + entry(1, 2, other) + entry(2, 1, other) + "[*SYSTEM*]$MNUFRAMENUM  Storage: SHADOW  Access: RW  : ARRAY[2] OF BYTE\n    [1] = 2\n" + (
+            "[*SYSTEM*]$MNUTOOL  Storage: SHADOW  Access: RW  : ARRAY[1,2] OF POSITION\n") + entry(1, 1, frame_of(self.tool)) + entry(1, 2, other) + (
+            "[*SYSTEM*]$OTHER  Storage: SHADOW  Access: RW  : ARRAY[1,1] OF POSITION\n") + entry(1, 1, other)
 
     def targets(self, texts):
         text = texts["part.ls"]
@@ -350,7 +361,8 @@ class Project(unittest.TestCase):
     def test_fanuc(self):
         for number in range(PROJECTS):
             with self.subTest(number=number):
-                self.run_project(Fanuc, "fanuc", number)
+                project, _, said = self.run_project(Fanuc, "fanuc", number)
+                self.assertEqual("FANUC's world frame" in said, not project.has_world)
 
 
 if __name__ == "__main__":
