@@ -145,6 +145,15 @@ std::vector<ProgramText> Command::read_program_texts(const std::string& path,
   return texts;
 }
 
+std::vector<ProgramText> Command::read_program_folder(const std::string& folder) {
+  std::vector<ProgramText> texts;
+  for (const TextFile& file : armtrue::read_program_folder(folder)) {
+    inputs_.emplace_back(file.text.name, file.sha256);
+    texts.push_back(file.text);
+  }
+  return texts;
+}
+
 void Command::warn_of_unknown(const std::vector<std::string>& columns) {
   if (columns.empty()) return;
   std::string list;

@@ -113,6 +113,8 @@ class Command : public OptionGroup {
   /// A robot program; with its .dat if `with_dat`: `dat`, or that beside it.
   std::vector<ProgramText> read_program_texts(const std::string& path, const std::string& dat,
                                               bool with_dat);
+  /// The texts of a folder of robot programs, or one text.
+  std::vector<ProgramText> read_program_folder(const std::string& folder);
 
   Provenance provenance() const;
 

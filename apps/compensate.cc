@@ -17,6 +17,7 @@
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
+#include "program_project.h"
 #include "report_arguments.h"
 #include "robot_program_files.h"
 
@@ -34,6 +35,7 @@ struct Arguments : app::ProgramArguments {
   std::optional<double> spacing_mm;
   bool move_external_axes = false;
   app::RobotProgramFiles program;
+  app::ProjectFiles project;
   app::ReportArguments page;
 };
 
@@ -66,6 +68,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                "The correction may move E1 to E6, such as a rail, too; they stay as programmed if "
                "absent");
   const app::Option program = app::add_robot_program(command, arguments.program);
+  app::add_project(command, arguments.project);
   command
       .option(
           "--spacing-mm", arguments.spacing_mm,
@@ -106,8 +109,7 @@ std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
 }
 
 // The tools or frames that the program names.
-app::StatedFrames stated_frames(const std::optional<RobotProgram>& program,
-                                int ProgramTarget::*frame) {
+app::StatedFrames stated_frames(const RobotProgram* program, int ProgramTarget::*frame) {
   app::StatedFrames stated;
   if (!program) return stated;
   std::set<std::string> names;
@@ -119,8 +121,7 @@ app::StatedFrames stated_frames(const std::optional<RobotProgram>& program,
   return stated;
 }
 
-std::vector<std::string> assumptions(const Robot& controller,
-                                     const std::optional<RobotProgram>& program,
+std::vector<std::string> assumptions(const Robot& controller, const RobotProgram* program,
                                      const Arguments& arguments) {
   return {
       fmt::format(
@@ -150,8 +151,7 @@ void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& ta
 
 // With points between the targets of a program `text` if --spacing-mm is given.
 DividedProgram compensate_file(const Robot& robot, const Robot& controller, const ProgramFile& file,
-                               const std::optional<RobotProgram>& text,
-                               const Arguments& arguments) {
+                               const RobotProgram* text, const Arguments& arguments) {
   const CompensationOptions options = compensation_options(arguments, controller);
   try {
     if (text && arguments.spacing_mm)
@@ -237,7 +237,7 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
 
 // What the parser warned of may be why a target is not reached.
 template <class Work>
-auto with_warnings(app::Command& command, const std::optional<RobotProgram>& program, Work work) {
+auto with_warnings(app::Command& command, const RobotProgram* program, Work work) {
   try {
     return work();
   } catch (const InputError&) {
@@ -261,8 +261,13 @@ void refuse_corrected(const std::string& source, const std::optional<RoundWhereR
       app::kInsteadOfCompensated));
 }
 
+void warn_of_station(app::Command& command, const std::vector<std::string>& not_applied) {
+  for (const std::string& effect : not_applied)
+    command.warn("not applied, because it belongs to the station, or may: " + effect);
+}
+
 void warn_of_targets(app::Command& command, const Arguments& arguments, const Robot& controller,
-                     const std::optional<RobotProgram>& program) {
+                     const RobotProgram* program) {
   app::warn_of_tool(command, arguments);
   if (!program) return;
   for (const std::string& doubt : doubts_of_program(
@@ -277,26 +282,11 @@ void warn_of_hints(app::Command& command, const Arguments& arguments, const Robo
   if (!doubt.empty()) command.warn(file.source + ": " + doubt);
 }
 
-int run(app::Command& command, Arguments& arguments) {
-  const app::Models models = app::read_models(command, arguments);
+// Commands for all targets of a file, or of a program with the joints `joints`.
+DividedProgram correct(app::Command& command, const app::Models& models,
+                       const RobotProgram* program, const ProgramJoints& joints,
+                       ProgramFile& file, const Arguments& arguments) {
   const Robot &robot = models.robot, &controller = models.controller;
-  const std::optional<About> about = app::read_about(command, arguments.page);
-  app::refuse_other_files(robot, controller, arguments);
-  std::optional<RobotProgram> program;
-  ProgramJoints joints;
-  ProgramFile file;
-  if (!arguments.program.path.empty()) {
-    refuse_options_of_tables(command, arguments);
-    program = app::read_robot_program(command, arguments.program);
-    refuse_two_tools(*program, arguments);
-    file.source = program->texts[0].name;
-    joints = joints_of_program(controller, *program, arguments);
-    file.program = with_warnings(command, program, [&] {
-      return program_targets(*program, compensation_options(arguments, controller), joints);
-    });
-  } else {
-    file = command.read_program(command.input, controller);
-  }
   warn_of_targets(command, arguments, controller, program);
   if (file.program.is_cartesian() ||
       (!program && command_kind(arguments, file.program) == CommandKind::cartesian))
@@ -314,15 +304,90 @@ int run(app::Command& command, Arguments& arguments) {
     warn_of_hints(command, arguments, controller, file);
     throw;
   }
-  std::vector<CorrectedTarget>& targets = divided.targets;
   const auto nearest = std::ranges::min_element(
-      targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
+      divided.targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
   warn_of_hints(command, arguments, controller, file);
   refuse_corrected(file.source,
-                   program ? find_round_where_reached(*program, targets, joints)
-                           : find_round_where_reached(controller, targets),
+                   program ? find_round_where_reached(*program, divided.targets, joints)
+                           : find_round_where_reached(controller, divided.targets),
                    file.program.visits, arguments);
+  return divided;
+}
+
+// What is said of several programs is said once.
+void add_new(const std::vector<std::string>& sentences, std::vector<std::string>& all) {
+  for (const std::string& sentence : sentences)
+    if (std::ranges::find(all, sentence) == all.end()) all.push_back(sentence);
+}
+
+bool is_noted(const std::vector<CorrectedTarget>& targets) {
+  return std::ranges::any_of(targets, [](const auto& target) { return !target.notes.empty(); });
+}
+
+// The programs of a folder, each by itself; their texts are written together.
+int run_project(app::Command& command, const app::Models& models, Arguments& arguments) {
+  const Robot &robot = models.robot, &controller = models.controller;
+  if (arguments.spacing_mm || !arguments.summary.empty() || arguments.page.is_wanted())
+    throw app::UsageError(
+        "--spacing-mm, --summary, --report and --plots are for one program; leave them out with "
+        "--project");
+  if (!arguments.commands.empty())
+    throw app::UsageError("--commands: the targets of a program stay of their kind; leave it out");
+  bool is_reached = true;
+  std::vector<std::string> in_doubt;
+  const bool is_whole = app::correct_project(
+      command, arguments.project, arguments.program, [&](const RobotProgram& program) {
+        refuse_two_tools(program, arguments);
+        ProgramFile file;
+        file.source = program.texts[0].name;
+        const ProgramJoints joints = joints_of_program(controller, program, arguments);
+        file.program =
+            program_targets(program, compensation_options(arguments, controller), joints);
+        std::vector<CorrectedTarget> targets =
+            correct(command, models, &program, joints, file, arguments).targets;
+        add_new(doubts(robot, controller, targets, file.program.visits, arguments), in_doubt);
+        app::ProjectCommands found{program_commands(program, targets, joints), {}};
+        found.moves = corrected_moves(program, targets);
+        warn_of_notes(command, targets, file);
+        is_reached &= !is_noted(targets) && found.commands.warnings.empty();
+        return found;
+      });
+  PredictionConditions conditions;
+  app::warn_of_doubts(command, in_doubt, conditions);
+  warn_of_station(command, app::station_effects(robot, arguments.tool_is_measured));
+  const bool is_strict = is_whole && is_reached && in_doubt.empty();
+  return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole)
+             ? app::kNotReached
+             : app::kSuccess;
+}
+
+int run(app::Command& command, Arguments& arguments) {
+  const app::Models models = app::read_models(command, arguments);
+  const Robot &robot = models.robot, &controller = models.controller;
+  const std::optional<About> about = app::read_about(command, arguments.page);
+  app::refuse_other_files(robot, controller, arguments);
+  if (!arguments.project.folder.empty()) return run_project(command, models, arguments);
+  if (!arguments.program.frames.empty() && arguments.program.path.empty())
+    throw app::UsageError("--frame: is for --program or --project");
+  std::optional<RobotProgram> read;
+  ProgramJoints joints;
+  ProgramFile file;
+  if (!arguments.program.path.empty()) {
+    refuse_options_of_tables(command, arguments);
+    read = app::read_robot_program(command, arguments.program);
+    refuse_two_tools(*read, arguments);
+    file.source = read->texts[0].name;
+    joints = joints_of_program(controller, *read, arguments);
+    file.program = with_warnings(command, &*read, [&] {
+      return program_targets(*read, compensation_options(arguments, controller), joints);
+    });
+  } else {
+    file = command.read_program(command.input, controller);
+  }
+  const RobotProgram* const program = read ? &*read : nullptr;
+  DividedProgram divided = correct(command, models, program, joints, file, arguments);
+  std::vector<CorrectedTarget>& targets = divided.targets;
 
   PredictionConditions conditions{robot.name, controller.name,
                                   assumptions(controller, program, arguments),
@@ -332,8 +397,7 @@ int run(app::Command& command, Arguments& arguments) {
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
   app::warn_of_doubts(command, in_doubt, conditions);
-  for (const std::string& effect : conditions.not_applied)
-    command.warn("not applied, because it belongs to the station, or may: " + effect);
+  warn_of_station(command, conditions.not_applied);
   bool is_followed = true;
   if (program)
     is_followed =
@@ -359,9 +423,7 @@ int run(app::Command& command, Arguments& arguments) {
     app::write_report(command, arguments.page,
                       compensation_page(targets, file.program, between, conditions,
                                         app::page_head(command, about)));
-  const bool is_noted = std::ranges::any_of(
-      targets, [](const CorrectedTarget& target) { return !target.notes.empty(); });
-  const bool is_strict = !is_noted && is_followed && in_doubt.empty();
+  const bool is_strict = !is_noted(targets) && is_followed && in_doubt.empty();
   return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole)
              ? app::kNotReached
              : app::kSuccess;

@@ -51,7 +51,7 @@ void check_program_out(const Command& command, const PathProgramArguments& argum
         !wrong.empty())
       throw UsageError("--program-out: " + wrong);
   if (arguments.out.empty()) command.check_derived_output(out);
-  if (program.texts.size() < 2) return;
+  if (program.own_texts < 2) return;
   const std::string& original = program.texts[1].name;
   const std::string dat = dat_of_output(program, out);
   if (is_device_or_pipe(out)) return;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <initializer_list>
@@ -9,6 +10,7 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
+#include "armtrue/programs/program_project.h"
 #include "option_text.h"
 #include "program_arguments.h"
 
@@ -50,7 +52,7 @@ Dialect dialect_of(const RobotProgramFiles& files) {
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
                     const RobotProgramFiles& files) {
-  const bool has_dat = program.texts.size() > 1;
+  const bool has_dat = program.own_texts > 1;
   const std::string dat = has_dat ? dat_of_output(program, files.out) : "";
   if (!has_name(files.out)) return;
   if (const std::string wrong =
@@ -63,22 +65,41 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
     throw UsageError("--program-out: '" + files.out + "' is the name of a .dat; name a .src");
   for (const std::string& output : outputs)
     for (const ProgramText& text : program.texts)
-      if (same_file(output, text.name))
+      if (!text.name.empty() && same_file(output, text.name))
         throw UsageError("--program-out: '" + output +
                          "' is a file of the program itself; give the corrected program another "
                          "name or folder");
   if (has_dat) command.check_derived_output(dat);
 }
 
-constexpr const char* kInsteadOfMirrored =
-    "give the original program; to use both, compensate the original, measure a pass of the "
-    "compensated program, and give that program to mirror-correct --program";
+constexpr std::array<std::pair<Corrector, const char*>, 2> kInsteadOf{
+    {{Corrector::compensate, kInsteadOfCompensated},
+     {Corrector::mirror,
+      "give the original program; to use both, compensate the original, measure a pass of the "
+      "compensated program, and give that program to mirror-correct --program"}}};
+
+// The texts of --with, but for those of the program itself. The whole of a folder is searched as
+// its controller does.
+std::vector<ProgramText> read_others(Command& command, Dialect dialect,
+                                     const std::vector<ProgramText>& own,
+                                     const RobotProgramFiles& files) {
+  std::vector<ProgramText> others;
+  for (const std::string& path : files.with)
+    for (const ProgramText& text : command.read_program_folder(path)) {
+      const auto is_this = [&](const ProgramText& other) {
+        return same_file(other.name, text.name);
+      };
+      if (std::ranges::none_of(own, is_this) && std::ranges::none_of(others, is_this))
+        others.push_back(text);
+    }
+  return what_others_declare(dialect, others);
+}
 
 }  // namespace
 
 void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std::string& instead) {
   if (const auto mark = find_correction_mark(texts, by))
-    throw InputError(fmt::format(
+    throw CorrectedAlready(fmt::format(
         "{}:{}: this comment says that the program is corrected already; corrected twice, it would "
         "be wrong: {}",
         mark->text, mark->line, instead));
@@ -86,10 +107,25 @@ void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std:
 
 void refuse_check_digits(const RobotProgram& program, Corrector by, const std::string& instead) {
   if (has_check_digits(program, by))
-    throw InputError(fmt::format(
+    throw CorrectedAlready(fmt::format(
         "{}: the last digits of its numbers are those that {} writes: it is corrected already; "
         "corrected twice, it would be wrong: {}",
         program.texts[0].name, by == Corrector::mirror ? "mirror-correct" : "compensate", instead));
+}
+
+void refuse_corrected_texts(const std::vector<ProgramText>& texts) {
+  for (const auto& [by, instead] : kInsteadOf) refuse_mark(texts, by, instead);
+}
+
+void refuse_corrected_points(const RobotProgram& program) {
+  std::vector<ProgramText> declaring;
+  for (size_t i = program.own_texts; i < program.texts.size(); ++i)
+    if (std::ranges::any_of(program.points, [&](const ProgramPoint& point) {
+          return point.text == static_cast<int>(i);
+        }))
+      declaring.push_back(program.texts[i]);
+  refuse_corrected_texts(declaring);
+  for (const auto& [by, instead] : kInsteadOf) refuse_check_digits(program, by, instead);
 }
 
 Option add_robot_program(Command& command, RobotProgramFiles& files) {
@@ -104,6 +140,13 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
   command.file("--dat", files.dat, "The .dat of a KUKA program; that beside the .src if absent")
       .needs(program);
   command
+      .option("--with", files.with,
+              "A file that declares points, tools or frames that the program uses, or a folder "
+              "with such files: $config.dat and other data lists of KUKA, modules of ABB, "
+              "POSREG.VA and SYSFRAME.VA of FANUC, a backup; may be given several times")
+      .one_each()
+      .needs(program);
+  command
       .option("--dialect", files.dialect,
               "Language of the program, if the file name does not show it")
       .check(one_of({"krl", "rapid", "fanuc", "urscript"}))
@@ -113,9 +156,16 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
           "--frame", files.frames,
           "Values of a frame or tool that the program only names, as NAME=x,y,z,a,b,c in mm and "
           "deg: BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
-      .check(frame_check())
-      .needs(program);
+      .check(frame_check());
   return program;
+}
+
+KnownFrames known_frames(const RobotProgramFiles& files) {
+  KnownFrames known;
+  for (const std::string& frame : files.frames)
+    if (!known.insert(frame_from_text(frame)).second)
+      throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
+  return known;
 }
 
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files) {
@@ -125,21 +175,18 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   const Dialect dialect = dialect_of(files);
   if (!files.dat.empty() && dialect != Dialect::krl)
     throw UsageError("--dat: only a KUKA program has a .dat");
-  KnownFrames known;
-  for (const std::string& frame : files.frames)
-    if (!known.insert(frame_from_text(frame)).second)
-      throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
+  const KnownFrames known = known_frames(files);
   if (const auto other = dialect_of_file(files.out); other && *other != dialect)
     throw UsageError("--program-out: '" + files.out + "' ends as a program of " +
                      to_string(*other) + " does, and " + files.path + " is one of " +
                      to_string(dialect) + "; give it an ending of this language");
   std::vector<ProgramText> texts =
       command.read_program_texts(files.path, files.dat, dialect == Dialect::krl);
-  const std::array<std::pair<Corrector, const char*>, 2> correctors{
-      {{Corrector::compensate, kInsteadOfCompensated}, {Corrector::mirror, kInsteadOfMirrored}}};
-  for (const auto& [by, instead] : correctors) refuse_mark(texts, by, instead);
-  RobotProgram program = parse_program(dialect, std::move(texts), known);
-  for (const auto& [by, instead] : correctors) refuse_check_digits(program, by, instead);
+  refuse_corrected_texts(texts);
+  std::vector<ProgramText> others = read_others(command, dialect, texts, files);
+  RobotProgram program =
+      parse_program(dialect, std::move(texts), known, TargetParts::pose, std::move(others));
+  refuse_corrected_points(program);
   refuse_outputs(command, program, files);
   return program;
 }
@@ -156,7 +203,7 @@ std::string dat_of_output(const RobotProgram& program, const std::string& out) {
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
                          const std::string& out) {
   std::vector<Product> products;
-  if (texts.size() > 1) products.push_back({dat_of_output(program, out), texts[1]});
+  if (program.own_texts > 1) products.push_back({dat_of_output(program, out), texts[1]});
   products.push_back({out, texts[0]});
   write_outputs(products);
 }

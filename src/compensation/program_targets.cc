@@ -52,6 +52,26 @@ void require_frames(const RobotProgram& program) {
 // The first part of a sentence on why a move is left alone.
 std::string short_reason(const std::string& why) { return why.substr(0, why.find(';')); }
 
+// One more move.
+void leave(const std::string& why, CorrectedMoves& moves) {
+  ++moves.all;
+  auto& reasons = moves.reasons;
+  const auto known = std::ranges::find(reasons, why, &std::pair<std::string, int>::first);
+  if (known == reasons.end())
+    reasons.emplace_back(why, 1);
+  else
+    ++known->second;
+}
+
+void finish(CorrectedMoves& moves) {
+  std::ranges::stable_sort(moves.reasons, std::greater(), &std::pair<std::string, int>::second);
+  moves.sentence = fmt::format("{} of {} moves are corrected", moves.corrected, moves.all);
+  for (size_t i = 0; i < moves.reasons.size(); ++i)
+    moves.sentence += fmt::format("{}{} ({})", i == 0 ? "; left alone: " : ", ",
+                                  moves.reasons[i].second, moves.reasons[i].first);
+  moves.sentence += '.';
+}
+
 bool states_turn(const RobotProgram& program, size_t row) {
   const ProgramTarget& target = program.targets[row];
   return program.dialect == Dialect::krl && target.kind == TargetKind::cartesian &&
@@ -161,37 +181,38 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
   return commands;
 }
 
+CorrectedMoves moves_left_alone(const std::vector<std::string>& why) {
+  CorrectedMoves moves;
+  for (const std::string& of_move : why) leave(short_reason(of_move), moves);
+  finish(moves);
+  return moves;
+}
+
+CorrectedMoves moves_left_alone(const RobotProgram& program, const std::string& why) {
+  CorrectedMoves moves = moves_left_alone(program.why_left_alone);
+  for (const ProgramTarget& target : program.targets)
+    if (target.motion != MotionKind::via) leave(why, moves);
+  finish(moves);
+  return moves;
+}
+
 CorrectedMoves corrected_moves(const RobotProgram& program,
                                const std::vector<CorrectedTarget>& targets) {
-  std::vector<std::pair<std::string, int>> reasons;  // in the order of the text, then of the targets
-  const auto leave = [&](const std::string& why) {
-    const auto known = std::ranges::find(reasons, why, &std::pair<std::string, int>::first);
-    if (known == reasons.end())
-      reasons.emplace_back(why, 1);
-    else
-      ++known->second;
-  };
-  CorrectedMoves moves;
-  for (const std::string& why : program.why_left_alone) leave(short_reason(why));
+  CorrectedMoves moves = moves_left_alone(program.why_left_alone);
   std::string why;  // the move, with the auxiliary point of an arc
   for (size_t k = 0; k < targets.size(); ++k) {
     if (!targets[k].is_corrected)
       why = targets[k].notes.empty() ? "another turn" : to_string(targets[k].notes.front());
     if (program.targets[k].motion == MotionKind::via) continue;
-    ++moves.all;
-    if (why.empty())
+    if (why.empty()) {
+      ++moves.all;
       ++moves.corrected;
-    else
-      leave(why);
+    } else {
+      leave(why, moves);
+    }
     why.clear();
   }
-  moves.all += static_cast<int>(program.why_left_alone.size());
-  std::ranges::stable_sort(reasons, std::greater(), &std::pair<std::string, int>::second);
-  moves.sentence = fmt::format("{} of {} moves are corrected", moves.corrected, moves.all);
-  for (size_t i = 0; i < reasons.size(); ++i)
-    moves.sentence += fmt::format("{}{} ({})", i == 0 ? "; left alone: " : ", ", reasons[i].second,
-                                  reasons[i].first);
-  moves.sentence += '.';
+  finish(moves);
   return moves;
 }
 

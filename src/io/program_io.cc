@@ -1,8 +1,11 @@
 #include "armtrue/io/program_io.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "armtrue/io/source.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 namespace {
@@ -37,6 +40,38 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
   const bool is_file = files[0].text.name == path;  // no standard input
   const std::string beside = !dat.empty() ? dat : is_file ? dat_beside_src(path) : "";
   if (!beside.empty()) files.push_back(read_text(beside));
+  return files;
+}
+
+std::vector<TextFile> read_program_folder(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) return {read_text(folder)};
+  std::vector<std::string> paths;
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error)) {
+    std::string ending = at->path().extension().string();
+    for (char& c : ending)
+      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    static const std::set<std::string> kEndings{".src", ".dat", ".sub",  ".mod", ".modx",  ".prg",
+                                                ".sys", ".sysx", ".ls", ".script", ".urscript"};
+    std::error_code none;
+    const std::string stem = at->path().stem().string();
+    const bool is_listing = ending == ".va" && (stem.find_first_of("Pp") == 0 ||
+                                                stem.starts_with("sysf") || stem.starts_with("SYSF"));
+    if ((kEndings.contains(ending) || is_listing) && fs::is_regular_file(at->path(), none))
+      paths.push_back(at->path().generic_string());
+  }
+  if (error)
+    throw InputError(folder + ": the folder cannot be read (" + error.message() +
+                     "); check its name and its permissions");
+  if (paths.empty())
+    throw InputError(folder +
+                     ": holds no robot program (.src, .mod, .ls, .script); name the folder of the "
+                     "programs, such as KRC/R1 of a backup");
+  std::ranges::sort(paths);
+  std::vector<TextFile> files;
+  for (const std::string& path : paths) files.push_back(read_text(path));
   return files;
 }
 

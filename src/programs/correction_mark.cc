@@ -110,15 +110,17 @@ std::string plain(std::string_view line) {
 
 }  // namespace
 
+void mark_corrected(Dialect dialect, Corrector by, std::string& text) {
+  const std::string comment = comment_of(dialect) + mark_of(by);
+  if (dialect == Dialect::fanuc)
+    insert_remark(comment, text);
+  else
+    insert_comment(dialect, comment, text);
+}
+
 void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts) {
-  const std::string comment = comment_of(program.dialect) + mark_of(by);
-  for (size_t i = 0; i < texts.size(); ++i) {
-    if (texts[i] == program.texts[i].text) continue;
-    if (program.dialect == Dialect::fanuc)
-      insert_remark(comment, texts[i]);
-    else
-      insert_comment(program.dialect, comment, texts[i]);
-  }
+  for (size_t i = 0; i < program.own_texts; ++i)
+    if (texts[i] != program.texts[i].text) mark_corrected(program.dialect, by, texts[i]);
 }
 
 std::optional<CorrectionMark> find_correction_mark(const std::vector<ProgramText>& texts,

@@ -12,6 +12,7 @@
 #include "programs/dialects.h"
 #include "programs/fanuc_frames.h"
 #include "programs/fanuc_positions.h"
+#include "programs/fanuc_registers.h"
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
@@ -89,11 +90,14 @@ class FanucReader {
         statements.push_back({line.line, cursor.at(), line.end});
     }
     frames_.emplace(part, statements);
+    registers_.emplace(part, program_.texts.data() + program_.own_texts,
+                       program_.texts.data() + program_.texts.size());
     for (const Statement& statement : statements) read_uses(part, statement);
     for (const Statement& statement : statements) read_statement(part, statement);
     for (const auto& [id, position] : positions_)
       if (position.point >= 0)
         program_.points[static_cast<size_t>(position.point)].is_shared = position.is_shared;
+    for (ProgramPoint& point : program_.points) point.is_shared |= point.starts_from >= 0;
   }
 
   // One for each line; a line that begins with a colon continues the one before. A comment may hold
@@ -168,12 +172,32 @@ class FanucReader {
   struct PointOfMove {
     double id = 0;
     size_t begin = 0, end = 0;
+    bool is_register = false;  // PR[3]
   };
+
+  // Offset,PR[1] along the axes of the user frame, Tool_Offset,PR[1] along those of the tool.
+  struct Displacement {
+    bool is_tool = false;
+    double id = 0;
+  };
+
+  // What a displacement comes to, if its register is listed and turns nothing: how the controller
+  // composes turns, no manual says.
+  std::optional<Pose> pose_of(const Displacement& displacement) const {
+    const FanucRegister* const found = registers_->find(displacement.id);
+    if (!found || found->is_joints) return std::nullopt;
+    for (size_t i = 3; i < 6; ++i)
+      if (found->numbers[i] != 0) return std::nullopt;
+    return Pose{Eigen::Matrix3d::Identity(),
+                Eigen::Vector3d(found->numbers[0], found->numbers[1], found->numbers[2]) *
+                    kMillimetre};
+  }
 
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
     std::vector<PointOfMove> points;
     std::string other;
     bool follows_point = false, is_any = false;
+    std::vector<Displacement> displacements;
     const auto is_because = [&](const std::string& reason) {
       if (other.empty()) other = reason;
     };
@@ -185,7 +209,19 @@ class FanucReader {
       if (word == "SKIP") ends_at_target_ = false;
       const bool is_offset = word == "OFFSET" || word == "TOOL_OFFSET" || word == "VOFFSET";
       follows_point |= is_offset && other.empty();
-      if (is_offset || word == "COORD") is_because("the move is displaced (" + word + ")");
+      if (word == "COORD")
+        is_because("its motion is coordinated with a positioner (COORD), which carries its frame");
+      if (is_offset) {
+        const auto register_number = register_behind(cursor);
+        if (register_number && word != "VOFFSET")
+          displacements.push_back({word == "TOOL_OFFSET", *register_number});
+        if (!register_number || word == "VOFFSET" || !pose_of(displacements.back()))
+          is_because("the move is displaced (" + word + ")" +
+                     (register_number
+                          ? ", and no listing (--with POSREG.VA) says by how much, or it turns, or "
+                            "the program sets its register"
+                          : ""));
+      }
       if ((word != "P" && word != "PR") || !cursor.take('[')) return;
       const auto id = cursor.take_number();
       cursor.skip_to("]");
@@ -193,22 +229,35 @@ class FanucReader {
       if (points.size() >= wanted) return;
       if (word == "P" && id) return points.push_back({*id, at, cursor.at()});
       is_any |= word == "P";
-      is_because(word == "PR" ? "its point is a register" : "its point has no plain number");
+      if (word == "PR" && id && registers_->find(*id))
+        return points.push_back({*id, at, cursor.at(), true});
+      is_because(word == "PR"
+                     ? "its point is a register, and no listing (--with POSREG.VA) has it, or the "
+                       "program sets it"
+                     : "its point has no plain number");
     });
     if (points.empty() && other.empty()) return;  // no move: a word of the same letter
     if (other.empty() && points.size() != wanted) other = "it does not have the points of its kind";
     for (const PointOfMove& point : points)
-      if (other.empty()) other = why_not_usable(point);
+      if (other.empty())
+        other = point.is_register ? why_not_usable_register(point) : why_not_usable(point);
+    for (const PointOfMove& point : points)
+      if (other.empty() && !displacements.empty() && (kind == "C" || is_joints(point)))
+        other = "an arc, or joint angles, are displaced";
     if (!other.empty()) {
       if (is_any) each_position({}, [](FanucPosition& position) { position.is_shared = true; });
       for (const PointOfMove& point : points)
-        if (!follows_point) positions_[point.id].is_shared = true;
+        if (!follows_point && !point.is_register) positions_[point.id].is_shared = true;
       return leave(statement.line, other);
     }
     for (size_t i = 0; i < points.size(); ++i) {
       const bool is_auxiliary = i + 1 < points.size();
-      add_target(points[i], statement.line, is_auxiliary);
+      if (points[i].is_register)
+        add_register_target(points[i], statement.line, is_auxiliary);
+      else
+        add_target(points[i], statement.line, is_auxiliary);
       ProgramTarget& target = program_.targets.back();
+      if (!displacements.empty()) displace(displacements, target);
       target.motion = kind == "L"    ? MotionKind::line
                       : kind == "J"  ? MotionKind::joint
                       : is_auxiliary ? MotionKind::via
@@ -217,6 +266,11 @@ class FanucReader {
       target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
       if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
     }
+  }
+
+  bool is_joints(const PointOfMove& point) {
+    return point.is_register ? registers_->find(point.id)->is_joints
+                             : positions_[point.id].numbers.contains("J1");
   }
 
   // What stands beside the points of an inserted move.
@@ -239,10 +293,19 @@ class FanucReader {
     beside.middle = original_.substr(points[0].end, points[1].begin - points[0].end);
   }
 
+  // Offset,PR[3:name] or Offset PR[3]; nothing if no register stands there.
+  static std::optional<double> register_behind(TextCursor cursor) {
+    cursor.take(',');
+    if (cursor.take_name() != "PR" || !cursor.take('[')) return std::nullopt;
+    return cursor.take_number();
+  }
+
   std::string why_not_inserted(const ProgramTarget& target, const std::vector<PointOfMove>& points,
                                const std::string& part, const Statement& options) {
-    for (const PointOfMove& point : points)
+    for (const PointOfMove& point : points) {
+      if (point.is_register) return "its point is a register";
       if (positions_[point.id].numbers.contains("J1")) return "its point is joint angles";
+    }
     if (original_.substr(options.begin, options.end - options.begin).find('\n') !=
         std::string::npos)
       return "it has more than one line";
@@ -265,6 +328,7 @@ class FanucReader {
     // Axes beyond the arm's.
     const auto start = program_.targets.end() - static_cast<long>(points.size()) - 1;
     const auto point = static_cast<size_t>(start->point);
+    if (program_.points[point].is_expression) return "its start is a register";
     const FanucPosition& before_it = positions_[ids_of_points_[point]];
     bool is_same = before_it.others == here.others;
     for (const auto& [name, value] : here.numbers) {
@@ -336,14 +400,10 @@ class FanucReader {
     target.end = of_move.end;
     target.point = position.point;
     target.kind = point.kind;
-    const auto frame = [&](const char* name, int number) {
-      return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number),
-                       number == 0 ? std::optional(Pose{}) : std::nullopt);
-    };
     if (const auto number = frame_number(position, false, of_move.begin))
-      target.base = frame("UF", *number);
+      target.base = add_frame_of(false, *number, line);
     if (const auto number = frame_number(position, true, of_move.begin))
-      target.tool = frame("UT", *number);
+      target.tool = add_frame_of(true, *number, line);
     if (point.kind == TargetKind::joints) {
       target.q = joints_of_numbers(Dialect::fanuc, numbers);
     } else {
@@ -352,6 +412,103 @@ class FanucReader {
       target.configuration.continues = is_auxiliary;
     }
     program_.targets.push_back(target);
+  }
+
+  // A register is in the active frame, and has no place in the text.
+  std::string why_not_usable_register(const PointOfMove& of_move) {
+    const bool is_joints = registers_->find(of_move.id)->is_joints;
+    for (const bool is_tool : {false, true}) {
+      if (is_joints) continue;
+      const char* const name = is_tool ? "UTOOL" : "UFRAME";
+      const auto number = frames_->active(is_tool, of_move.begin);
+      if (!number)
+        return fmt::format("its register is in the active {}, and which it is, {}_NUM does not say "
+                           "for certain",
+                           is_tool ? "tool" : "frame", name);
+      if (frames_->is_changed(is_tool, *number, of_move.begin))
+        return fmt::format("{}[{}] is set at run time", name, *number);
+    }
+    const bool has_more = std::ranges::any_of(positions_, [](const auto& position) {
+      return position.second.numbers.size() + position.second.others.size() > 6;
+    });
+    return has_more || moves_other_groups() ? "its register says nothing of the other axes" : "";
+  }
+
+  // DEFAULT_GROUP = 1,1,*,*,*;
+  bool moves_other_groups() const {
+    const size_t at = text_.find("DEFAULT_GROUP"), first = text_.find(',', at);
+    return first < text_.find(';', at) && text_.find('1', first) < text_.find(';', at);
+  }
+
+  void add_register_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
+    const FanucRegister& of = *registers_->find(of_move.id);
+    const std::optional<int> frame = frames_->active(false, of_move.begin),
+                             tool = frames_->active(true, of_move.begin);
+    const auto text = [](std::optional<int> number) {
+      return number ? fmt::format("{}", *number) : "F";
+    };
+    ProgramPoint point;
+    point.name = fmt::format("UF : {}, UT : {},", text(frame), text(tool));
+    if (!of.is_joints) point.name += fmt::format("\tCONFIG : '{}',", of.configuration);
+    point.name += "\n";
+    point.line = line;
+    point.begin = of_move.begin;
+    point.end = of_move.end;
+    point.kind = of.is_joints ? TargetKind::joints : TargetKind::cartesian;
+    point.is_expression = true;
+    for (const double number : of.numbers)
+      point.numbers.push_back({0, of_move.end, of_move.end, number, ""});
+    ProgramTarget target;
+    target.line = line;
+    target.begin = of_move.begin;
+    target.end = of_move.end;
+    target.point = static_cast<int>(program_.points.size());
+    target.kind = point.kind;
+    if (frame) target.base = add_frame_of(false, *frame, line);
+    if (tool) target.tool = add_frame_of(true, *tool, line);
+    if (of.is_joints) {
+      target.q = joints_of_numbers(Dialect::fanuc, of.numbers);
+    } else {
+      target.pose = pose_of_numbers(Dialect::fanuc, of.numbers);
+      target.configuration = fanuc_configuration(of.configuration);
+      target.configuration.continues = is_auxiliary;
+    }
+    target.remark = "the register is written into the program, as it is listed";
+    program_.points.push_back(point);
+    ids_of_points_.push_back(0);
+    program_.targets.push_back(target);
+  }
+
+  // That of --frame, or as it is listed. UF[0] is the world frame, UT[0] the flange.
+  int add_frame_of(bool is_tool, int number, int line) {
+    const char* const name = is_tool ? "UT" : "UF";
+    std::optional<Pose> pose;
+    if (number == 0) pose = Pose{};
+    if (const FanucRegister* const found = registers_->find_frame(is_tool, number);
+        found && number > 0) {
+      pose = program_.frames[static_cast<size_t>(add_frame_of(is_tool, 0, line))].pose *
+             pose_of_numbers(Dialect::fanuc, found->numbers);
+      const bool is_world_given = std::ranges::any_of(
+          known_, [](const auto& frame) { return upper(frame.first) == "UF[0]"; });
+      if (!is_tool && !is_world_given && pose->translation.norm() > 0)
+        warnings_.add(line,
+                      "the listed user frame counts from FANUC's world frame, which is taken to be "
+                      "R_0 of the robot file; if it is not, such as at the height of axis 2, say "
+                      "where it is: --frame 'UF[0]=x,y,z,a,b,c'");
+    }
+    return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number), pose);
+  }
+
+  // The move keeps its options: its point becomes another one.
+  void displace(const std::vector<Displacement>& displacements, ProgramTarget& target) {
+    for (const Displacement& displacement : displacements)
+      (displacement.is_tool ? target.behind : target.before) = *pose_of(displacement);
+    target.pose = target.before * target.pose * target.behind;
+    ProgramPoint point = program_.points[static_cast<size_t>(target.point)];
+    point.starts_from = target.point;
+    target.point = static_cast<int>(program_.points.size());
+    program_.points.push_back(point);
+    ids_of_points_.push_back(ids_of_points_[static_cast<size_t>(point.starts_from)]);
   }
 
   RobotProgram& program_;
@@ -363,6 +520,7 @@ class FanucReader {
   std::map<double, FanucPosition> positions_;
   std::vector<double> ids_of_points_;
   std::optional<FanucFrames> frames_;
+  std::optional<FanucRegisters> registers_;
   size_t line_begin_ = 0;       // of the move that is read
   bool ends_at_target_ = true;  // the move that is read
   bool follows_ = false;        // the arm stands at the last target

@@ -73,7 +73,8 @@ class Inserter {
     number_ = largest_position(text_);
     for (const OwnPoint& point : own) {
       const ProgramTarget& target = program_.targets[point.target];
-      add(target.begin, target.end, written(point.target, point.changes));
+      add(target.begin, target.end,
+          point.text.empty() ? written(point.target, point.changes) : placed(point.text));
     }
     std::string via;
     for (size_t i = 0; i < between_.size(); ++i) {
@@ -144,6 +145,16 @@ class Inserter {
     std::ranges::replace_if(
         point, [](char c) { return c == '\n' || c == '\r'; }, ' ');
     return point;
+  }
+
+  // A point that is written out: in the move, or of FANUC as a position, with its name in the move.
+  std::string placed(const std::string& text) {
+    if (program_.dialect != Dialect::fanuc) return on_one_line(text);
+    const std::string name = fmt::format("P[{}]", ++number_);
+    positions_ += name;
+    for (const char c : text) positions_ += c == '\n' ? line_end(text_, 0) : std::string(1, c);
+    positions_ += ";" + line_end(text_, 0);
+    return name;
   }
 
   std::string ending(const ProgramPointBetween& point) const {

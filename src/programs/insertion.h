@@ -22,6 +22,7 @@ std::optional<NumberCheck> number_check(Dialect dialect, TargetKind kind, size_t
 struct OwnPoint {
   size_t target = 0;
   std::vector<TextEdit> changes;  ///< of the declaration, in its text: what the own point states
+  std::string text;               ///< the own point; empty: it is the declaration with the changes
 };
 
 /// The edits that insert a move for each point `between`, in the order in which the arm passes

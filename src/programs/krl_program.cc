@@ -59,12 +59,15 @@ class KrlReader {
         end_of_move_(syntax.moves.size(), -1),
         point_of_frame_(syntax.frames.size(), -1),
         point_of_axes_(syntax.axes.size(), -1),
-        is_left_alone_(syntax.frames.size(), false) {}
+        is_left_alone_(syntax.frames.size(), false),
+        counted_(program.texts.size(), {0, 1}) {}
 
   void read() {
     program_.absolute_accuracy_line = syntax_.absolute_accuracy_line;
     for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
     find_starts();
+    for (const auto& [point, frame] : starts_of_points_)
+      program_.points[point].starts_from = point_of_frame_[static_cast<size_t>(frame)];
     for (size_t i = 0; i < program_.points.size(); ++i)
       if (frame_of_point_[i] >= 0 && is_left_alone_[static_cast<size_t>(frame_of_point_[i])])
         program_.points[i].is_shared = true;
@@ -78,7 +81,8 @@ class KrlReader {
     ++program_.left_alone;
     program_.why_left_alone.push_back(reason);
     for (const KrlTarget* target : {&move.auxiliary, &move.target})
-      if (target->frame >= 0) is_left_alone_[static_cast<size_t>(target->frame)] = true;
+      for (const int frame : {target->frame, target->starts_from})
+        if (frame >= 0) is_left_alone_[static_cast<size_t>(frame)] = true;
   }
 
   void read_move(size_t index) {
@@ -129,6 +133,8 @@ class KrlReader {
                          const KrlValues& given) const {
     if (syntax_.circles_turn_with_path && target.motion == MotionKind::arc)
       target.obstacle = "$CIRC_TYPE is #PATH in this program";
+    if (move.target.is_product || move.auxiliary.is_product)
+      target.obstacle = "its point is an expression";
     if (move.circle_angle) target.obstacle = "its angle says where it ends";
     if (move.spline_block) target.obstacle = "it stands in a spline block";
     if (move.after_trigger) target.obstacle = "a TRIGGER refers to it";
@@ -255,7 +261,7 @@ class KrlReader {
   // Where the name of a point stands in the move, its name.
   std::string name_of(const KrlTarget& target, const KrlFrame& frame, int line) const {
     const std::string& src = program_.texts[0].text;
-    if (frame.in_dat || src[target.begin] != '{')
+    if (frame.text > 0 || src[target.begin] != '{')
       return src.substr(target.begin, target.end - target.begin);
     return fmt::format("the point of line {}", line);
   }
@@ -263,13 +269,26 @@ class KrlReader {
   int add_point(const KrlTarget& target, const KrlFrame& frame, const KrlValues& values,
                 bool is_auxiliary) {
     ProgramPoint point;
-    const int text = frame.in_dat ? 1 : 0;
+    const int text = frame.text;
     point.line = line_of(text, frame.begin);
     point.name = name_of(target, frame, point.line);
     point.text = text;
     point.begin = frame.begin;
     point.end = frame.end;
     point.is_shared = target.shared;
+    point.is_of_others = target.is_global || static_cast<size_t>(text) >= program_.own_texts;
+    point.is_expression = target.is_product;
+    if (point.is_expression) {
+      for (int i = 0; i < 6; ++i) {
+        const double value = values[i] / unit_of(static_cast<size_t>(i));
+        point.numbers.push_back({text, frame.end, frame.end, value, ""});
+      }
+      for (int i = 6; i < kKrlComponents; ++i)
+        point.external.push_back({text, frame.end, frame.end, values[i], ""});
+      if (target.starts_from >= 0)
+        starts_of_points_.emplace_back(program_.points.size(), target.starts_from);
+      return keep(point, target.frame);
+    }
     const auto place = [&](const KrlFrame::Number& number) {
       return ProgramNumber{text, frame.begin + number.begin, frame.begin + number.end, 0, ""};
     };
@@ -335,7 +354,7 @@ class KrlReader {
   }
 
   void find_names() {
-    for (size_t i = 0; i < program_.texts.size(); ++i) {
+    for (size_t i = 0; i < program_.own_texts; ++i) {
       const std::string& text = program_.texts[i].text;
       const std::string wanted = i == 0 ? "DEF" : "DEFDAT";
       for (size_t begin = 0; begin < text.size();) {
@@ -365,14 +384,15 @@ class KrlReader {
   std::vector<size_t> move_of_target_;
   std::vector<int> point_of_frame_, point_of_axes_;
   std::vector<int> frame_of_point_;  // -1: joint angles
+  std::vector<std::pair<size_t, int>> starts_of_points_;  // expressions, and frames of their points
   std::vector<char> is_left_alone_;  // of each frame: a move to it is
-  std::array<std::pair<size_t, int>, 2> counted_{{{0, 1}, {0, 1}}};  // of each text: place, line
+  std::vector<std::pair<size_t, int>> counted_;  // of each text: place, line
 };
 
 }  // namespace
 
 void parse_krl_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
-  const KrlSyntax syntax = parse_krl(program.texts);
+  const KrlSyntax syntax = parse_krl(program.texts, program.own_texts);
   KrlReader(program, syntax, known, parts).read();
 }
 

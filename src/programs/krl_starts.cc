@@ -9,8 +9,8 @@ namespace {
 const char* reason_of(KrlTargetKind kind) {
   switch (kind) {
     case KrlTargetKind::undeclared:
-      return "its point is declared neither here nor in the .dat of the program; give that .dat, "
-             "or correct the point where it is declared";
+      return "its point is declared neither here nor in the .dat of the program; give the data "
+             "list that declares it, or a folder with it: --with";
     case KrlTargetKind::reassigned:
       return "its point is given several values, or changed at run time";
     case KrlTargetKind::frame:

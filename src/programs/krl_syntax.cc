@@ -8,8 +8,10 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
+#include "armtrue/kinematics/pose.h"
 #include "programs/krl_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -27,21 +29,25 @@ struct Declaration {
   int values = 0;       // how often the name is given a value
   int frame = -1;       // its last value, if that was a frame
   int axes = -1;        // its last value, if that was joint angles
-  bool shared = false;  // other files, or other statements than moves, read it
+  bool shared = false;  // other statements than moves read it
+  bool is_global = false;
   bool used = false;    // a statement that is not understood may change it
+  bool is_declared = false;  // else it is only given a value
 };
 
 class KrlParser {
  public:
-  explicit KrlParser(const std::vector<ProgramText>& texts) : texts_(texts) {}
+  KrlParser(const std::vector<ProgramText>& texts, size_t own) : texts_(texts), own_(own) {}
 
+  // Those of others first: what the program declares itself takes their place.
   KrlSyntax parse() {
-    if (texts_.size() > 1) read(texts_[1].text, true);
-    read(texts_[0].text, false);
+    for (size_t text = own_; text < texts_.size(); ++text) read(text);
+    for (size_t text = own_; text-- > 0;) read(text);
     resolve();
     const auto states = [&](const char* name, const char* value) {
-      return std::ranges::any_of(
-          texts_, [&](const ProgramText& text) { return krl_states_mode(text.text, name, value); });
+      return std::any_of(
+          texts_.begin(), texts_.begin() + static_cast<std::ptrdiff_t>(own_),
+          [&](const ProgramText& text) { return krl_states_mode(text.text, name, value); });
     };
     syntax_.circles_turn_with_path = states("CIRC_TYP", "PATH");
     syntax_.keeps_orientation = states("ORI_TYP", "CONSTANT");
@@ -50,10 +56,34 @@ class KrlParser {
   }
 
  private:
+  struct NamedUse {
+    std::string_view name;
+    bool only_reads, in_set_up;
+  };
+  struct NamedTarget {
+    size_t move;
+    bool auxiliary;
+    std::string name;
+  };
+
+  struct Factor {
+    int frame;         // written out; -1: by its name
+    std::string name;  // or empty
+  };
+  // A target that is a product of frames.
+  struct Product {
+    size_t move;
+    bool auxiliary;
+    size_t begin, end;  // in the .src
+    std::vector<Factor> factors;
+  };
+
   // Splits a text into statements, one per line, and reads each without its comment.
-  void read(std::string_view text, bool in_dat) {
-    text_ = text;
-    in_dat_ = in_dat;
+  void read(size_t index) {
+    const std::string_view text = text_ = texts_[index].text;
+    index_ = index;
+    gives_ = index < own_ ? Gives::all : Gives::nothing;
+    is_source_ = false;
     size_t begin = text.substr(0, 3) == "\xEF\xBB\xBF" ? 3 : 0;
     for (int line = 1; begin < text.size(); ++line) {
       const size_t newline = std::min(text.find('\n', begin), text.size());
@@ -89,11 +119,18 @@ class KrlParser {
       declares |= word == "DECL";
       global |= word == "GLOBAL";
     }
+    if (is_of_others()) {
+      if (word == "DEFDAT") return begin_list_of_others(cursor);
+      is_source_ |= word == "DEF" || word == "DEFFCT";
+      if (is_source_)
+        return note_assignment_of_others({statement.line, statement.begin, statement.end});
+      if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
+    }
     if (is_krl_point_type(word)) return read_declaration(cursor, global);
     if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
     if (declares) return;
     if (read_definition(statement, word)) return;
-    if (in_dat_) return;
+    if (index_ > 0) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
       return read_move(statement, *keyword, cursor);
     const bool stays =
@@ -116,6 +153,32 @@ class KrlParser {
     note_names(statement.begin, changed, false);
     note_names(changed, statement.end, true);
     in_set_up_ = false;
+  }
+
+  bool is_of_others() const { return index_ >= own_; }
+
+  // DEFDAT $CONFIG or DEFDAT NAME PUBLIC: what $config.dat declares is global, and of other lists
+  // what they say so of.
+  void begin_list_of_others(TextCursor& cursor) {
+    if (cursor.take_name() == "$CONFIG")
+      gives_ = Gives::all;
+    else
+      gives_ = cursor.take_name() == "PUBLIC" ? Gives::global : Gives::nothing;
+  }
+
+  // NAME=.., NAME[3].X=.. in the .src of another program.
+  void note_assignment_of_others(const Statement& statement) {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    const std::string name = cursor.take_name();
+    if (name.empty()) return;
+    while (cursor.next() == '[' || cursor.next() == '.')
+      if (cursor.take('.')) {
+        cursor.take_name();
+      } else {
+        cursor.skip_to("]");
+        cursor.take(']');
+      }
+    if (cursor.take('=') && cursor.next() != '=') set_by_others_.insert(name);
   }
 
   // Up to where a statement that calls nothing may change what it names: to the `=` of an
@@ -142,23 +205,28 @@ class KrlParser {
   int keep(const KrlAggregate& aggregate) {
     if (aggregate.kind != KrlAggregateKind::frame) return -1;
     syntax_.frames.push_back(aggregate.frame);
-    syntax_.frames.back().in_dat = in_dat_;
+    syntax_.frames.back().text = static_cast<int>(index_);
     return static_cast<int>(syntax_.frames.size()) - 1;
   }
 
   int keep_axes(const KrlAggregate& aggregate) {
     if (aggregate.kind != KrlAggregateKind::axes) return -1;
     syntax_.axes.push_back(aggregate.frame);
-    syntax_.axes.back().in_dat = in_dat_;
+    syntax_.axes.back().text = static_cast<int>(index_);
     return static_cast<int>(syntax_.axes.size()) - 1;
   }
 
   void define(const std::string& name, const KrlAggregate& aggregate, bool global) {
-    Declaration& declaration = declarations_[name];
+    Declaration& declaration = declared(name);
+    declaration.is_declared |= index_ > 0;
     ++declaration.values;
     declaration.frame = keep(aggregate);
     declaration.axes = keep_axes(aggregate);
-    declaration.shared |= global;
+    declaration.is_global |= global;
+  }
+
+  Declaration& declared(const std::string& name) {
+    return (is_of_others() ? of_others_ : declarations_)[name];
   }
 
   // Reads the names behind a type, each with or without a value.
@@ -166,11 +234,12 @@ class KrlParser {
     do {
       const std::string name = take_variable(cursor);
       if (name.empty()) return;
+      declared(name).is_declared = true;
       if (cursor.take('=')) {
         if (cursor.next() != '{') return;
         define(name, take_krl_aggregate(cursor), global);
       } else {
-        declarations_[name].shared |= global;
+        declared(name).is_global |= global;
       }
     } while (cursor.take(','));
   }
@@ -245,14 +314,93 @@ class KrlParser {
       named_.push_back({syntax_.moves.size(), auxiliary, name});
     }
     target.end = cursor.at();
+    if (cursor.next() == ':' && !read_factors(cursor, target, auxiliary)) return false;
     const char next = cursor.next();
     return cursor.done() || separators.find(next) != std::string_view::npos ||
            (is_letter(next) && (first == '{' || cursor.at() > target.end));
   }
 
+  // The frames behind a point, XP1:{Z 50,..}:fTurned.
+  bool read_factors(TextCursor& cursor, KrlTarget& target, bool auxiliary) {
+    Product product{syntax_.moves.size(), auxiliary, target.begin, 0, {}};
+    product.factors.push_back(factor_of(target));
+    while (cursor.take(':')) {
+      if (cursor.next() == '{') {
+        const KrlAggregate aggregate = take_krl_aggregate(cursor);
+        if (aggregate.kind != KrlAggregateKind::frame) return false;
+        product.factors.push_back({keep(aggregate), ""});
+      } else {
+        const std::string name = take_variable(cursor);
+        if (name.empty()) return false;
+        product.factors.push_back({-1, name});
+      }
+    }
+    note_names(target.end, cursor.at(), true);
+    target.end = cursor.at();
+    product.end = target.end;
+    products_.push_back(std::move(product));
+    return true;
+  }
+
+  // The point in front of frames: it is no named target of its own any more.
+  Factor factor_of(const KrlTarget& target) {
+    if (target.frame >= 0 || target.axes >= 0) return {target.frame, ""};
+    const NamedTarget named = named_.back();
+    named_.pop_back();
+    return {-1, named.name};
+  }
+
+  // What a product of frames comes to, if all of them are constants with six numbers each. The
+  // result is a frame: it states no S and T (KSS 8.x, geometric operator). A point with S and T
+  // behind the first factor would give them.
+  void resolve(const Product& product) {
+    KrlMove& move = syntax_.moves[product.move];
+    KrlTarget& target = product.auxiliary ? move.auxiliary : move.target;
+    target.kind = KrlTargetKind::expression;
+    const std::optional<Pose> pose = pose_of(product);
+    const auto start = declarations_.find(product.factors.front().name);
+    if (start != declarations_.end()) {
+      start->second.shared |= !pose;
+      target.starts_from = start->second.frame;
+    }
+    if (!pose) return;
+    KrlFrame result;
+    result.begin = product.begin;
+    result.end = product.end;
+    result.values.head<3>() = pose->translation;
+    result.values.segment<3>(3) = abc_from_rotation(pose->rotation);
+    syntax_.frames.push_back(result);
+    target.frame = static_cast<int>(syntax_.frames.size()) - 1;
+    target.kind = KrlTargetKind::frame;
+    target.is_product = true;
+  }
+
+  std::optional<Pose> pose_of(const Product& product) const {
+    Pose pose;
+    for (const Factor& factor : product.factors) {
+      int index = factor.frame;
+      if (!factor.name.empty()) {
+        const auto found = syntax_.frame_names.find(factor.name);
+        if (found == syntax_.frame_names.end()) return std::nullopt;
+        index = found->second;
+      }
+      if (index < 0) return std::nullopt;
+      const KrlFrame& frame = syntax_.frames[static_cast<size_t>(index)];
+      const KrlValues& v = frame.values;
+      const bool is_first = &factor == &product.factors.front();
+      if (!v.head<6>().array().isFinite().all()) return std::nullopt;
+      if (!is_first && (frame.status || frame.turn || v.tail<6>().array().isFinite().any()))
+        return std::nullopt;
+      pose = pose * Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
+    }
+    return pose;
+  }
+
   // Drops the named targets of the current move: they were parts of an expression.
   void forget_names() {
     while (!named_.empty() && named_.back().move == syntax_.moves.size()) named_.pop_back();
+    while (!products_.empty() && products_.back().move == syntax_.moves.size())
+      products_.pop_back();
   }
 
   // Notes the names in a statement that is not understood, or behind the target of a move.
@@ -295,6 +443,14 @@ class KrlParser {
       bool read = false, perhaps_changed = false, beyond_set_up = false;
     };
     std::unordered_map<std::string, Uses> used;
+    for (const auto& [name, declaration] : of_others_) {
+      const auto [own, is_new] = declarations_.try_emplace(name, declaration);
+      if (!is_new && !own->second.is_declared) own->second.values += declaration.values;
+      if (is_new) own->second.is_global = true;
+    }
+    for (auto& [name, declaration] : declarations_)
+      declaration.used |=
+          declaration.is_global && set_by_others_.contains(name.substr(0, name.find('[')));
     if (!declarations_.empty())
       for (const NamedUse& use : uses_) {
         Uses& all = used[upper(use.name)];
@@ -305,10 +461,13 @@ class KrlParser {
       const auto use = used.find(name.substr(0, name.find('[')));
       const Uses all = use == used.end() ? Uses{} : use->second;
       declaration.shared |= all.read;
-      declaration.used |= all.perhaps_changed;
-      if (declaration.values == 1 && declaration.frame >= 0 && !all.beyond_set_up)
+      const bool is_set_by_others =
+          std::exchange(declaration.used, declaration.used || all.perhaps_changed);
+      if (declaration.values == 1 && declaration.frame >= 0 && !all.beyond_set_up &&
+          !is_set_by_others)
         syntax_.frame_names[name] = declaration.frame;
     }
+    for (const Product& product : products_) resolve(product);
     for (const NamedTarget& named : named_) {
       KrlMove& move = syntax_.moves[named.move];
       KrlTarget& target = named.auxiliary ? move.auxiliary : move.target;
@@ -320,6 +479,7 @@ class KrlParser {
       const Declaration& declaration = found->second;
       const bool known = declaration.values == 1 && !declaration.used;
       target.shared = declaration.shared;
+      target.is_global = declaration.is_global;
       target.frame = declaration.frame;
       target.axes = declaration.axes;
       target.kind = !known                   ? KrlTargetKind::reassigned
@@ -329,32 +489,31 @@ class KrlParser {
     }
   }
 
-  struct NamedUse {
-    std::string_view name;
-    bool only_reads, in_set_up;
-  };
-  struct NamedTarget {
-    size_t move;
-    bool auxiliary;
-    std::string name;
-  };
+  enum class Gives { nothing, global, all };  // declarations that the program sees
 
   const std::vector<ProgramText>& texts_;
+  const size_t own_;
   KrlSyntax syntax_;
   std::string_view text_;
-  bool in_dat_ = false;
+  size_t index_ = 0;  // of the text that is read
+  Gives gives_ = Gives::all;
+  bool is_source_ = false;                         // of others
+  std::unordered_set<std::string> set_by_others_;  // names to which their sources give values
   std::vector<bool> folds_;  // open ones; true: an inline form of the pendant
   int inline_forms_ = 0;     // of these
   KrlFlow flow_;
   bool in_set_up_ = false, trigger_ = false;
   std::optional<Statement> spline_block_;  // that is open: its first line
-  std::unordered_map<std::string, Declaration> declarations_;
+  std::unordered_map<std::string, Declaration> declarations_, of_others_;
   std::vector<NamedTarget> named_;
+  std::vector<Product> products_;
   std::vector<NamedUse> uses_;
 };
 
 }  // namespace
 
-KrlSyntax parse_krl(const std::vector<ProgramText>& texts) { return KrlParser(texts).parse(); }
+KrlSyntax parse_krl(const std::vector<ProgramText>& texts, size_t own) {
+  return KrlParser(texts, own).parse();
+}
 
 }  // namespace armtrue

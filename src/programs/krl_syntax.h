@@ -19,7 +19,7 @@ namespace armtrue {
 enum class KrlTargetKind {
   frame,       ///< a position, written out or by a name with one known value
   axes,        ///< joint angles
-  undeclared,  ///< a name that neither text gives a value
+  undeclared,  ///< a name that no text gives a value
   reassigned,  ///< a name that is given several values, or one in a way that is not understood
   expression,  ///< anything else
 };
@@ -31,6 +31,11 @@ struct KrlTarget {
   int frame = -1;       ///< in KrlSyntax::frames: the target itself or the declaration of its name
   int axes = -1;        ///< in KrlSyntax::axes, of joint angles
   bool shared = false;  ///< the name is declared, and not only moves of this program use it
+  bool is_global = false;  ///< the name is declared so
+  /// Displaced by constant frames: XP1:{Z 50,..}. Then `frame` is what comes out, in the .src and
+  /// without written numbers.
+  bool is_product = false;
+  int starts_from = -1;  ///< in KrlSyntax::frames: the named point of a product; -1: none
 };
 
 enum class KrlMotion { point_to_point, line, circle, spline_point };
@@ -82,7 +87,8 @@ struct KrlSyntax {
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
 };
 
-/// `texts`: the .src and, if there is one, the .dat.
-KrlSyntax parse_krl(const std::vector<ProgramText>& texts);
+/// `texts`: the .src and, if there is one, its .dat, which are `own`; behind them data lists of
+/// others.
+KrlSyntax parse_krl(const std::vector<ProgramText>& texts, size_t own);
 
 }  // namespace armtrue

@@ -76,6 +76,12 @@ bool is_krl_assignment(std::string_view statement) {
 }
 
 bool leaves_krl_arm(std::string_view statement, std::string_view word) {
+  // Functions that KUKA delivers: collision detection (KSS 8.x inline forms call it before each
+  // move), messages, errors of KRL.
+  if (contains({"SET_CD_PARAMS", "USE_CM_PRO_SETTING", "SET_CM_PRO_INACTIVE", "MSGNOTIFY",
+                "MSGQUIT", "MSGSTATE", "MSGDIALOG", "ERR_CLEAR", "ERR_RAISE"},
+               word))
+    return true;
   if (contains(
           {"WAIT",       "BAS",    "CONTINUE",  "HALT",       "PULSE",     "ANIN",    "ANOUT",
            "DIGIN",      "SPLINE", "ENDSPLINE", "PTP_SPLINE", "CONST_VEL", "TRIGGER", "STOP",

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "armtrue/kinematics/units.h"
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
 #include "programs/rapid_values.h"
@@ -41,8 +43,90 @@ void RapidData::read(const std::vector<Statement>& statements) {
       }
       return false;
     });
+  read_others();
   for (const Statement& statement : statements) read_uses(statement);
   forget_changed_frames(statements);
+}
+
+// The modules of a task share the data that they declare outside of routines, but for LOCAL ones.
+void RapidData::read_others() {
+  std::vector<std::pair<std::string, std::vector<Statement>>> modules;
+  for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
+    std::string text = masked(program_.texts[i].text, '!', "\"");
+    std::vector<Statement> statements = split_statements(text, ';');
+    bool is_in_routine = false;
+    for (const Statement& statement : statements) {
+      std::string before;
+      each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+        is_in_routine = (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
+        const bool is_local = std::exchange(before, word) == "LOCAL";
+        if (word != "CONST" && word != "PERS" && word != "VAR") return false;
+        if (is_in_routine || is_local) return true;
+        const std::string type = cursor.take_name(), name = cursor.take_name();
+        if (name.empty()) return true;
+        if (cursor.take('{')) skip_indices(cursor);
+        Datum& datum = of_others_[name];
+        datum.is_of_others = true;
+        datum.text = static_cast<int>(i);
+        datum.line = line_at(program_.texts[i].text, statement, cursor.at());
+        take_value(word, type, cursor, datum);
+        return true;
+      });
+    }
+    modules.emplace_back(std::move(text), std::move(statements));
+  }
+  for (const auto& [text, statements] : modules) note_uses_of_others(text, statements);
+}
+
+// What another module does with global data: it may change them, or use points.
+void RapidData::note_uses_of_others(const std::string& text,
+                                    const std::vector<Statement>& statements) {
+  std::set<std::string> own;  // names that mean something else there
+  for (const Statement& statement : statements)
+    each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor cursor) {
+      if (word == "CONST" || word == "PERS" || word == "VAR") {
+        cursor.take_name();
+        const std::string name = cursor.take_name();
+        if (find_of_others(name) == nullptr || names_.find(scopes_, name, 0)) own.insert(name);
+      }
+      if (!begins_rapid_routine(word)) return false;
+      while (!cursor.take_name().empty()) continue;
+      if (!cursor.take('(')) return false;
+      const Statement head{0, cursor.at(), statement.end};
+      cursor.skip_to(")");
+      each_word(text, {0, head.begin, cursor.at()},
+                [&](const std::string& name, size_t, const TextCursor&) { own.insert(name); });
+      return false;
+    });
+  for (const Statement& statement : statements) {
+    bool is_assignment = false, is_move = false;
+    each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+      const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
+      for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
+      is_assignment |= is_declaration || word == "RETURN";
+      if (is_declaration) return false;
+      is_move |= cursor.next() != '(' && cursor.next() != ':' &&
+                 (find_rapid_move(word) || is_other_rapid_move(word, cursor));
+      if (own.contains(word)) return false;
+      Datum* datum = names_.find(scopes_, word, 0);
+      if (!datum) datum = find_of_others(word);
+      if (!datum) return false;
+      datum->is_of_others = true;
+      TextCursor ahead = cursor;
+      while (ahead.next() == '.' || ahead.next() == '{')
+        if (ahead.take('.'))
+          ahead.take_name();
+        else
+          skip_indices(ahead);
+      if (ahead.take(':') && ahead.take('=')) {
+        ++datum->values;
+        is_assignment = true;
+      } else if (!is_assignment && !is_move && !datum->is_constant && is_point_type(datum->type)) {
+        datum->values += 2;
+      }
+      return false;
+    });
+  }
 }
 
 // type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
@@ -52,13 +136,22 @@ void RapidData::declare(const std::string& kind, const Statement& statement, Tex
   if (name.empty()) return;
   if (cursor.take('{')) skip_indices(cursor);
   Datum& datum = names_.declare(name, scope);
+  datum.line = line_at(program_.texts[0].text, statement, cursor.at());
+  take_value(kind, type, cursor, datum);
+}
+
+// Behind the name. Returns whether there is a value.
+bool RapidData::take_value(const std::string& kind, const std::string& type, TextCursor cursor,
+                           Datum& datum) {
   datum.type = type;
   datum.is_constant = kind == "CONST";
-  datum.line = line_at(program_.texts[0].text, statement, cursor.at());
-  if (!cursor.take(':') || !cursor.take('=')) return;
+  if (!cursor.take(':') || !cursor.take('=')) return false;
   ++datum.values;
-  const ListItem list = take_item(cursor);
-  if (list.kind == ListItem::Kind::list && cursor.done()) datum.list = list;
+  const ListItem item = take_item(cursor);
+  if (item.kind == ListItem::Kind::list && cursor.done()) datum.list = item;
+  if (item.kind == ListItem::Kind::number && cursor.done() && datum.is_constant)
+    datum.number = item.value;
+  return true;
 }
 
 // NAME(num n, PERS robtarget point \switch fast | wobjdata WObj, VAR num list{*})
@@ -111,7 +204,7 @@ void RapidData::read_uses(const Statement& statement) {
     if (is_declaration) return false;
     const bool is_instruction = cursor.next() != '(' && cursor.next() != ':';
     if (is_instruction && find_rapid_move(word)) return true;
-    if (is_instruction && is_other_rapid_move(word)) is_move = true;
+    if (is_instruction && is_other_rapid_move(word, cursor)) is_move = true;
     if (note_assignment(word, at, cursor)) {
       is_assignment = true;
       return false;
@@ -156,9 +249,12 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
                                   : "its point has no plain numbers");
   };
   if (const auto list = list_in(text_, argument.begin, argument.end))
-    return added(add_point(*list, kind, fmt::format("the point of line {}", line), line), *list);
+    return added(add_point(*list, kind, fmt::format("the point of line {}", line), line, 0), *list);
   TextCursor cursor(text_, argument.begin, argument.end);
-  Datum* const datum = find(cursor.take_name(), argument.begin);
+  const std::string first = cursor.take_name();
+  if ((first == "OFFS" || first == "RELTOOL") && cursor.next() == '(' && kind != TargetKind::joints)
+    return displaced_point(first, argument, kind, line, why_not);
+  Datum* const datum = find(first, argument.begin);
   size_t element = 0;
   if (cursor.take('{')) {
     const auto index = cursor.take_number();
@@ -172,7 +268,8 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
     return refuse("its target is an expression; it starts from points as they are declared");
   if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
   if (!datum || element == SIZE_MAX)
-    return refuse("its point is not declared here; give it plain numbers in this module");
+    return refuse("its point is not declared here; give the module that declares it, or a folder "
+                  "with it: --with");
   if (datum->values != 1)
     return refuse("its point is given several values, or changed at run time");
   if (datum->type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
@@ -183,21 +280,108 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
   for (size_t i = argument.begin; i < argument.end; ++i)
     if (!is_blank(text_[i])) name += text_[i];
   const ListItem& list = element == 0 ? datum->list : datum->list.items[element - 1];
-  const int point = add_point(list, kind, name, datum->line);
+  const int point = add_point(list, kind, name, datum->line, datum->text);
   if (point >= 0) datum->points[element] = point;
   return added(point, list);
 }
 
-int RapidData::add_point(const ListItem& list, TargetKind kind, const std::string& name, int line) {
+// Offs(p10,0,0,100) moves along the axes of the work object;
+// RelTool(p10,0,0,100\Rx:=..\Ry:=..\Rz:=..) along those of the tool, and turns about x, then the
+// new y, then the new z (RAPID reference manual). Numbers, or constants.
+int RapidData::displaced_point(const std::string& function, const Statement& argument,
+                               TargetKind kind, int line, std::string& why_not) {
+  const char* const kWhy =
+      "its target is an expression; it starts from points as they are declared";
+  const size_t open = text_.find('(', argument.begin);
+  TextCursor behind(text_, argument.end - 1, argument.end);
+  const bool is_whole = behind.take(')');
+  std::vector<Statement> parts;
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
+  bool is_plain = is_whole;
+  for (const Statement& part : split_arguments(text_, open + 1, argument.end - 1, ",")) {
+    const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
+    parts.push_back(pieces[0]);
+    for (size_t i = 1; i < pieces.size(); ++i) {
+      TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
+      const std::string name = cursor.take_name();
+      const bool is_turn = name.size() == 2 && name[0] == 'R' && name[1] >= 'X' && name[1] <= 'Z';
+      is_plain &= is_turn && function == "RELTOOL" && cursor.take(':') && cursor.take('=');
+      cursor.next();
+      const auto angle = constant_in({0, cursor.at(), pieces[i].end});
+      is_plain &= angle.has_value();
+      if (is_plain) turn[name[1] - 'X'] = *angle * kDegree;
+    }
+  }
+  is_plain &= parts.size() == 4;
+  for (size_t i = 1; is_plain && i < 4; ++i) {
+    const auto length = constant_in(parts[i]);
+    is_plain = length.has_value();
+    if (is_plain) shift[static_cast<Eigen::Index>(i) - 1] = *length * kMillimetre;
+  }
+  if (!is_plain) {
+    why_not = kWhy;
+    return -1;
+  }
+  const int from = point_at(parts[0], kind, line, why_not);
+  if (from < 0) return -1;
+  if (program_.points[static_cast<size_t>(from)].is_expression) {  // Offs(Offs(..),..)
+    why_not = kWhy;
+    return -1;
+  }
+  ProgramPoint point = program_.points[static_cast<size_t>(from)];
+  std::vector<double> numbers;
+  for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
+  Pose pose = pose_of_numbers(Dialect::rapid, numbers);
+  using Eigen::AngleAxisd;
+  if (function == "OFFS")
+    pose.translation += shift;
+  else
+    pose = pose * Pose{(AngleAxisd(turn[0], Eigen::Vector3d::UnitX()) *
+                        AngleAxisd(turn[1], Eigen::Vector3d::UnitY()) *
+                        AngleAxisd(turn[2], Eigen::Vector3d::UnitZ()))
+                           .toRotationMatrix(),
+                       shift};
+  numbers = numbers_of_pose(Dialect::rapid, pose, numbers);
+  for (size_t i = 0; i < numbers.size(); ++i)
+    point.numbers[i] = {0, argument.end, argument.end, numbers[i], ""};
+  point.name = text_.substr(argument.begin, argument.end - argument.begin);
+  point.line = line;
+  point.text = 0;
+  point.begin = argument.begin;
+  point.end = argument.end;
+  point.is_expression = true;
+  point.starts_from = from;
+  program_.points.push_back(point);
+  const int index = static_cast<int>(program_.points.size()) - 1;
+  if (const auto external = external_.find(from); external != external_.end())
+    external_[index] = std::vector<double>(external->second);
+  return index;
+}
+
+// A number, or the name of a constant number, perhaps with a sign.
+std::optional<double> RapidData::constant_in(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  if (const auto number = cursor.take_number())
+    return cursor.done() ? number : std::nullopt;
+  const bool is_negative = cursor.take('-');
+  const Datum* const datum = find(cursor.take_name(), argument.begin);
+  if (!datum || !cursor.done() || datum->is_parameter || datum->values != 1 || !datum->number)
+    return std::nullopt;
+  return is_negative ? -*datum->number : *datum->number;
+}
+
+int RapidData::add_point(const ListItem& list, TargetKind kind, const std::string& name, int line,
+                         int text) {
   ProgramPoint point;
+  point.text = text;
   point.name = name;
   point.line = line;
   point.begin = list.begin;
   point.end = list.end;
   point.kind = kind;
-  const auto add = [](std::vector<ProgramNumber>& numbers, const ListItem& from) {
+  const auto add = [&](std::vector<ProgramNumber>& numbers, const ListItem& from) {
     for (const ListItem& item : from.items)
-      numbers.push_back({0, item.begin, item.end, item.value, ""});
+      numbers.push_back({text, item.begin, item.end, item.value, ""});
   };
   const std::vector<ListItem>& parts = list.items;
   if (kind == TargetKind::joints) {
@@ -227,10 +411,16 @@ void RapidData::leave(const Statement& argument) {
 }
 
 std::vector<std::pair<int, std::string>> RapidData::finish() {
+  const auto mark = [&](const Datum& datum, int point) {
+    program_.points[static_cast<size_t>(point)].is_shared = datum.is_shared;
+    program_.points[static_cast<size_t>(point)].is_of_others = datum.is_of_others;
+  };
   names_.each([&](const Datum& datum) {
     for (const auto& [element, point] : datum.points)
-      program_.points[static_cast<size_t>(point)].is_shared = datum.is_shared;
+      mark(datum, point);
   });
+  for (const auto& [name, datum] : of_others_)
+    for (const auto& [element, point] : datum.points) mark(datum, point);
   std::vector<std::pair<int, std::string>> others;
   for (const Use& use : uses_) {
     const bool is_known =
@@ -243,15 +433,16 @@ std::vector<std::pair<int, std::string>> RapidData::finish() {
 
 // The list of a tool or work object; null if this text does not say it. A routine may be called
 // with several.
-const ListItem* RapidData::value_of(const Statement& argument, const char* type, TargetKind kind,
-                                    std::string& why_not) {
+const RapidData::Datum* RapidData::value_of(const Statement& argument, const char* type,
+                                           TargetKind kind, std::string& why_not) {
   int scope = 0;
-  const Datum* const datum =
+  const Datum* datum =
       names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
+  if (!datum) datum = find_of_others(name_of(argument));
   if (scope > 0) why_not = why_not_of_routine(kind);
   const bool is_certain = datum && datum->values == 1 && datum->type == type &&
                           datum->list.kind == ListItem::Kind::list;
-  return is_certain && scope == 0 ? &datum->list : nullptr;
+  return is_certain && scope == 0 ? datum : nullptr;
 }
 
 int RapidData::room_frame() { return add_frame(program_.frames, known_, "WOBJ0", Pose{}); }
@@ -261,14 +452,15 @@ int RapidData::work_object_at(const Statement& argument, TargetKind kind, std::s
   const std::string name = name_of(argument);
   std::optional<Pose> pose;
   if (name == "WOBJ0") pose = Pose{};
-  const ListItem* const list = value_of(argument, "WOBJDATA", kind, why_not);
+  const Datum* const datum = value_of(argument, "WOBJDATA", kind, why_not);
   if (!why_not.empty()) return -1;
-  if (list && list->items.size() == 5) {
-    const std::vector<ListItem>& parts = list->items;
+  if (datum && datum->list.items.size() == 5) {
+    const std::vector<ListItem>& parts = datum->list.items;
     const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
     if (user && object) pose = *user * *object;
-    if (is_word(parts[0], "TRUE")) why_not = "the robot holds the work object";
-    if (is_word(parts[1], "FALSE")) why_not = "a mechanical unit moves the work object";
+    if (is_word(parts[0], datum->text, "TRUE")) why_not = "the robot holds the work object";
+    if (is_word(parts[1], datum->text, "FALSE"))
+      why_not = "a mechanical unit moves the work object";
   }
   return add_frame(program_.frames, known_, name, pose);
 }
@@ -278,11 +470,12 @@ int RapidData::tool_at(const Statement& argument, TargetKind kind, std::string& 
   const std::string name = name_of(argument);
   std::optional<Pose> pose;
   if (name == "TOOL0") pose = Pose{};
-  const ListItem* const list = value_of(argument, "TOOLDATA", kind, why_not);
+  const Datum* const datum = value_of(argument, "TOOLDATA", kind, why_not);
   if (!why_not.empty()) return -1;
-  if (list && list->items.size() == 3) {
-    pose = rapid_pose(list->items[1]);
-    if (is_word(list->items[0], "FALSE")) why_not = "its tool stands in the room";
+  if (datum && datum->list.items.size() == 3) {
+    pose = rapid_pose(datum->list.items[1]);
+    if (is_word(datum->list.items[0], datum->text, "FALSE"))
+      why_not = "its tool stands in the room";
   }
   return add_frame(program_.frames, known_, name, pose);
 }

@@ -58,6 +58,9 @@ class RapidData {
     std::string routine;  // of a parameter
     bool is_constant = false, is_parameter = false;
     bool is_shared = false;        // other statements than moves use it
+    bool is_of_others = false;     // other modules declare it or use it
+    int text = 0;                  // in RobotProgram::texts
+    std::optional<double> number;  // of a constant
     std::map<size_t, int> points;  // by the index of the element, 0 of the whole
   };
   struct Use {
@@ -71,17 +74,31 @@ class RapidData {
   void read_uses(const Statement& statement);
   void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const std::string& word, size_t at, TextCursor cursor);
-  Datum* find(const std::string& name, size_t at) {
-    return names_.find(scopes_, name, scopes_.at(at));
+  void read_others();
+  void note_uses_of_others(const std::string& text, const std::vector<Statement>& statements);
+  static bool take_value(const std::string& kind, const std::string& type, TextCursor cursor,
+                         Datum& datum);
+  // Nothing declares it here: other modules may.
+  Datum* find_of_others(const std::string& name) {
+    const auto found = of_others_.find(name);
+    return found == of_others_.end() ? nullptr : &found->second;
   }
-  const ListItem* value_of(const Statement& argument, const char* type, TargetKind kind,
-                           std::string& why_not);
-  int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line);
+  Datum* find(const std::string& name, size_t at) {
+    Datum* const own = names_.find(scopes_, name, scopes_.at(at));
+    return own ? own : find_of_others(name);
+  }
+  const Datum* value_of(const Statement& argument, const char* type, TargetKind kind,
+                        std::string& why_not);
+  int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line, int text);
+  int displaced_point(const std::string& function, const Statement& argument, TargetKind kind,
+                      int line, std::string& why_not);
+  std::optional<double> constant_in(const Statement& argument);
   std::string name_of(const Statement& argument) const {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
   }
-  bool is_word(const ListItem& item, const char* word) const {
-    return name_of({0, item.begin, item.end}) == word;
+  bool is_word(const ListItem& item, int text, const char* word) const {
+    const std::string& whole = program_.texts[static_cast<size_t>(text)].text;
+    return upper(std::string_view(whole).substr(item.begin, item.end - item.begin)) == word;
   }
 
   RobotProgram& program_;
@@ -90,6 +107,7 @@ class RapidData {
   const TargetParts parts_;
   Scopes scopes_;
   ScopedNames<Datum> names_;
+  std::map<std::string, Datum> of_others_;  // global data of other modules
   std::vector<Use> uses_;  // of points, outside of moves
   RapidExternalAxes external_;
 };

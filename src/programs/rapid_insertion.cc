@@ -14,8 +14,12 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
     return std::ranges::find(move.options, option) != move.options.end();
   };
   if (target.kind == TargetKind::joints) return "its point is joint angles";
+  for (int point : points)
+    if (program.points[static_cast<size_t>(point)].is_expression)
+      return "its point is an expression";
   if (std::string(move.kind_of->name).starts_with("TRIGG"))
     return "its events count from its start";
+  if (move.kind_of->is_process()) return "its process begins, changes or ends with it";
   if (has("T")) return "its speed is a time (\\T)";
   if (has("ID")) return "it is synchronised with another arm (\\ID)";
   TextCursor before(masked, line, move.begin);

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
@@ -20,9 +21,12 @@ struct RapidMoveText {
 
   /// J, L or C; 0: joint angles.
   char kind() const {
-    const std::string name = kind_of->name;
     if (kind_of->is_joint_target) return 0;
-    return name[name.starts_with("MOVE") ? 4 : 5];
+    const std::string_view name = kind_of->name;
+    for (const std::string_view family :
+         {"MOVE", "TRIGG", "ARCMOVE", "ARC", "DISP", "SPOT", "PAINT", "CAP"})
+      if (name.starts_with(family)) return name[family.size()];
+    return 0;
   }
 };
 

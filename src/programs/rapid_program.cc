@@ -66,7 +66,7 @@ class RapidReader {
   bool read_instruction(const std::string& word, size_t at, TextCursor cursor,
                         const Statement& statement) {
     const RapidMove* const move = find_rapid_move(word);
-    if (!move && !is_other_rapid_move(word)) return false;
+    if (!move && !is_other_rapid_move(word, cursor)) return false;
     if (cursor.next() == '(' || cursor.next() == ':' || (!move && cursor.done())) return false;
     const int line = line_at(program_.texts[0].text, statement, at);
     const int left_alone = program_.left_alone;
@@ -93,9 +93,12 @@ class RapidReader {
     target.line = line;
     target.kind = move.is_joint_target ? TargetKind::joints : TargetKind::cartesian;
     const std::vector<Statement> arguments = read_arguments(target.kind, begin, end, why_not);
-    if (arguments.size() <= static_cast<size_t>(move.tool))
+    constexpr size_t kLeast = 2;  // of a process move behind its points: speed and tool
+    if (move.is_process() ? arguments.size() < static_cast<size_t>(move.points) + kLeast
+                          : arguments.size() <= static_cast<size_t>(move.tool))
       return leave(line, "its arguments are not those of the instruction");
-    if (why_not.empty()) set_frames(arguments[static_cast<size_t>(move.tool)], target, why_not);
+    const size_t tool = move.is_process() ? arguments.size() - 1 : static_cast<size_t>(move.tool);
+    if (why_not.empty()) set_frames(arguments[tool], target, why_not);
     std::vector<int> points;
     for (int i = 0; i < move.points && why_not.empty(); ++i)
       points.push_back(
@@ -105,8 +108,8 @@ class RapidReader {
       return leave(line, why_not);
     }
     const char kind = move_.kind();
-    const auto zone = static_cast<size_t>(move.tool - 1);
-    target.blend = radius_of_zone(upper(part_of(arguments[zone].begin, arguments[zone].end)));
+    const Statement& zone = arguments[tool - 1];
+    target.blend = radius_of_zone(upper(part_of(zone.begin, zone.end)));
     const int turning = flow_.turning.at(move_.begin);
     const bool is_certain = kind != 'C' || turning != ProgramFlow::kUncertain;
     target.turning = is_certain ? static_cast<ArcTurning>(turning) : ArcTurning::with_path;

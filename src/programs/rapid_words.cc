@@ -9,6 +9,8 @@
 namespace armtrue {
 namespace {
 
+constexpr int kLast = RapidMove::kLast;
+
 constexpr RapidMove kRapidMoves[] = {
     {"MOVEJ", 1, 3, false},     {"MOVEL", 1, 3, false},     {"MOVEC", 2, 4, false},
     {"MOVEABSJ", 1, 3, true},   {"MOVEJDO", 1, 3, false},   {"MOVELDO", 1, 3, false},
@@ -17,6 +19,18 @@ constexpr RapidMove kRapidMoves[] = {
     {"MOVECGO", 2, 4, false},   {"MOVEJSYNC", 1, 3, false}, {"MOVELSYNC", 1, 3, false},
     {"MOVECSYNC", 2, 4, false}, {"TRIGGJ", 1, 4, false},    {"TRIGGL", 1, 4, false},
     {"TRIGGC", 2, 5, false},
+    // Process moves: points, speed, data of the process, zone (not of SpotL and SpotJ), tool; older
+    // ones have one more argument, as ArcL\On,p1,v100,seam1,weld1,weave1,z10,tool1 (application
+    // manuals Arc, Dispensing, Spot, CAP, Paint).
+    {"ARCL", 1, kLast, false},         {"ARCC", 2, kLast, false},
+    {"ARCLSTART", 1, kLast, false},    {"ARCCSTART", 2, kLast, false},
+    {"ARCLEND", 1, kLast, false},      {"ARCCEND", 2, kLast, false},
+    {"ARCMOVEL", 1, kLast, false},     {"ARCMOVEJ", 1, kLast, false},
+    {"ARCMOVEC", 2, kLast, false},     {"ARCMOVEABSJ", 1, kLast, true},
+    {"DISPL", 1, kLast, false},        {"DISPC", 2, kLast, false},
+    {"SPOTL", 1, kLast, false},        {"SPOTJ", 1, kLast, false},
+    {"PAINTL", 1, kLast, false},       {"PAINTC", 2, kLast, false},
+    {"CAPL", 1, kLast, false},         {"CAPC", 2, kLast, false},
 };
 
 }  // namespace
@@ -26,7 +40,10 @@ const RapidMove* find_rapid_move(const std::string& name) {
   return move == std::end(kRapidMoves) ? nullptr : move;
 }
 
-bool is_other_rapid_move(const std::string& word) {
+bool is_other_rapid_move(const std::string& word, TextCursor cursor) {
+  // Only an instruction has an argument behind it; data of a like name stand in expressions.
+  const char next = cursor.next();
+  if (next != '[' && next != '\\' && next != '*' && cursor.take_name().empty()) return false;
   for (const char* begin : {"MOVE", "TRIGG", "SEARCH", "ARC", "SPOT", "DISP", "PAINT", "CAP"})
     if (word.starts_with(begin) && word.size() > std::string(begin).size()) {
       const char last = word.back();

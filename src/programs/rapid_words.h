@@ -10,18 +10,21 @@ namespace armtrue {
 
 /// An instruction that moves the arm.
 struct RapidMove {
+  static constexpr int kLast = -1;
   const char* name;
   int points;
-  int tool;  // position of the tool among the arguments
+  int tool;  ///< position of the tool among the arguments; kLast in a process move
   bool is_joint_target;
+
+  bool is_process() const { return tool == kLast; }
 };
 
 /// The instruction with this name in capitals; null if there is none that is followed.
 const RapidMove* find_rapid_move(const std::string& name);
 
-/// Whether a word in capitals looks like a move and is not followed: process moves have arguments
-/// of their own.
-bool is_other_rapid_move(const std::string& word);
+/// Whether a word in capitals looks like a move and is not followed: other process moves have
+/// arguments of their own. `cursor`: behind it.
+bool is_other_rapid_move(const std::string& word, TextCursor cursor);
 
 /// Whether an instruction leaves the arm where it is and does not branch.
 bool stands_between_rapid_moves(const std::string& word);

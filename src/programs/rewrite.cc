@@ -30,6 +30,11 @@ struct Wanted {
   }
 };
 
+// The point of a pose that its move displaces.
+Pose of_point(const ProgramTarget& target, const Pose& pose) {
+  return inverse(target.before) * pose * inverse(target.behind);
+}
+
 class Rewriter {
  public:
   Rewriter(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
@@ -39,6 +44,8 @@ class Rewriter {
         by_(by),
         warnings_(program.texts[0].name),
         uses_(program.points.size()),
+        stays_(program.points.size(), false),
+        is_changed_(program.points.size(), false),
         is_divided_(program.targets.size(), false) {
     for (size_t k = 0; k < program.targets.size(); ++k)
       uses_[static_cast<size_t>(program.targets[k].point)].push_back(k);
@@ -55,11 +62,20 @@ class Rewriter {
 
   RewrittenProgram write() {
     find_wanted();
-    for (size_t point = 0; point < program_.points.size(); ++point)
-      if (!uses_[point].empty()) write_point(point);
+    keep_where_expressions_stay();
+    for (const bool starts_from_another : {false, true})
+      for (size_t point = 0; point < program_.points.size(); ++point) {
+        const ProgramPoint& of = program_.points[point];
+        if (uses_[point].empty() || (of.starts_from >= 0) != starts_from_another) continue;
+        if (of.is_expression)
+          write_expression(point);
+        else
+          write_point(point);
+      }
     insert_moves();
     for (size_t i = 0; i < program_.texts.size(); ++i)
       result_.texts.push_back(apply_edits(program_.texts[i].text, edits_, static_cast<int>(i)));
+    result_.edits = std::move(edits_);
     result_.warnings = warnings_.list();
     return std::move(result_);
   }
@@ -165,6 +181,68 @@ class Rewriter {
     }
   }
 
+  // An expression whose target is not corrected starts from its point as it is declared.
+  void keep_where_expressions_stay() {
+    for (size_t point = 0; point < program_.points.size(); ++point) {
+      const ProgramPoint& of = program_.points[point];
+      stays_[point] |= of.is_shared || of.is_of_others;
+      if (of.starts_from >= 0 &&
+          !std::ranges::all_of(uses_[point], [&](size_t k) { return commands_[k].is_corrected; }))
+        stays_[static_cast<size_t>(of.starts_from)] = true;
+    }
+  }
+
+  // Writes an expression out in its move if that needs another point, or if the point from which it
+  // starts has changed.
+  void write_expression(size_t index) {
+    const ProgramPoint& point = program_.points[index];
+    for (size_t target : uses_[index]) {
+      Wanted& wanted = wanted_[target];
+      if (!wanted.is_changed() && !starts_from_changed(point)) continue;
+      ++result_.changed;
+      own_.push_back({target, {}, written_out(point, wanted)});
+    }
+  }
+
+  // Of a register: a position of /POS.
+  static std::string fanuc_position(const ProgramPoint& point,
+                                    const std::vector<std::string>& texts) {
+    const bool is_joints = point.kind == TargetKind::joints;
+    std::string text = "{\n   GP1:\n\t" + point.name;
+    for (size_t i = 0; i < texts.size(); ++i)
+      text += fmt::format("{}\t{} = {:>9} {}", i == 0 ? "" : i == 3 ? ",\n" : ",",
+                          is_joints ? fmt::format("J{}", i + 1) : std::string(1, "XYZWPR"[i]),
+                          texts[i], is_joints || i > 2 ? "deg" : " mm");
+    return text + "\n}";
+  }
+
+  bool starts_from_changed(const ProgramPoint& point) const {
+    return point.starts_from >= 0 && is_changed_[static_cast<size_t>(point.starts_from)];
+  }
+
+  std::string written_out(const ProgramPoint& point, const Wanted& wanted) const {
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < wanted.numbers.size(); ++i)
+      texts.push_back(!wanted.texts[i].empty()
+                          ? wanted.texts[i]
+                          : rounded_text(wanted.numbers[i], 1,
+                                         decimals_kept(program_.dialect, point.kind, i)));
+    if (program_.dialect == Dialect::krl)
+      return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", texts[0], texts[1], texts[2],
+                         texts[3], texts[4], texts[5]);
+    if (program_.dialect == Dialect::fanuc) return fanuc_position(point, texts);
+    const ProgramPoint& from = program_.points[static_cast<size_t>(point.starts_from)];
+    std::vector<TextEdit> edits;
+    const auto add = [&](const ProgramNumber& number, const std::string& text) {
+      edits.push_back({from.text, number.begin - from.begin, number.end - from.begin, text});
+    };
+    for (size_t i = 0; i < texts.size(); ++i) add(from.numbers[i], texts[i]);
+    for (size_t i = 0; i < wanted.configuration.size(); ++i)
+      if (!wanted.configuration[i].empty()) add(from.configuration[i], wanted.configuration[i]);
+    const std::string& text = program_.texts[static_cast<size_t>(from.text)].text;
+    return apply_edits(text.substr(from.begin, from.end - from.begin), edits, from.text);
+  }
+
   // Changes a point where it is declared if all its targets want the same, or else writes it into
   // the moves that want another one.
   void write_point(size_t index) {
@@ -172,15 +250,16 @@ class Rewriter {
     const Wanted& first = wanted_[uses_[index].front()];
     const bool is_agreed = std::ranges::all_of(
         uses_[index], [&](size_t target) { return agree(point, first, wanted_[target]); });
-    if (is_agreed && !point.is_shared) {
+    if (is_agreed && !stays_[index]) {
       result_.changed += first.is_changed();
+      is_changed_[index] = first.is_changed();
       for (TextEdit& edit : edits_of(point, first)) edits_.push_back(std::move(edit));
       return;
     }
     for (size_t target : uses_[index]) {
-      if (!wanted_[target].is_changed()) continue;
+      if (!wanted_[target].is_changed() && !starts_from_changed(point)) continue;
       ++result_.changed;
-      own_.push_back({target, edits_of(point, wanted_[target])});
+      own_.push_back({target, edits_of(point, wanted_[target]), ""});
     }
   }
 
@@ -242,7 +321,10 @@ class Rewriter {
     if (!command.is_corrected) return wanted;
     if (!command.external.empty()) wanted.external_values = command.external;
     wanted.numbers = numbers_of(target, wanted.numbers);
-    round(point, wanted);
+    if (point.is_expression)
+      round_expression(point, wanted);
+    else
+      round(point, wanted);
     wanted.configuration = configuration_texts(program_.dialect, point, command);
     return wanted;
   }
@@ -274,13 +356,30 @@ class Rewriter {
   // As text_of_number(), with check digits.
   std::string checked_text(const ProgramPoint& point, size_t i, double value) const {
     const ProgramNumber& number = point.numbers[i];
-    std::string text =
+    const std::string text =
         text_of_number(number, value, decimals_kept(program_.dialect, point.kind, i));
+    return text.empty() ? text
+                        : changed_text(point, i, value, written_decimals(text_of(number)));
+  }
+
+  // With at least so many decimals, and with check digits.
+  std::string changed_text(const ProgramPoint& point, size_t i, double value, int at_least) const {
+    const int kept = decimals_kept(program_.dialect, point.kind, i);
     const auto check = number_check(program_.dialect, point.kind, i);
-    if (text.empty() || !check || !by_) return text;
-    const int written = written_decimals(text_of(number));
-    const int decimals = std::max(written, check->decimals);
-    return rounded_text(checked(value, decimals, check->size, *by_), written, decimals);
+    if (!check || !by_) return rounded_text(value, at_least, std::max(at_least, kept));
+    const int decimals = std::max(at_least, check->decimals);
+    return rounded_text(checked(value, decimals, check->size, *by_), at_least, decimals);
+  }
+
+  // An expression is written out whole, or stays.
+  void round_expression(const ProgramPoint& point, Wanted& wanted) const {
+    for (size_t i = 0; i < wanted.numbers.size(); ++i) {
+      const int kept = decimals_kept(program_.dialect, point.kind, i);
+      if (std::abs(wanted.numbers[i] - point.numbers[i].value) > half_step(kept))
+        wanted.texts[i] = changed_text(point, i, wanted.numbers[i], 1);
+      else
+        wanted.numbers[i] = point.numbers[i].value;
+    }
   }
 
   // Empty if a number stays as it is written, or is not written.
@@ -300,12 +399,14 @@ class Rewriter {
       return (target.q - command.q).cwiseAbs().maxCoeff() < kSame
                  ? written
                  : numbers_of_joints(program_.dialect, command.q);
-    const Eigen::Vector3d shift = command.pose.translation - target.pose.translation;
-    const Eigen::Matrix3d turn = command.pose.rotation * target.pose.rotation.transpose();
+    const Pose programmed = of_point(target, target.pose);
+    const Pose commanded = of_point(target, command.pose);
+    const Eigen::Vector3d shift = commanded.translation - programmed.translation;
+    const Eigen::Matrix3d turn = commanded.rotation * programmed.rotation.transpose();
     const bool is_turned = target.has_orientation && rotation_log(turn).norm() >= kSame;
     if (!is_turned && shift.norm() < kSame) return written;
     std::vector<double> numbers = numbers_of_pose(
-        program_.dialect, command.pose, target.has_orientation ? written : std::vector(6, 0.0));
+        program_.dialect, commanded, target.has_orientation ? written : std::vector(6, 0.0));
     if (!is_turned) std::copy(written.begin() + 3, written.end(), numbers.begin() + 3);
     return numbers;
   }
@@ -318,6 +419,7 @@ class Rewriter {
   ProgramWarnings warnings_;
   std::vector<std::vector<size_t>> uses_;     // targets of each point
   std::vector<ProgramPointBetween> between_;  // that are written
+  std::vector<char> stays_, is_changed_;      // of each point: its declaration
   std::vector<char> is_divided_;              // of each target: points are inserted in its move
   std::vector<Wanted> wanted_;                // by each target
   std::vector<double> held_external_;         // the same of external axes
@@ -338,6 +440,7 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
     const auto index = static_cast<size_t>(program.targets[k].point);
     if (is_done[index]) continue;
     is_done[index] = true;
+    const ProgramTarget& target = program.targets[k];
     const ProgramPoint& point = program.points[index];
     const bool is_joints = point.kind == TargetKind::joints;
     std::vector<double> written;
@@ -345,7 +448,7 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
       written.push_back(std::isfinite(number.value) ? number.value : 0);
     const std::vector<double> beside =
         is_joints ? numbers_of_joints(program.dialect, commands[k].q)
-                  : numbers_of_pose(program.dialect, commands[k].pose, written);
+                  : numbers_of_pose(program.dialect, of_point(target, commands[k].pose), written);
     for (size_t i = 0; i < point.numbers.size(); ++i)
       if (point.numbers[i].is_written())
         result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],

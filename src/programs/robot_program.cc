@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "armtrue/text/input_error.h"
 #include "programs/dialects.h"
@@ -16,14 +17,14 @@ namespace {
 struct DialectName {
   Dialect dialect;
   const char* name;
-  std::array<const char*, 3> extensions;  // in capitals
+  std::array<const char*, 5> extensions;  // in capitals
 };
 
 constexpr DialectName kDialectNames[] = {
-    {Dialect::krl, "krl", {".SRC", "", ""}},
-    {Dialect::rapid, "rapid", {".MOD", ".PRG", ".SYS"}},
-    {Dialect::fanuc, "fanuc", {".LS", "", ""}},
-    {Dialect::urscript, "urscript", {".SCRIPT", ".URSCRIPT", ""}},
+    {Dialect::krl, "krl", {".SRC", "", "", "", ""}},
+    {Dialect::rapid, "rapid", {".MOD", ".PRG", ".SYS", ".MODX", ".SYSX"}},
+    {Dialect::fanuc, "fanuc", {".LS", "", "", "", ""}},
+    {Dialect::urscript, "urscript", {".SCRIPT", ".URSCRIPT", "", "", ""}},
 };
 
 // 100 km, or a million turns: beyond, circles through points are lost in rounding.
@@ -66,10 +67,13 @@ std::optional<Dialect> dialect_of_file(const std::string& path) {
 }
 
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
-                           const KnownFrames& known, TargetParts parts) {
+                           const KnownFrames& known, TargetParts parts,
+                           std::vector<ProgramText> others) {
   RobotProgram program;
   program.dialect = dialect;
   program.texts = std::move(texts);
+  program.own_texts = program.texts.size();
+  std::ranges::move(others, std::back_inserter(program.texts));
   switch (dialect) {
     case Dialect::krl:
       parse_krl_program(program, known, parts);
@@ -86,11 +90,12 @@ RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
   }
   refuse_huge_numbers(program);
   if (!program.targets.empty()) return program;
-  throw InputError(fmt::format(
-      "{}: has no move to a point with plain numbers, read as {}{}{}; give the program with its "
-      "points, or its right dialect (compensate --dialect)",
-      program.texts[0].name, to_string(dialect), program.warnings.empty() ? "" : ": ",
-      program.warnings.empty() ? "" : program.warnings.front()));
+  throw NoTargets(
+      fmt::format("{}: has no move to a point with plain numbers, read as {}{}{}; give the program "
+                  "with its points, or its right dialect (compensate --dialect)",
+                  program.texts[0].name, to_string(dialect), program.warnings.empty() ? "" : ": ",
+                  program.warnings.empty() ? "" : program.warnings.front()),
+      program.why_left_alone);
 }
 
 }  // namespace armtrue

@@ -3,14 +3,9 @@
 #include <string>
 #include <vector>
 
-namespace armtrue {
+#include "armtrue/programs/program_text.h"
 
-/// A change of one of the texts of a program: `text` in place of the bytes [begin, end).
-struct TextEdit {
-  int file;  ///< index of the text: of KRL 0 is the .src and 1 the .dat
-  size_t begin, end;
-  std::string text;
-};
+namespace armtrue {
 
 /// The text of one file with its edits, which must not overlap; those at one place keep their
 /// order.

@@ -67,8 +67,8 @@ TEST(Certainty, ARapidRoutineMayGiveANameAnotherPoint) {
               ElementsAre("p.mod:6: left alone: its point is a parameter of the routine",
                           "p.mod:11: left alone: its point is given several values, or changed at "
                           "run time",
-                          "p.mod:18: left alone: its point is not declared here; give it plain "
-                          "numbers in this module"));
+                          "p.mod:18: left alone: its point is not declared here; give the "
+                          "module that declares it, or a folder with it: --with"));
   EXPECT_THAT(raised(program), AllOf(HasSubstr("p1:=[[1,2,4]"), HasSubstr("p1:=[[7,8,10]"),
                                      Not(HasSubstr("MoveL ["))));
 }
@@ -333,8 +333,11 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
   EXPECT_THAT(lines_of(program), ElementsAre(3, 6, 8));
   EXPECT_THAT(program.warnings,
               ElementsAre("p.ls:4: left alone: its tool stands in the room (RTCP)",
-                          "p.ls:5: left alone: the move is displaced (OFFSET)",
-                          "p.ls:7: left alone: its point is a register"));
+                          "p.ls:5: left alone: the move is displaced (OFFSET), and no listing "
+                          "(--with POSREG.VA) says by how much, or it turns, or the program sets its "
+                          "register",
+                          "p.ls:7: left alone: its point is a register, and no listing (--with "
+                          "POSREG.VA) has it, or the program sets it"));
 }
 
 TEST(Certainty, AFanucMoveBehindATouchOffsetIsDisplaced) {

@@ -487,7 +487,7 @@ TEST(Krl, WhatCannotBeCorrectedIsLeftAloneAndNamed) {
           "p.src:2: left alone: joint angles that are not six plain numbers; also lines 10",
           "p.src:3: left alone: a relative move; it starts from the corrected point before it",
           "p.src:4: left alone: its point is declared neither here nor in the .dat of the program; "
-          "give that .dat, or correct the point where it is declared; also lines 9",
+          "give the data list that declares it, or a folder with it: --with; also lines 9",
           "p.src:5: left alone: its point is given several values, or changed at run time",
           "p.src:6: left alone: its target is an expression or has no plain numbers; also lines 8",
           "p.src:7: left alone: X, Y, Z are not all stated, and the move before does not state "

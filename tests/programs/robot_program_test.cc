@@ -201,6 +201,8 @@ TEST(RobotProgramTest, OnlyNumbersChange) {
         file.name == "krl/splines.src" || file.name == "krl/named.src")
       continue;  // these leave coordinates out, which are added
     if (std::ranges::any_of(program.points, &ProgramPoint::is_shared)) continue;
+    // A displaced point is written out.
+    if (std::ranges::any_of(program.points, &ProgramPoint::is_expression)) continue;
     for (size_t i = 0; i < program.texts.size(); ++i)
       EXPECT_EQ(without_numbers(again, i), without_numbers(program, i)) << file.name;
   }

@@ -33,11 +33,11 @@ class File:
         self.texts, self.values, self.targets, self.frames, self.left_alone = [], [], [], [], 0
 
     def near(self, q):
-        """Some degrees on, within the travel and far from a stretched wrist."""
+        """Some degrees on, within the travel, with a bent wrist that does not stand above axis 1."""
         while True:
             found = self.cell.near(q)
             inside = all(low + 0.05 < a < high - 0.05 for a, (low, high) in zip(found, self.cell.nominal.travel))
-            if inside and abs(math.sin(found[4])) > 0.4:
+            if inside and abs(math.sin(found[4])) > 0.4 and abs(programs.wrist(self.cell.nominal, found)[0]) > 80:
                 return found
 
     def has(self, feature, of):
@@ -292,13 +292,19 @@ def rapid(cell, number):
             body.append(f"{word('MoveAbsJ')} {place(joint_target(q, base, tool), 'jointtarget')},{gap}{speed},{zone},{frames};")
         elif style == 1:
             body.append(f"{word('MoveJ')} {place(target(q, base, tool), 'robtarget')}, {speed}, {zone}, {frames};")
+        elif style == 2 and has(17, 3):
+            point = place(target(q, base, tool), "robtarget")
+            body.append(rng.choice((f"ArcLStart {point},{speed},seam1,weld1\\Weave:=weave1,fine,{frames};", f"ArcL\\On,{point},{speed},seam1,weld1,weave1,{zone},{frames};",
+                                    f"{word('ArcLEnd')} {point}, {speed}, seam1, weld1, fine, {frames}\\SeamName:=\"a\";", f"DispL\\Off,{point},{speed},bead1,{zone},{frames};",
+                                    f"SpotL {point},vmax,gun1,spot10,{frames};", f"PaintL {point},{speed},{zone},{frames};")))
         elif style == 2:
             body.append(f"{word('MoveL')} {place(target(q, base, tool), 'robtarget')},{speed}\\V:=150,{zone}\\Inpos:=inpos20,{frames}; ! MoveL p0,v1,fine,tool0;")
         elif style == 3:
             via = file.near(q)
             first = place(target(via, base, tool), "robtarget")
             q = file.near(q)
-            body.append(f"MoveC {first},{place(target(q, base, tool), 'robtarget')},{speed},{zone},{frames};")
+            point = place(target(q, base, tool), "robtarget")
+            body.append(f"ArcC {first},{point},{speed},seam1,weld1,{zone},{frames};" if has(18, 5) else f"MoveC {first},{point},{speed},{zone},{frames};")
         elif style == 4:
             body.append(f"{rng.choice(('MoveLDO', 'MoveJDO'))} {place(target(q, base, tool), 'robtarget')},{speed},{zone},{frames},do1,1;")
         else:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/compensation/compensation.h"
@@ -30,8 +31,15 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
 /// The moves of a program by what became of them.
 struct CorrectedMoves {
   int all = 0, corrected = 0;
-  std::string sentence;  ///< with the reasons why the others are left alone, the most frequent first
+  /// Why the others are left alone, with their number, the most frequent first.
+  std::vector<std::pair<std::string, int>> reasons;
+  std::string sentence;
 };
+
+/// Of a program whose moves are left alone for these reasons.
+CorrectedMoves moves_left_alone(const std::vector<std::string>& why);
+/// Of a program whose targets cannot be corrected.
+CorrectedMoves moves_left_alone(const RobotProgram& program, const std::string& why);
 
 /// `targets`: after program_commands().
 CorrectedMoves corrected_moves(const RobotProgram& program,

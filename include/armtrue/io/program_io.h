@@ -22,4 +22,9 @@ struct TextFile {
 std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
                                          bool with_dat);
 
+/// All texts of robot programs in a folder and the folders in it, by their extensions: programs,
+/// modules, data lists. In the order of their names, which begin with `folder`. One file stands for
+/// itself. Throws InputError if the folder cannot be read or holds none.
+std::vector<TextFile> read_program_folder(const std::string& folder);
+
 }  // namespace armtrue

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace armtrue {
@@ -7,6 +8,13 @@ namespace armtrue {
 /// A text of a controller, byte by byte. Any encoding and any line ends are kept.
 struct ProgramText {
   std::string name;  ///< for messages
+  std::string text;
+};
+
+/// A change of one of the texts of a program: `text` in place of the bytes [begin, end).
+struct TextEdit {
+  int file;  ///< index in RobotProgram::texts
+  size_t begin, end;
   std::string text;
 };
 

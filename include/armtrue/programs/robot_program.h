@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/kinematics/chain.h"
@@ -10,6 +11,7 @@
 #include "armtrue/programs/configuration.h"
 #include "armtrue/programs/program_text.h"
 #include "armtrue/statistics/check_digits.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 
@@ -46,7 +48,16 @@ struct ProgramPoint {
   int line = 0;               ///< of the numbers, in their text
   int text = 0;               ///< index in RobotProgram::texts
   size_t begin = 0, end = 0;  ///< in that text: of the point with its brackets; FANUC: from `P` on
-  bool is_shared = false;     ///< others than the moves of this program use it, and it must stay
+  /// Others than the moves of this program use it, or may, and it must stay.
+  bool is_shared = false;
+  /// Texts of others declare it, or use it, too: it stays, unless they are corrected with this
+  /// program.
+  bool is_of_others = false;
+  /// The point is an expression of one move, and [begin, end) is its text: a declared point that is
+  /// displaced by constants (RAPID Offs, RelTool; KUKA `XP1:{Z 50,..}`). Its numbers are what comes
+  /// out, and not written. A correction writes the point out in the move.
+  bool is_expression = false;
+  int starts_from = -1;  ///< in RobotProgram::points: the declared point of an expression; -1: none
   TargetKind kind = TargetKind::cartesian;
   /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
   /// x y z rx ry rz; or the six joints.
@@ -121,6 +132,9 @@ struct ProgramTarget {
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
   Pose pose;                     ///< Cartesian: base from TCP, as written
+  /// FANUC: the move displaces its point (Offset, Tool_Offset), and `pose` is before * point *
+  /// behind.
+  Pose before, behind;
   bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
   std::vector<double> external;  ///< KUKA: E1 to E6, as written; NaN: not known
   /// Of joints: encoder angles of the model [rad].
@@ -138,7 +152,10 @@ struct ProgramName {
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   Dialect dialect = Dialect::krl;
-  std::vector<ProgramText> texts;  ///< the program; of KRL also the .dat, if there is one
+  /// The program; of KRL also its .dat, if there is one; behind `own_texts` those of others, in
+  /// which names are looked up that the program does not declare itself.
+  std::vector<ProgramText> texts;
+  size_t own_texts = 1;
   std::vector<ProgramPoint> points;
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
@@ -153,15 +170,26 @@ struct RobotProgram {
 /// Frames and tools that the program only names, by name (`BASE_DATA[3]`, `wobj1`, `UF[2]`).
 using KnownFrames = std::map<std::string, Pose>;
 
+/// A program has no target.
+class NoTargets : public InputError {
+ public:
+  NoTargets(const std::string& message, std::vector<std::string> left)
+      : InputError(message), why_left_alone(std::move(left)) {}
+  std::vector<std::string> why_left_alone;  ///< of each of its moves
+};
+
 /// What must be known of a Cartesian target: of a position, its orientation or its place in the
 /// room may be unknown.
 enum class TargetParts { pose, position };
 
-/// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. What the parser
-/// does not understand (expressions, offsets, relative moves, points that are assigned at run time)
-/// gives a warning with file and line, and stays as it is. Throws InputError if there is no target.
+/// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. `others`: texts
+/// that declare what the program may use, too, as its controller looks names up (KRL: what
+/// $config.dat and PUBLIC data lists declare as GLOBAL). What the parser does not understand
+/// (expressions, offsets, relative moves, points that are assigned at run time) gives a warning
+/// with file and line, and stays as it is. Throws NoTargets if there is no target.
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
-                           const KnownFrames& known, TargetParts parts = TargetParts::pose);
+                           const KnownFrames& known, TargetParts parts = TargetParts::pose,
+                           std::vector<ProgramText> others = {});
 
 /// The command that replaces a target.
 struct ProgramCommand {
@@ -207,6 +235,7 @@ struct RewrittenProgram {
   int changed = 0;   ///< points with another number
   int inserted = 0;  ///< moves
   std::vector<std::string> warnings;
+  std::vector<TextEdit> edits;  ///< that make the texts of those of the program
 };
 
 /// The texts with the numbers of the commands, one for each target, and with a move for each point
@@ -226,10 +255,12 @@ RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramC
                          const std::vector<ProgramPointBetween>& between = {},
                          std::optional<Corrector> by = std::nullopt);
 
-/// Marks each text of a program that a correction has changed: one line of comment more, behind the
+/// Marks each own text of a program that a correction has changed: one line of comment more, behind the
 /// line that begins the program, or of FANUC behind its last instruction; elsewhere at the
 /// beginning. Call it before rename().
 void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts);
+/// The same of one text.
+void mark_corrected(Dialect dialect, Corrector by, std::string& text);
 
 /// The mark of a text, whatever became of its case and blanks.
 struct CorrectionMark {

@@ -1,0 +1,223 @@
+#include "program_project.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "armtrue/io/output.h"
+#include "armtrue/programs/program_project.h"
+#include "armtrue/text/input_error.h"
+
+namespace armtrue::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A row of the table.
+struct ProgramRow {
+  std::string name;
+  CorrectedMoves moves;
+};
+
+// A field of a CSV file.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c == '\n' ? ' ' : c);
+  return quoted + '"';
+}
+
+std::string table_of(const std::vector<ProgramRow>& rows) {
+  std::string table = "program,moves,corrected,left,why\n";
+  for (const ProgramRow& row : rows) {
+    std::string why;
+    for (const auto& [reason, count] : row.moves.reasons)
+      why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", count, reason);
+    table += fmt::format("{},{},{},{},{}\n", field(row.name), row.moves.all, row.moves.corrected,
+                         row.moves.all - row.moves.corrected, field(why));
+  }
+  return table;
+}
+
+class Project {
+ public:
+  Project(Command& command, const ProjectFiles& files, const KnownFrames& known)
+      : command_(command), files_(files), known_(known) {
+    for (ProgramText& text : command.read_program_folder(files.folder)) {
+      text.name = fs::path(text.name).lexically_relative(files.folder).generic_string();
+      texts_.push_back(std::move(text));
+    }
+    refuse_corrected_texts(texts_);
+  }
+
+  bool correct(const std::function<ProjectCommands(const RobotProgram&)>& commands_for) {
+    for (const ProgramText& text : texts_)
+      if (const auto dialect = dialect_of_file(text.name)) correct(*dialect, text, commands_for);
+    if (rows_.empty())
+      throw InputError(files_.folder + ": none of its programs has a move to a point with plain "
+                       "numbers");
+    if (programs_.empty() && why_not_)
+      throw InputError(fmt::format("{}: none of its programs can be corrected: {}", files_.folder,
+                                   *why_not_));
+    write();
+    write_output(command_.output, table_of(rows_));
+    return std::ranges::all_of(
+        rows_, [](const ProgramRow& row) { return row.moves.corrected == row.moves.all; });
+  }
+
+ private:
+  void correct(Dialect dialect, const ProgramText& text,
+               const std::function<ProjectCommands(const RobotProgram&)>& commands_for) {
+    std::vector<ProgramText> own{text};
+    if (dialect == Dialect::krl)
+      if (const ProgramText* const dat = dat_of(text.name)) own.push_back(*dat);
+    RobotProgram program;
+    try {
+      program = parse_program(dialect, own, known_, TargetParts::pose,
+                              texts_of_others(dialect, texts_, text.name));
+    } catch (const NoTargets& error) {
+      if (error.why_left_alone.empty()) return;  // it does not move the arm
+      command_.warn(error.what());
+      rows_.push_back({text.name, moves_left_alone(error.why_left_alone)});
+      return;
+    } catch (const InputError& error) {
+      return stays(text.name, {}, error);
+    }
+    for (const std::string& warning : program.warnings) command_.warn(warning);
+    program.warnings.clear();
+    try {
+      refuse_corrected_points(program);
+      refuse_frames_of_callers(program);
+      ProjectCommands found = commands_for(program);
+      for (const std::string& warning : found.commands.warnings) command_.warn(warning);
+      rows_.push_back({text.name, found.moves});
+      programs_.push_back({std::move(program), std::move(found.commands.list)});
+    } catch (const CorrectedAlready&) {
+      throw;
+    } catch (const InputError& error) {
+      stays(text.name, program, error);
+    }
+  }
+
+  void stays(const std::string& name, const RobotProgram& program, const InputError& error) {
+    command_.warn(fmt::format("{}; the program stays as it is", error.what()));
+    rows_.push_back({name, moves_left_alone(program, error.what())});
+    if (!why_not_) why_not_ = error.what();
+  }
+
+  const ProgramText* dat_of(const std::string& src) const {
+    for (const char* ending : {".dat", ".DAT", ".Dat"}) {
+      const std::string name = fs::path(src).replace_extension(ending).generic_string();
+      const auto dat = std::ranges::find(texts_, name, &ProgramText::name);
+      if (dat != texts_.end()) return &*dat;
+    }
+    return nullptr;
+  }
+
+  // A subprogram of KUKA that states neither has the $BASE and $TOOL of whoever calls it.
+  void refuse_frames_of_callers(const RobotProgram& program) const {
+    if (program.dialect != Dialect::krl) return;
+    for (const ProgramTarget& target : program.targets)
+      if (target.kind == TargetKind::cartesian && (target.base < 0 || target.tool < 0))
+        throw InputError(fmt::format(
+            "{}:{}: the program states no {} for this move, which is that of its caller; state it "
+            "in the program, or correct it alone (--program) with --base and --tool",
+            program.texts[0].name, target.line, target.base < 0 ? "$BASE" : "$TOOL"));
+  }
+
+  // All texts: those that are not corrected as they are.
+  void write() {
+    const RewrittenProject rewritten =
+        rewrite_project(std::move(programs_), texts_, Corrector::compensate);
+    for (const RewrittenProgram& program : rewritten.programs)
+      for (const std::string& warning : program.warnings) command_.warn(warning);
+    for (const SharedPoint& point : rewritten.shared) tell(point);
+    std::vector<Product> products;
+    for (const ProgramText& text : texts_) {
+      const auto changed = rewritten.texts.find(text.name);
+      const std::string path = (fs::path(files_.out) / text.name).string();
+      products.push_back({path, changed == rewritten.texts.end() ? text.text : changed->second});
+      std::error_code error;
+      fs::create_directories(fs::path(path).parent_path(), error);
+      if (error)
+        throw OutputError(fmt::format("{}: the folder cannot be made ({})",
+                                      fs::path(path).parent_path().string(), error.message()));
+    }
+    write_outputs(products);
+    command_.tell(fmt::format("{}: {} texts of {} changed\n", files_.out, rewritten.texts.size(),
+                              texts_.size()));
+  }
+
+  void tell(const SharedPoint& point) {
+    std::string users;
+    constexpr size_t kShown = 5;
+    for (size_t i = 0; i < std::min(point.users.size(), kShown); ++i)
+      users += (i == 0 ? "" : ", ") + point.users[i];
+    if (point.users.size() > kShown)
+      users += fmt::format(" and {} more", point.users.size() - kShown);
+    command_.warn(fmt::format(
+        "{}:{}: {} is a point that other texts may use; {} ({})", point.text, point.line,
+        point.name,
+        point.is_written ? "it is changed here once, for all its moves"
+                         : "it stays, and each move gets a corrected point of its own",
+        users));
+  }
+
+  Command& command_;
+  const ProjectFiles& files_;
+  const KnownFrames known_;
+  std::vector<ProgramText> texts_;  // named from the folder on
+  std::vector<ProjectProgram> programs_;
+  std::vector<ProgramRow> rows_;
+  std::optional<std::string> why_not_;  // the first program cannot be corrected
+};
+
+void check_folders(const ProjectFiles& files) {
+  std::error_code none;
+  if (files.out.empty())
+    throw UsageError("--project: give --project-out, the folder for the corrected programs");
+  if (!fs::is_directory(files.folder, none))
+    throw InputError(files.folder +
+                     ": is no folder; name that of the programs, or give one program with "
+                     "--program");
+  const auto in = fs::weakly_canonical(files.folder, none);
+  const auto out = fs::weakly_canonical(files.out, none);
+  const auto [end_in, end_out] = std::mismatch(in.begin(), in.end(), out.begin(), out.end());
+  if (end_in == in.end() || end_out == out.end())
+    throw UsageError("--project-out: '" + files.out + "' and --project lie in one another; name a "
+                     "folder beside it");
+  const bool is_empty = fs::is_directory(files.out, none) && fs::is_empty(files.out, none);
+  if (fs::exists(files.out, none) && !is_empty)
+    throw UsageError("--project-out: '" + files.out +
+                     "' exists and is not an empty folder; name a new one");
+}
+
+}  // namespace
+
+void add_project(Command& command, ProjectFiles& files) {
+  const Option project = command.option(
+      "--project", files.folder,
+      "Folder of robot programs to correct together, such as a backup (KUKA KRC/R1, ABB HOME); "
+      "names are looked up in it as the controller does");
+  project.needs(command
+                    .option("--project-out", files.out,
+                            "Write the texts of the folder here, corrected: a new or empty folder")
+                    .needs(project));
+}
+
+bool correct_project(Command& command, const ProjectFiles& project, const RobotProgramFiles& files,
+                     const std::function<ProjectCommands(const RobotProgram&)>& commands_for) {
+  if (command.input != "-")
+    throw UsageError("'" + command.input +
+                     "' and --project are given; correct one of them at a time");
+  if (!files.path.empty())
+    throw UsageError("--program and --project are given; correct one of them at a time");
+  check_folders(project);
+  return Project(command, project, known_frames(files)).correct(commands_for);
+}
+
+}  // namespace armtrue::app

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "armtrue/compensation/program_targets.h"
+#include "armtrue/programs/robot_program.h"
+#include "command_line.h"
+#include "robot_program_files.h"
+
+namespace armtrue::app {
+
+/// A folder of programs that are corrected together, such as a backup.
+struct ProjectFiles {
+  std::string folder, out;  ///< empty: none is given
+};
+
+/// --project and --project-out.
+void add_project(Command& command, ProjectFiles& files);
+
+/// The commands for a program of it.
+struct ProjectCommands {
+  ProgramCommands commands;
+  CorrectedMoves moves;
+};
+
+/// Corrects every program of the folder that moves the arm by `commands_for`, which throws
+/// InputError where that cannot be done; the program stays then. Writes all texts of the folder into --project-out, and a
+/// table of the programs to -o: program, moves, corrected, left, why. Returns whether every move is
+/// corrected. Throws CorrectedAlready if one of the programs is.
+bool correct_project(Command& command, const ProjectFiles& project, const RobotProgramFiles& files,
+                     const std::function<ProjectCommands(const RobotProgram&)>& commands_for);
+
+}  // namespace armtrue::app
