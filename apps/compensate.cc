@@ -262,11 +262,12 @@ void refuse_corrected(const std::string& source, const std::optional<RoundWhereR
 }
 
 void warn_of_targets(app::Command& command, const Arguments& arguments, const Robot& controller,
-                     const std::optional<RobotProgram>& program) {
+                     const std::optional<RobotProgram>& program, const ProgramFile& file) {
   app::warn_of_tool(command, arguments);
-  if (!program) return;
-  for (const std::string& doubt : doubts_of_program(
-           *program, compensation_options(arguments, controller), !arguments.tool.empty()))
+  for (const std::string& doubt :
+       program ? doubts_of_program(*program, compensation_options(arguments, controller),
+                                   !arguments.tool.empty())
+               : doubts_of_table(file.source, file.program, controller))
     command.warn(doubt);
 }
 
@@ -297,7 +298,7 @@ int run(app::Command& command, Arguments& arguments) {
   } else {
     file = command.read_program(command.input, controller);
   }
-  warn_of_targets(command, arguments, controller, program);
+  warn_of_targets(command, arguments, controller, program, file);
   if (file.program.is_cartesian() ||
       (!program && command_kind(arguments, file.program) == CommandKind::cartesian))
     app::require_flange(controller, arguments);

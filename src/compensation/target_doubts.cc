@@ -6,19 +6,18 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <ranges>
 #include <span>
 #include <string>
 
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 // The flange is no tool, and no tool reaches as little beyond it.
 constexpr double kShortestTool = 1e-3;  // m
 constexpr double kSmallestPart = 3e-3;  // m, about the origin of its frame: a part of 3 m in m
@@ -46,6 +45,22 @@ bool looks_like_radians(std::span<const double> degrees) {
   return largest_of(degrees) < kTurn && std::ranges::count_if(degrees, is_fraction) >= kBent;
 }
 
+// `most`: the largest angle, as degrees.
+std::string doubt_of_radians(const std::string& file, int line, double most) {
+  return fmt::format(
+      "{}:{}: all joint angles of the program lie within {:.3g} deg of zero: are these radians? "
+      "Its controller counts degrees",
+      file, line, most);
+}
+
+// `farthest`: the largest coordinate [m].
+std::string doubt_of_metres(const std::string& file, int line, int points, double farthest) {
+  return fmt::format(
+      "{}:{}: all {} points lie within {:.3g} mm of the origin of their frame: are they in m? "
+      "Its controller counts mm",
+      file, line, points, farthest / kMillimetre);
+}
+
 void check_joints(const RobotProgram& program, std::vector<std::string>& doubts) {
   constexpr double kMostTurns = 2;  // of a joint of UR
   const std::string& file = program.texts[0].name;
@@ -65,11 +80,7 @@ void check_joints(const RobotProgram& program, std::vector<std::string>& doubts)
     }
     if (!small && looks_like_radians(values)) small = &target;
   }
-  if (small && most < kTurn)
-    doubts.push_back(fmt::format(
-        "{}:{}: all joint angles of the program lie within {:.3g} deg of zero: are these radians? "
-        "Its controller counts degrees",
-        file, small->line, most));
+  if (small && most < kTurn) doubts.push_back(doubt_of_radians(file, small->line, most));
 }
 
 void check_points(const RobotProgram& program, std::vector<std::string>& doubts) {
@@ -93,10 +104,7 @@ void check_points(const RobotProgram& program, std::vector<std::string>& doubts)
     farthest = std::max(farthest, target.pose.translation.cwiseAbs().maxCoeff());
   }
   if (points > 1 && farthest > 0 && farthest < kSmallestPart)
-    doubts.push_back(fmt::format(
-        "{}:{}: all {} points lie within {:.3g} mm of the origin of their frame: are they in m? "
-        "Its controller counts mm",
-        file, line, points, farthest / kMillimetre));
+    doubts.push_back(doubt_of_metres(file, line, points, farthest));
 }
 
 void check_tools(const RobotProgram& program, const CompensationOptions& options, bool has_tool,
@@ -175,6 +183,30 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
   return doubts;
 }
 
+std::vector<std::string> doubts_of_table(const std::string& file, const Program& program,
+                                         const Robot& controller) {
+  std::vector<std::string> doubts;
+  const Campaign& visits = program.visits;
+  const std::vector<JointName> names = joint_names(controller.chain);
+  std::optional<size_t> small;
+  double most = 0, farthest = 0;
+  for (size_t row = 0; row < visits.q.size() && !program.is_cartesian(); ++row) {
+    std::vector<double> degrees;
+    for (size_t j = 0; j < names.size(); ++j)
+      if (!names[j].is_length)
+        degrees.push_back(visits.q[row][static_cast<Eigen::Index>(j)] / kDegree);
+    most = std::max(most, largest_of(degrees));
+    if (!small && looks_like_radians(degrees)) small = row;
+  }
+  if (small && most < kTurn) doubts.push_back(doubt_of_radians(file, visits.line[*small], most));
+  for (const Pose& pose : program.poses)
+    farthest = std::max(farthest, pose.translation.cwiseAbs().maxCoeff());
+  if (program.poses.size() > 1 && farthest > 0 && farthest < kSmallestPart)
+    doubts.push_back(doubt_of_metres(file, visits.line.front(),
+                                     static_cast<int>(program.poses.size()), farthest));
+  return doubts;
+}
+
 std::string contradiction_of_hints(const Program& program, const Robot& controller,
                                    const CompensationOptions& options) {
   constexpr size_t kFewestRows = 4;
@@ -191,19 +223,17 @@ std::string contradiction_of_hints(const Program& program, const Robot& controll
     hinted.push_back(last.back() * options.tool);
   }
   const auto target = [&](size_t row) { return options.base * program.poses[row]; };
-  const auto all = [&](const auto& agrees) {
-    for (size_t row = 0; row < rows; ++row)
-      if (!agrees(row)) return false;
-    return true;
-  };
-  const auto places_agree = [&](const Eigen::Vector3d& factors) {
-    return all([&](size_t row) {
+  // The largest distance of a place from its hint, with factors on its coordinates.
+  const auto farthest = [&](const Eigen::Vector3d& factors) {
+    double most = 0;
+    for (size_t row = 0; row < rows; ++row) {
       const Pose changed{program.poses[row].rotation,
                          factors.cwiseProduct(program.poses[row].translation)};
-      return is_same_place(options.base * changed, hinted[row]);
-    });
+      most = std::max(most, ((options.base * changed).translation - hinted[row].translation).norm());
+    }
+    return most;
   };
-  if (places_agree({1, 1, 1})) {
+  if (farthest({1, 1, 1}) < kSamePlace) {
     size_t turned = 0;
     for (size_t row = 0; row < rows; ++row)
       turned += rotation_log(target(row).rotation.transpose() * hinted[row].rotation).norm() >
@@ -241,8 +271,10 @@ std::string contradiction_of_hints(const Program& program, const Robot& controll
                                Factors{{1, 1, -1}, "z_mm with the other sign"},
                                Factors{{1000, 1000, 1000}, "x_mm, y_mm, z_mm in m"},
                                Factors{{25.4, 25.4, 25.4}, "x_mm, y_mm, z_mm in inches"}})
-    if (places_agree(other.factors))
-      return contradict + ", and at each of them if the file gives " + other.words + ": correct it";
+    if (const double left = farthest(other.factors); left < kElsewhere)
+      return contradict +
+             fmt::format(", and within {:.2g} mm at each of them if the file gives {}: correct it",
+                         left / kMillimetre, other.words);
   for (const size_t late : {size_t{1}, rows - 1})
     if (std::ranges::count_if(std::views::iota(size_t{0}, rows), [&](size_t row) {
           return is_same_place(target(row), hinted[(row + late) % rows]);

@@ -276,11 +276,15 @@ class Rewriter {
     const ProgramNumber& number = point.numbers[i];
     std::string text =
         text_of_number(number, value, decimals_kept(program_.dialect, point.kind, i));
-    const auto check = number_check(program_.dialect, point.kind, i);
-    if (text.empty() || !check || !by_) return text;
+    if (text.empty() || !by_) return text;
+    const NumberCheck check = number_check(program_.dialect, point.kind, i);
     const int written = written_decimals(text_of(number));
-    const int decimals = std::max(written, check->decimals);
-    return rounded_text(checked(value, decimals, check->size, *by_), written, decimals);
+    if (check.rounded > 0)
+      value = checked_if_rounded(value, check.rounded, CheckSize::quarter, *by_);
+    if (check.decimals == 0)
+      return rounded_text(value, written, decimals_kept(program_.dialect, point.kind, i));
+    const int decimals = std::max(written, check.decimals);
+    return rounded_text(checked(value, decimals, CheckSize::digits, *by_), written, decimals);
   }
 
   // Empty if a number stays as it is written, or is not written.
@@ -349,7 +353,8 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
     for (size_t i = 0; i < point.numbers.size(); ++i)
       if (point.numbers[i].is_written())
         result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],
-                          beside[i], decimals_kept(program.dialect, point.kind, i), k});
+                          beside[i], decimals_kept(program.dialect, point.kind, i),
+                          moved_by_check(program.dialect, point.kind, i), k});
   }
   return result;
 }

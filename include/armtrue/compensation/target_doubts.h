@@ -18,10 +18,16 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
 /// Whether a tool looks as if it were given in m, as a sentence; empty if not.
 std::string doubt_of_tool(const std::string& name, const Pose& tool);
 
+/// The same of a table of targets: joint angles that look like radians, points like metres. `file`:
+/// its name.
+std::vector<std::string> doubts_of_table(const std::string& file, const Program& program,
+                                         const Robot& controller);
+
 /// Cartesian targets whose hints, the joint angles of the controller, contradict them: a base or a
 /// tool that is not stated, y with the other sign, another unit, another convention of angles, or
-/// hints of the row before. Each is named only if it makes all rows agree to 1 mm; hints that are
-/// only rough show nothing. A sentence; empty if there is none.
+/// hints of the row before. Each is named only if it makes all rows agree to 1 mm, a unit or a sign
+/// to 5 mm, because corrected targets lie as far from their hints; hints that are only rough show
+/// nothing. A sentence; empty if there is none.
 std::string contradiction_of_hints(const Program& program, const Robot& controller,
                                    const CompensationOptions& options);
 

@@ -177,6 +177,7 @@ struct NumberBeside {
   int component = 0;  ///< of the point; of joint angles counted on
   double written = 0, beside = 0;  ///< in the unit of the dialect
   int decimals = 0;                ///< that a correction of it has, or more
+  double moved = 0;                ///< by which its check digits may have moved it
   size_t target = 0;
 };
 
