@@ -17,8 +17,9 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kChanceOfStep = 1e-4;
-constexpr double kShareThatMatters = 0.25;  // of the squares
+// Visits that are no random sample of their pose's scatter look like a step more often than F says.
+constexpr double kChanceOfStep = 1e-8;
+constexpr double kShareThatMatters = 0.5;  // of the squares
 constexpr double kFewestInPart = 0.1;       // of the visits, on either side
 constexpr size_t kFewestPlaces = 2;         // of one, the arm itself may have moved
 

@@ -131,9 +131,8 @@ bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
 }
 
 std::optional<Corrector> corrector_of(const PathFile& file) {
-  for (const std::string& column : kCommandColumns)
-    if (std::ranges::find(file.columns, column) != file.columns.end())
-      return Corrector::compensate;
+  if (std::ranges::find(file.columns, kCommandColumns.front()) != file.columns.end())
+    return Corrector::compensate;
   CheckDigits commands(CheckSize::digits, Corrector::compensate),
       mirrored(CheckSize::digits, Corrector::mirror), rounded(CheckSize::half, Corrector::mirror);
   for (const double coordinate : file.path.position.reshaped()) {

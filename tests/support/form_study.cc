@@ -2,7 +2,9 @@
 // Each cell of the grid prints the bias of `rms` and the coverage of its 95 % interval; both bounds
 // that the method promises are judged, and the exit code is 1 if a cell breaks one.
 //
-//     form_study [RUNS PER CELL] [SEED]
+//     form_study [RUNS PER CELL] [SEED] [OFFSET_MM NOISE_MM PERIOD_MS PASSES]
+//
+// Of 1000 runs a coverage of 95 % scatters by 0.7 %.
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +33,8 @@ Path line() {
   for (Eigen::Index i = 0; i < kSamples; ++i) path.position(0, i) = way(path.time[i]);
   return path;
 }
+
+bool is(double value, double wanted) { return std::abs(value - wanted) < 1e-9; }
 
 // One sample in a hundred is lost.
 Path record(std::mt19937_64& random, double offset, double noise, double period) {
@@ -61,6 +65,10 @@ int main(int argc, char** argv) {
     for (const double noise : {0.02e-3, 0.05e-3, 0.1e-3})
       for (const double period : {0.004, 0.008, 0.016, 0.032, 0.064})
         for (int passes = 1; passes <= 3; ++passes) {
+          if (argc > 6 && !(is(offset, 1e-3 * std::atof(argv[3])) &&
+                            is(noise, 1e-3 * std::atof(argv[4])) &&
+                            is(period, 1e-3 * std::atof(argv[5])) && passes == std::atoi(argv[6])))
+            continue;
           double sum = 0;
           int covered = 0;
           for (int k = 0; k < runs; ++k) {
