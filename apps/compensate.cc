@@ -264,10 +264,13 @@ void refuse_corrected(const std::string& source, const std::optional<RoundWhereR
 void warn_of_targets(app::Command& command, const Arguments& arguments, const Robot& controller,
                      const std::optional<RobotProgram>& program, const ProgramFile& file) {
   app::warn_of_tool(command, arguments);
-  for (const std::string& doubt :
-       program ? doubts_of_program(*program, compensation_options(arguments, controller),
-                                   !arguments.tool.empty())
-               : doubts_of_table(file.source, file.program, controller))
+  if (!program) {
+    if (const std::string doubt = doubt_of_table(file.source, file.program); !doubt.empty())
+      command.warn(doubt);
+    return;
+  }
+  for (const std::string& doubt : doubts_of_program(
+           *program, compensation_options(arguments, controller), !arguments.tool.empty()))
     command.warn(doubt);
 }
 

@@ -12,7 +12,6 @@
 #include <string>
 
 #include "armtrue/kinematics/evaluator.h"
-#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -45,14 +44,6 @@ bool looks_like_radians(std::span<const double> degrees) {
   return largest_of(degrees) < kTurn && std::ranges::count_if(degrees, is_fraction) >= kBent;
 }
 
-// `most`: the largest angle, as degrees.
-std::string doubt_of_radians(const std::string& file, int line, double most) {
-  return fmt::format(
-      "{}:{}: all joint angles of the program lie within {:.3g} deg of zero: are these radians? "
-      "Its controller counts degrees",
-      file, line, most);
-}
-
 // `farthest`: the largest coordinate [m].
 std::string doubt_of_metres(const std::string& file, int line, int points, double farthest) {
   return fmt::format(
@@ -80,7 +71,11 @@ void check_joints(const RobotProgram& program, std::vector<std::string>& doubts)
     }
     if (!small && looks_like_radians(values)) small = &target;
   }
-  if (small && most < kTurn) doubts.push_back(doubt_of_radians(file, small->line, most));
+  if (small && most < kTurn)
+    doubts.push_back(fmt::format(
+        "{}:{}: all joint angles of the program lie within {:.3g} deg of zero: are these radians? "
+        "Its controller counts degrees",
+        file, small->line, most));
 }
 
 void check_points(const RobotProgram& program, std::vector<std::string>& doubts) {
@@ -183,28 +178,13 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
   return doubts;
 }
 
-std::vector<std::string> doubts_of_table(const std::string& file, const Program& program,
-                                         const Robot& controller) {
-  std::vector<std::string> doubts;
-  const Campaign& visits = program.visits;
-  const std::vector<JointName> names = joint_names(controller.chain);
-  std::optional<size_t> small;
-  double most = 0, farthest = 0;
-  for (size_t row = 0; row < visits.q.size() && !program.is_cartesian(); ++row) {
-    std::vector<double> degrees;
-    for (size_t j = 0; j < names.size(); ++j)
-      if (!names[j].is_length)
-        degrees.push_back(visits.q[row][static_cast<Eigen::Index>(j)] / kDegree);
-    most = std::max(most, largest_of(degrees));
-    if (!small && looks_like_radians(degrees)) small = row;
-  }
-  if (small && most < kTurn) doubts.push_back(doubt_of_radians(file, visits.line[*small], most));
+std::string doubt_of_table(const std::string& file, const Program& program) {
+  double farthest = 0;
   for (const Pose& pose : program.poses)
     farthest = std::max(farthest, pose.translation.cwiseAbs().maxCoeff());
-  if (program.poses.size() > 1 && farthest > 0 && farthest < kSmallestPart)
-    doubts.push_back(doubt_of_metres(file, visits.line.front(),
-                                     static_cast<int>(program.poses.size()), farthest));
-  return doubts;
+  if (program.poses.size() < 2 || farthest == 0 || farthest >= kSmallestPart) return "";
+  return doubt_of_metres(file, program.visits.line.front(),
+                         static_cast<int>(program.poses.size()), farthest);
 }
 
 std::string contradiction_of_hints(const Program& program, const Robot& controller,

@@ -234,15 +234,18 @@ def poses_of_targets(change, *more):
                     "--summary", "summary.yaml", "-o", "commands.csv", *more)
 
 
-def commands_again(columns, factor, ending, source="targets.csv"):
+def commands_again(columns, factor, ending, source="targets.csv", decimals=None):
     """The commands for a table of targets as another one, without the columns of compensate and in another unit."""
+    number = lambda value: repr(value) if decimals is None else f"{value:.{decimals}f}"
     def arguments():
         make("compensate", "-q", "--robot", "calibrated.yaml", "--controller", ROBOT, source, "-o", "first-commands.csv")
         kept = rows(source)[0].keys()
         change = lambda row: {c[:c.rindex("_")] + ending if c in columns else c:
-                              repr(float(row[c]) * factor) if c in columns else row[c] for c in kept}
+                              number(float(row[c]) * (factor if c in columns else 1)) if c != "pose" else row[c]
+                              for c in kept}
         written("commands-again.csv", [change(row) for row in rows("first-commands.csv")])
-        return ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, "commands-again.csv", "--max-mm", 1e4)
+        return ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, "commands-again.csv", "--max-mm", 1e4,
+                "--summary", "summary.yaml")
     return arguments
 
 
@@ -552,7 +555,6 @@ TABLE = {
     "targets in m": (poses_of_targets(scale(POINT, 1e-3)), 0, "if the file gives x_mm, y_mm, z_mm in m"),
     "a and c of the targets exchanged": (poses_of_targets(exchange("a_deg", "c_deg")), 0,
                                          "reach their places, but not with their a_deg"),
-    "joint targets in rad": (targets(scale(JOINTS, math.pi / 180)), 0, "are these radians?"),
     "targets in m without hints": (poses_of_targets(in_turn(without(*JOINTS), scale(POINT, 1e-3)), "--start=0,-90,90,0,0,0"),
                                    0, "are they in m?"),
     "commands in rad as targets": (commands_again(JOINTS, math.pi / 180, "_rad"), 1, "those that compensate writes"),
@@ -560,6 +562,10 @@ TABLE = {
     "commands in inches as targets": (commands_again(POINT, 1 / 25.4, "_mm", "poses.csv"), 1,
                                       "those that compensate writes"),
     "commands in rad, called deg, as targets": (commands_again(JOINTS, math.pi / 180, "_deg"), 1, "taken as radians"),
+    "rounded commands in m, called mm, beside their hints": (
+        commands_again(POINT, 1e-3, "_mm", "poses.csv", 6), 0, "if the file gives x_mm, y_mm, z_mm in m"),
+    "rounded commands in inches, called mm, beside their hints": (
+        commands_again(POINT, 1 / 25.4, "_mm", "poses.csv", 6), 0, "if the file gives x_mm, y_mm, z_mm in inches"),
     "tool of targets in m": (targets(each(lambda r: None), "--tool", "0,0,0.15,0,0,0"), 0, "is it in m?"),
     # robot programs of compensate
     "program without a tool": (krl(START, *NEXT, tool=None), 0, "no $TOOL stands before this move"),

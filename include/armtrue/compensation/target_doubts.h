@@ -18,10 +18,9 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
 /// Whether a tool looks as if it were given in m, as a sentence; empty if not.
 std::string doubt_of_tool(const std::string& name, const Pose& tool);
 
-/// The same of a table of targets: joint angles that look like radians, points like metres. `file`:
-/// its name.
-std::vector<std::string> doubts_of_table(const std::string& file, const Program& program,
-                                         const Robot& controller);
+/// Whether the poses of a table of targets look as if they were given in m, as a sentence with the
+/// name of its file; empty if not.
+std::string doubt_of_table(const std::string& file, const Program& program);
 
 /// Cartesian targets whose hints, the joint angles of the controller, contradict them: a base or a
 /// tool that is not stated, y with the other sign, another unit, another convention of angles, or
