@@ -129,12 +129,17 @@ auto about_file(const std::string& file, const Work& work) {
 std::optional<PathFigures> path_figures_of(app::Command& command, const Arguments& arguments) {
   if (arguments.path.empty()) return std::nullopt;
   const PathFile commanded = command.read_path(arguments.path);
+  app::refuse_corrected(commanded,
+                        "the path as it should be as --path: AT is the distance of the tool from "
+                        "that, not from what the controller was told");
   std::vector<PathFile> passes;
   for (const std::string& file : arguments.passes) passes.push_back(command.read_path(file));
   std::vector<const PathFile*> all{&commanded};
   for (const PathFile& pass : passes) all.push_back(&pass);
+  for (const PathFile& pass : passes) app::refuse_corrected(pass, "what the instrument recorded");
   app::warn_of_the_same(command, all);
   app::warn_of_computed(command, commanded, passes);
+  app::warn_of_copied(command, commanded, passes);
   std::vector<Path> paths;
   for (const PathFile& pass : passes) paths.push_back(pass.path);
   ClockOptions clock;

@@ -267,9 +267,13 @@ void warn_of_station(app::Command& command, const std::vector<std::string>& not_
 }
 
 void warn_of_targets(app::Command& command, const Arguments& arguments, const Robot& controller,
-                     const RobotProgram* program) {
+                     const RobotProgram* program, const ProgramFile& file) {
   app::warn_of_tool(command, arguments);
-  if (!program) return;
+  if (!program) {
+    if (const std::string doubt = doubt_of_table(file.source, file.program); !doubt.empty())
+      command.warn(doubt);
+    return;
+  }
   for (const std::string& doubt : doubts_of_program(
            *program, compensation_options(arguments, controller), !arguments.tool.empty()))
     command.warn(doubt);
@@ -287,7 +291,7 @@ DividedProgram correct(app::Command& command, const app::Models& models,
                        const RobotProgram* program, const ProgramJoints& joints,
                        ProgramFile& file, const Arguments& arguments) {
   const Robot &robot = models.robot, &controller = models.controller;
-  warn_of_targets(command, arguments, controller, program);
+  warn_of_targets(command, arguments, controller, program, file);
   if (file.program.is_cartesian() ||
       (!program && command_kind(arguments, file.program) == CommandKind::cartesian))
     app::require_flange(controller, arguments);

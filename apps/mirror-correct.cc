@@ -213,15 +213,6 @@ std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>
   });
 }
 
-// A path that this command wrote is no programmed path, and no record.
-void refuse_corrected(const PathFile& path, const std::string& instead) {
-  if (path.is_corrected)
-    throw InputError(path.source +
-                     ": the last digits of its positions are those that mirror-correct writes: it "
-                     "is a corrected path; give " +
-                     instead + ", and this path as --previous if the passes ran it");
-}
-
 // The files of one run.
 struct Inputs {
   PathFile programmed;
@@ -241,19 +232,22 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
   std::optional<RobotFile> robot;
   if (!arguments.robot.empty()) inputs.robot = robot.emplace(read_robot(arguments.robot)).robot;
   inputs.programmed = command.read_path(arguments.programmed, KeepRows::yes, inputs.robot);
-  refuse_corrected(inputs.programmed, "the path as it should be as --programmed");
+  constexpr const char* kAsPrevious = ", and this path as --previous if the passes ran it";
+  app::refuse_corrected(inputs.programmed, "the path as it should be as --programmed", kAsPrevious);
   if (robot) command.add_robot_to_inputs(*robot);
   inputs.about = app::read_about(command, arguments.page);
   inputs.passes = read_passes(command, arguments.measured, inputs.robot);
   inputs.earlier = read_passes(command, arguments.before, inputs.robot);
   for (const std::vector<PathFile>* passes : {&inputs.passes, &inputs.earlier})
-    for (const PathFile& pass : *passes) refuse_corrected(pass, "what the instrument recorded");
+    for (const PathFile& pass : *passes)
+      app::refuse_corrected(pass, "what the instrument recorded", kAsPrevious);
   std::vector<const PathFile*> all = {&inputs.programmed};
   for (const PathFile& pass : inputs.passes) all.push_back(&pass);
   for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
   app::warn_of_the_same(command, all);
   app::warn_of_computed(command, inputs.programmed, inputs.passes);
   app::warn_of_computed(command, inputs.programmed, inputs.earlier);
+  app::warn_of_copied(command, inputs.programmed, inputs.passes);
   if (arguments.previous.empty() && !arguments.before.empty())
     command.warn(
         "--before names passes before a correction, and --previous does not name the correction "

@@ -10,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "armtrue/campaign/heaviest_payload.h"
 #include "armtrue/text/number_text.h"
 #include "option_text.h"
 
@@ -66,8 +67,8 @@ Check not_below_zero() {
 }
 
 Check payload_of_arm() {
-  return number_check([](double value) { return value >= 0 && value <= 1e4; },
-                      "a payload in kg, from 0 to 10000");
+  return number_check([](double value) { return value >= 0 && value <= kHeaviestPayload; },
+                      fmt::format("a payload in kg, from 0 to {:g}", kHeaviestPayload));
 }
 
 Check temperature_of_arm() {

@@ -76,6 +76,15 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         record.source, (doubts.rigid->before - doubts.rigid->after) / kMillimetre,
         doubts.rigid->before / kMillimetre, doubts.rigid->moved / kMillimetre,
         doubts.rigid->turned / kDegree));
+  if (doubts.turned)
+    command.warn(fmt::format(
+        "{}: the record is turned by {:.3g} deg about the part: along the path it lies {:.3g} mm "
+        "(median) {}, where the tool stands too, as neither its clock nor a lag of the arm leaves "
+        "it. Each correction stands as far from its place; give --fit-frame, or measure the frame "
+        "of the instrument again",
+        record.source, doubts.turned->turned / kDegree,
+        std::abs(doubts.turned->along) / kMillimetre,
+        doubts.turned->along > 0 ? "ahead" : "behind"));
   if (doubts.unfollowed)
     command.warn(fmt::format(
         "{}:{}: from here to line {} the program bends by {:.3g} mm (rms), and the record follows "
@@ -160,6 +169,33 @@ void warn_of_the_same(Command& command, const std::vector<const PathFile*>& file
       if (files[i]->sha256 == files[k]->sha256)
         command.warn(files[i]->source + " holds the same as " + files[k]->source +
                      " and is taken for a pass of its own; name the program and each record once");
+}
+
+void warn_of_copied(Command& command, const PathFile& programmed,
+                    const std::vector<PathFile>& records) {
+  for (const PathFile& record : records) {
+    std::string names;
+    for (const Eigen::Index axis : find_copied_coordinates(programmed.path, record.path))
+      names += (names.empty() ? "" : " and ") + record.columns[static_cast<size_t>(
+                                                    record.position[static_cast<size_t>(axis)].column)];
+    if (!names.empty())
+      command.warn(fmt::format(
+          "{}: {}: no noise at all, but one value, or those of {} to the last digit, in all {} "
+          "samples, so it was not measured. The deviation along it is that of no tool; give what "
+          "the instrument recorded",
+          record.source, names, programmed.source, record.path.samples()));
+  }
+}
+
+void refuse_corrected(const PathFile& path, const std::string& instead,
+                      const std::string& of_mirror) {
+  if (!path.corrected_by) return;
+  const bool is_mirror = *path.corrected_by == Corrector::mirror;
+  throw InputError(fmt::format(
+      "{}: the last digits of its positions are those that {} writes: it is a corrected path; give "
+      "{}{}",
+      path.source, is_mirror ? "mirror-correct" : "compensate", instead,
+      is_mirror ? of_mirror : ""));
 }
 
 void warn_of_computed(Command& command, const PathFile& programmed,

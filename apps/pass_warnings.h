@@ -14,9 +14,18 @@ namespace armtrue::app {
 
 void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files);
 
+/// Throws InputError if the path has the marks of a correction: it is neither a path as it should
+/// be nor a record. `instead`: what belongs there; `of_mirror`: what else, if mirror-correct wrote it.
+void refuse_corrected(const PathFile& path, const std::string& instead,
+                      const std::string& of_mirror = "");
+
 /// Of records that no instrument made, such as a corrected path.
 void warn_of_computed(Command& command, const PathFile& programmed,
                       const std::vector<PathFile>& records);
+
+/// Of coordinates of records that were not measured.
+void warn_of_copied(Command& command, const PathFile& programmed,
+                    const std::vector<PathFile>& records);
 
 void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSample>& bad);
 

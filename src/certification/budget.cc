@@ -9,7 +9,7 @@
 namespace armtrue {
 
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
-                 const std::optional<double>& model) {
+                 const std::optional<double>& model, double too_high) {
   const double root = std::sqrt(static_cast<double>(visits));
   const double noise = stated.noise.value_or(0);
   const double repeats =
@@ -26,6 +26,8 @@ Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int vi
        stated.temperature_half_width * stated.expansion * stated.length / std::sqrt(3)});
   if (model) budget.rows.push_back({"model of the robot", "normal", *model});
   budget.rows.push_back({"repeatability", "normal", repeats});
+  if (too_high > 0)
+    budget.rows.push_back({"largest of many planes", "rectangular", too_high / std::sqrt(3)});
   double squares = 0;
   for (const BudgetRow& row : budget.rows) squares += row.standard * row.standard;
   budget.combined = std::sqrt(squares);

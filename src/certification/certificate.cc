@@ -202,7 +202,8 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   certificate.path = options.path;
   if (certificate.path) {
     certificate.path_budget = budget_of(about.stated, certificate.path->scatter,
-                                        certificate.path->passes, range, std::nullopt);
+                                        certificate.path->passes, range, std::nullopt,
+                                        certificate.path->at_of_scatter);
     add_notes_on_path(*certificate.path, certificate);
   }
   certificate.poses = std::move(found.poses);

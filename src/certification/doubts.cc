@@ -15,6 +15,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
+#include "certification/visit_step.h"
 
 namespace armtrue {
 namespace {
@@ -233,6 +234,7 @@ std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& ca
   const auto copies = find_copies(campaign, places);
   add(copies);
   add(find_nests(robot, campaign, evaluation, places));
+  add(find_visit_step(robot, campaign, evaluation, places));
   if (noise && !copies)
     add(contradiction_of_noise(*noise, scatter_of(figures_of(campaign, evaluation).poses)));
   return doubts;

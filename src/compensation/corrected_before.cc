@@ -29,17 +29,32 @@ int decimals_of(double value) {
   return decimals;
 }
 
-// By how much a number may be off by rounding: of a correction with its decimals, or with the most
-// that are left of them. One alone may be shorter, because zeros were taken from its end.
-std::vector<double> roundings(const std::vector<NumberBeside>& numbers, double least) {
-  std::map<int, int> longest;  // by the decimals of a correction
+// By how much a number may be off: by rounding, of a correction with its decimals, or with the most
+// that are left of them, and by its check digits. One alone may be shorter, because zeros were taken
+// from its end. `other_unit`: that of the numbers in another one in which they may be rounded.
+std::vector<double> roundings(const std::vector<NumberBeside>& numbers, double least,
+                              double other_unit) {
+  constexpr double kHalf = 0.6;  // of a step, and what the other numbers of the point add
+  struct Longest {
+    int decimals = 0, of_other_unit = 0;
+  };
+  std::map<int, Longest> longest;  // by the decimals of a correction
   for (const NumberBeside& number : numbers) {
-    int& most = longest[number.decimals];
-    most = std::max(most, std::min(number.decimals, decimals_of(number.written)));
+    Longest& most = longest[number.decimals];
+    most.decimals = std::max(most.decimals,
+                             std::min(number.decimals, decimals_of(number.written)));
+    most.of_other_unit =
+        std::max(most.of_other_unit, decimals_of(number.written * other_unit));
   }
   std::vector<double> result;
-  for (const NumberBeside& number : numbers)
-    result.push_back(std::max(grid_step(longest[number.decimals]), least));
+  for (const NumberBeside& number : numbers) {
+    const Longest& most = longest[number.decimals];
+    const double step =
+        std::max(grid_step(most.decimals), most.of_other_unit < kMostDecimals
+                                               ? grid_step(most.of_other_unit) / other_unit
+                                               : 0);
+    result.push_back(std::max(kHalf * step + number.moved, least));
+  }
   return result;
 }
 
@@ -88,10 +103,11 @@ std::vector<NumberBeside> some_of(const std::vector<NumberBeside>& numbers) {
 }
 
 // `least`: exactness of the joint angles that compensate() finds, in the unit of the numbers.
-std::optional<RoundWhereReached> find_round(const std::vector<NumberBeside>& all, double least) {
-  constexpr double kChance = 1e-10;  // of one grid: a program in a billion
+std::optional<RoundWhereReached> find_round(const std::vector<NumberBeside>& all, double least,
+                                            double other_unit = 1) {
+  constexpr double kChance = 1e-8;  // of one grid: a file in a million
   const std::vector<NumberBeside> numbers = some_of(all);
-  const std::vector<double> rounding = roundings(numbers, least);
+  const std::vector<double> rounding = roundings(numbers, least, other_unit);
   std::optional<RoundOnGrid> best;
   for (int decimals = -1; decimals < kMostDecimals; ++decimals) {
     const RoundOnGrid grid(numbers, rounding, decimals);
@@ -125,22 +141,21 @@ std::optional<RoundWhereReached> find_round_where_reached(
                           reached = abc_from_rotation(target.reached.rotation) / kDegree;
     for (int i = 0; i < 3; ++i) {
       lengths.push_back({i, target.intended.translation[i] / kMillimetre,
-                         target.reached.translation[i] / kMillimetre, kLengths, row});
-      angles.push_back({i, written[i], reached[i], kAngles, row});
+                         target.reached.translation[i] / kMillimetre, kLengths, 0, row});
+      angles.push_back({i, written[i], reached[i], kAngles, 0, row});
     }
     for (size_t j = 0; j < names.size(); ++j) {
       const auto at = static_cast<Eigen::Index>(j);
       (names[j].is_length ? joint_lengths : joint_angles)
           .push_back({static_cast<int>(j), target.programmed[at] / names[j].si(),
                       target.reached_q[at] / names[j].si(),
-                      names[j].is_length ? kLengths : kAngles, row});
+                      names[j].is_length ? kLengths : kAngles, 0, row});
     }
   }
-  for (const auto& [numbers, exact] : {std::pair(&lengths, kExactLength),
-                                       std::pair(&angles, kExactAngle),
-                                       std::pair(&joint_lengths, kExactLength),
-                                       std::pair(&joint_angles, kExactAngle)})
-    if (const auto found = find_round(*numbers, exact)) return found;
+  for (const std::vector<NumberBeside>* numbers : {&lengths, &joint_lengths})
+    if (const auto found = find_round(*numbers, kExactLength)) return found;
+  for (const std::vector<NumberBeside>* numbers : {&angles, &joint_angles})
+    if (const auto found = find_round(*numbers, kExactAngle, kDegree)) return found;
   return std::nullopt;
 }
 

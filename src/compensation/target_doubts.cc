@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <ranges>
 #include <span>
@@ -18,7 +17,6 @@
 namespace armtrue {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 // The flange is no tool, and no tool reaches as little beyond it.
 constexpr double kShortestTool = 1e-3;  // m
 constexpr double kSmallestPart = 3e-3;  // m, about the origin of its frame: a part of 3 m in m
@@ -44,6 +42,14 @@ bool looks_like_radians(std::span<const double> degrees) {
     return std::abs(value * kHalf - std::round(value * kHalf)) > kExact;
   };
   return largest_of(degrees) < kTurn && std::ranges::count_if(degrees, is_fraction) >= kBent;
+}
+
+// `farthest`: the largest coordinate [m].
+std::string doubt_of_metres(const std::string& file, int line, int points, double farthest) {
+  return fmt::format(
+      "{}:{}: all {} points lie within {:.3g} mm of the origin of their frame: are they in m? "
+      "Its controller counts mm",
+      file, line, points, farthest / kMillimetre);
 }
 
 void check_joints(const RobotProgram& program, std::vector<std::string>& doubts) {
@@ -93,10 +99,7 @@ void check_points(const RobotProgram& program, std::vector<std::string>& doubts)
     farthest = std::max(farthest, target.pose.translation.cwiseAbs().maxCoeff());
   }
   if (points > 1 && farthest > 0 && farthest < kSmallestPart)
-    doubts.push_back(fmt::format(
-        "{}:{}: all {} points lie within {:.3g} mm of the origin of their frame: are they in m? "
-        "Its controller counts mm",
-        file, line, points, farthest / kMillimetre));
+    doubts.push_back(doubt_of_metres(file, line, points, farthest));
 }
 
 void check_tools(const RobotProgram& program, const CompensationOptions& options, bool has_tool,
@@ -175,6 +178,15 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
   return doubts;
 }
 
+std::string doubt_of_table(const std::string& file, const Program& program) {
+  double farthest = 0;
+  for (const Pose& pose : program.poses)
+    farthest = std::max(farthest, pose.translation.cwiseAbs().maxCoeff());
+  if (program.poses.size() < 2 || farthest == 0 || farthest >= kSmallestPart) return "";
+  return doubt_of_metres(file, program.visits.line.front(),
+                         static_cast<int>(program.poses.size()), farthest);
+}
+
 std::string contradiction_of_hints(const Program& program, const Robot& controller,
                                    const CompensationOptions& options) {
   constexpr size_t kFewestRows = 4;
@@ -191,19 +203,17 @@ std::string contradiction_of_hints(const Program& program, const Robot& controll
     hinted.push_back(last.back() * options.tool);
   }
   const auto target = [&](size_t row) { return options.base * program.poses[row]; };
-  const auto all = [&](const auto& agrees) {
-    for (size_t row = 0; row < rows; ++row)
-      if (!agrees(row)) return false;
-    return true;
-  };
-  const auto places_agree = [&](const Eigen::Vector3d& factors) {
-    return all([&](size_t row) {
+  // The largest distance of a place from its hint, with factors on its coordinates.
+  const auto farthest = [&](const Eigen::Vector3d& factors) {
+    double most = 0;
+    for (size_t row = 0; row < rows; ++row) {
       const Pose changed{program.poses[row].rotation,
                          factors.cwiseProduct(program.poses[row].translation)};
-      return is_same_place(options.base * changed, hinted[row]);
-    });
+      most = std::max(most, ((options.base * changed).translation - hinted[row].translation).norm());
+    }
+    return most;
   };
-  if (places_agree({1, 1, 1})) {
+  if (farthest({1, 1, 1}) < kSamePlace) {
     size_t turned = 0;
     for (size_t row = 0; row < rows; ++row)
       turned += rotation_log(target(row).rotation.transpose() * hinted[row].rotation).norm() >
@@ -241,8 +251,10 @@ std::string contradiction_of_hints(const Program& program, const Robot& controll
                                Factors{{1, 1, -1}, "z_mm with the other sign"},
                                Factors{{1000, 1000, 1000}, "x_mm, y_mm, z_mm in m"},
                                Factors{{25.4, 25.4, 25.4}, "x_mm, y_mm, z_mm in inches"}})
-    if (places_agree(other.factors))
-      return contradict + ", and at each of them if the file gives " + other.words + ": correct it";
+    if (const double left = farthest(other.factors); left < kElsewhere)
+      return contradict +
+             fmt::format(", and within {:.2g} mm at each of them if the file gives {}: correct it",
+                         left / kMillimetre, other.words);
   for (const size_t late : {size_t{1}, rows - 1})
     if (std::ranges::count_if(std::views::iota(size_t{0}, rows), [&](size_t row) {
           return is_same_place(target(row), hinted[(row + late) % rows]);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "armtrue/campaign/heaviest_payload.h"
 #include "io/joint_columns.h"
 
 namespace armtrue {
@@ -9,7 +10,6 @@ namespace {
 
 constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr double kHottest = 1000;          // deg C: more is the code of a sensor that is not there
-constexpr double kHeaviest = 2500;         // kg: the strongest arms carry 2300
 
 }  // namespace
 
@@ -48,7 +48,7 @@ void ContextColumns::read(const CsvTable& table, Campaign& campaign) const {
     campaign.payload_kg.push_back(table.number(*payload_));
     if (campaign.payload_kg.back() < 0)
       table.fail(*payload_, table.quoted(*payload_) + " is below zero; a payload is a mass");
-    if (campaign.payload_kg.back() > kHeaviest)
+    if (campaign.payload_kg.back() > kHeaviestPayload)
       table.fail(*payload_,
                  table.quoted(*payload_) + " is more than any arm carries; give it in kg");
   }

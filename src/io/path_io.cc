@@ -10,6 +10,7 @@
 #include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/compensation_columns.h"
 #include "io/csv_cell.h"
 #include "io/csv_table.h"
 #include "io/joint_columns.h"
@@ -24,6 +25,7 @@ constexpr char kBetweenCells = '\x1f';
 using Quantity = CsvTable::Quantity;
 constexpr double kNanometre = 1e-9;
 constexpr int kPathDecimals = 8;  // of a corrected mm: a nanometre, and two check digits
+constexpr int kRounded = 3;       // decimals of a mm that show it if the others are lost
 
 std::optional<Quantity> find_plain(const CsvTable& table, const std::string& name) {
   if (const auto column = table.find(name)) return Quantity{*column, 1.0};
@@ -128,6 +130,22 @@ bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
              "three for a lost sample");
 }
 
+std::optional<Corrector> corrector_of(const PathFile& file) {
+  if (std::ranges::find(file.columns, kCommandColumns.front()) != file.columns.end())
+    return Corrector::compensate;
+  CheckDigits commands(CheckSize::digits, Corrector::compensate),
+      mirrored(CheckSize::digits, Corrector::mirror), rounded(CheckSize::half, Corrector::mirror);
+  for (const double coordinate : file.path.position.reshaped()) {
+    const double mm = coordinate / kMillimetre;
+    commands.add(mm, command_decimals(kMillimetre) + kCheckDecimals);
+    mirrored.add(mm, kPathDecimals);
+    rounded.add_rounded(mm, kRounded);
+  }
+  if (commands.are_found()) return Corrector::compensate;
+  if (mirrored.are_found() || rounded.are_found()) return Corrector::mirror;
+  return std::nullopt;
+}
+
 }  // namespace
 
 PathFile read_path(const std::string& file, KeepRows keep, const std::vector<JointName>& joints) {
@@ -188,10 +206,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   result.path.force = force.matrix<Eigen::Matrix3Xd>(3);
   result.path.q = q.matrix<JointMatrix>(static_cast<Eigen::Index>(joints.size()));
   result.sha256 = source.sha256();
-  CheckDigits digits(CheckSize::digits, Corrector::mirror);
-  for (const double coordinate : result.path.position.reshaped())
-    digits.add(coordinate / kMillimetre, kPathDecimals);
-  result.is_corrected = digits.are_found();
+  result.corrected_by = corrector_of(result);
   return result;
 }
 
@@ -237,7 +252,9 @@ std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& positi
       } else {
         const double unit = file.position[axis].unit;
         const int decimals = unit == kMillimetre ? kPathDecimals : kPathDecimals + 3;
-        const double value = position(axis, i) / unit;
+        const double value = checked_if_rounded(position(axis, i) / unit,
+                                                unit == kMillimetre ? kRounded : kRounded + 3,
+                                                CheckSize::half, Corrector::mirror);
         text += decimal_text(checked(value, decimals, CheckSize::digits, Corrector::mirror),
                              decimals);
       }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -50,20 +52,41 @@ class ProgramReader {
 
   // The columns may have other names, or stand in another file.
   void refuse_corrections() const {
-    CheckDigits digits(CheckSize::digits, Corrector::compensate);
-    const auto add = [&](double si, double unit) {
-      digits.add(si / unit, command_decimals(unit) + kCheckDecimals);
+    struct Written {
+      double unit;    // of what compensate wrote, in SI
+      int decimals;
+      const char* as;  // if the file has another unit
+      CheckDigits digits{CheckSize::digits, Corrector::compensate};
+    };
+    constexpr double kInch = 25.4 * kMillimetre;
+    const int mm = command_decimals(kMillimetre) + kCheckDecimals,
+              deg = command_decimals(kDegree) + kCheckDecimals,
+              rad = command_decimals(1) + kCheckDecimals;
+    // Lengths in m have the same digits. The last ones: a column whose name tells another unit.
+    std::vector<Written> lengths{{kMillimetre, mm, ""},
+                                 {kMillimetre * kMillimetre, mm, ", taken as m"},
+                                 {kMillimetre / kInch * kMillimetre, mm, ", taken as inches"}},
+        angles{{kDegree, deg, ""},
+               {1, rad, ", taken in rad"},
+               {kDegree * kDegree, deg, ", taken as radians"},
+               {kDegree, rad, ", taken as radians"},
+               {1, deg, ", taken as degrees"}};
+    const auto add = [&](double si, bool is_length) {
+      for (Written& written : is_length ? lengths : angles)
+        written.digits.add(si / written.unit, written.decimals);
     };
     for (const JointVector& q : file_.program.visits.q)
       for (size_t j = 0; has_joints_ && j < file_.q.size(); ++j)
-        add(q[static_cast<Eigen::Index>(j)], file_.q[j].unit);
+        add(q[static_cast<Eigen::Index>(j)], file_.joints[j].is_length);
     for (const std::array<double, 6>& pose : poses_)
-      for (size_t i = 0; i < pose.size(); ++i) add(pose[i], file_.pose[i].unit);
-    if (digits.are_found())
-      throw InputError(
-          file_.source +
-          ": the last digits of its targets are those that compensate writes: they are corrected "
-          "already; corrected twice, they would be wrong: give the original ones");
+      for (size_t i = 0; i < pose.size(); ++i) add(pose[i], i < 3);
+    for (const std::vector<Written>* all : {&lengths, &angles})
+      for (const Written& written : *all)
+        if (written.digits.are_found())
+          throw InputError(fmt::format(
+              "{}: the last digits of its targets{} are those that compensate writes: they are "
+              "corrected already; corrected twice, they would be wrong: give the original ones",
+              file_.source, written.as));
   }
 
   void find_targets() {

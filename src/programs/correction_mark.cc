@@ -138,19 +138,20 @@ std::optional<CorrectionMark> find_correction_mark(const std::vector<ProgramText
 }
 
 bool has_check_digits(const RobotProgram& program, Corrector by) {
-  CheckDigits digits(CheckSize::digits, by), bits(CheckSize::bit, by);
+  CheckDigits digits(CheckSize::digits, by), rounded(CheckSize::quarter, by);
   for (const ProgramPoint& point : program.points)
     for (size_t i = 0; i < point.numbers.size(); ++i) {
       const ProgramNumber& number = point.numbers[i];
-      const auto check = number_check(program.dialect, point.kind, i);
-      if (!number.is_written() || !check) continue;
+      const NumberCheck check = number_check(program.dialect, point.kind, i);
+      if (!number.is_written()) continue;
+      if (check.rounded > 0) rounded.add_rounded(number.value, check.rounded);
+      if (check.decimals == 0) continue;
       std::string_view text = program.texts[static_cast<size_t>(number.text)].text;
       text = text.substr(number.begin, number.end - number.begin);
       const int written = written_decimals(text.substr(0, text.find_last_not_of('0') + 1));
-      (check->size == CheckSize::bit ? bits : digits)
-          .add(number.value, std::max(written, check->decimals));
+      digits.add(number.value, std::max(written, check.decimals));
     }
-  return digits.are_found() || bits.are_found();
+  return digits.are_found() || rounded.are_found();
 }
 
 }  // namespace armtrue

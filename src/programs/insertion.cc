@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -242,12 +243,23 @@ int decimals_kept(Dialect dialect, TargetKind kind, size_t component) {
   return 7;
 }
 
-std::optional<NumberCheck> number_check(Dialect dialect, TargetKind kind, size_t component) {
-  const int kept = decimals_kept(dialect, kind, component);
-  if (dialect != Dialect::fanuc) return NumberCheck{kept + 2, CheckSize::digits};
-  // There is no room for more decimals, and a thousandth of a degree moves the tool too far.
-  if (kind == TargetKind::cartesian && component < 3) return NumberCheck{kept, CheckSize::bit};
-  return std::nullopt;
+NumberCheck number_check(Dialect dialect, TargetKind kind, size_t component) {
+  // A micrometre and a thousandth of a degree, which turns the tool about its tip, or a microradian.
+  // The same of a joint moves the tool too far.
+  constexpr int kOfMillimetre = 3, kOfMetre = 6;
+  int rounded = dialect == Dialect::urscript ? kOfMetre : kOfMillimetre;
+  const bool is_quaternion = dialect == Dialect::rapid && component >= 3;
+  if (kind == TargetKind::joints || is_quaternion) rounded = 0;
+  if (dialect == Dialect::fanuc) return {0, rounded};  // an LS file has no more decimals
+  return {decimals_kept(dialect, kind, component) + 2, rounded};
+}
+
+double moved_by_check(Dialect dialect, TargetKind kind, size_t component) {
+  const NumberCheck check = number_check(dialect, kind, component);
+  double moved = 0;
+  if (check.decimals > 0) moved += std::pow(10.0, -decimals_kept(dialect, kind, component));
+  if (check.rounded > 0) moved += kMostMovedIfRounded * std::pow(10.0, -check.rounded);
+  return moved;
 }
 
 int moves_of(const std::vector<ProgramPointBetween>& between) {

@@ -11,12 +11,15 @@ namespace armtrue {
 /// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
 int decimals_kept(Dialect dialect, TargetKind kind, size_t component);
 
-/// Check digits of a changed number: how many decimals it has with them. Nothing if it has none.
+/// Check digits of a changed number.
 struct NumberCheck {
-  int decimals = 0;
-  CheckSize size = CheckSize::digits;
+  int decimals = 0;  ///< that it has with two of them at the end; 0: there is no room
+  int rounded = 0;   ///< decimals to which it may be rounded and is checked still; 0: none
 };
-std::optional<NumberCheck> number_check(Dialect dialect, TargetKind kind, size_t component);
+NumberCheck number_check(Dialect dialect, TargetKind kind, size_t component);
+
+/// The most by which check digits move a number, in its unit.
+double moved_by_check(Dialect dialect, TargetKind kind, size_t component);
 
 /// A point that a move gets for itself in place of a declared one.
 struct OwnPoint {

@@ -365,10 +365,13 @@ class Rewriter {
   // With at least so many decimals, and with check digits.
   std::string changed_text(const ProgramPoint& point, size_t i, double value, int at_least) const {
     const int kept = decimals_kept(program_.dialect, point.kind, i);
-    const auto check = number_check(program_.dialect, point.kind, i);
-    if (!check || !by_) return rounded_text(value, at_least, std::max(at_least, kept));
-    const int decimals = std::max(at_least, check->decimals);
-    return rounded_text(checked(value, decimals, check->size, *by_), at_least, decimals);
+    if (!by_) return rounded_text(value, at_least, std::max(at_least, kept));
+    const NumberCheck check = number_check(program_.dialect, point.kind, i);
+    if (check.rounded > 0)
+      value = checked_if_rounded(value, check.rounded, CheckSize::quarter, *by_);
+    if (check.decimals == 0) return rounded_text(value, at_least, std::max(at_least, kept));
+    const int decimals = std::max(at_least, check.decimals);
+    return rounded_text(checked(value, decimals, CheckSize::digits, *by_), at_least, decimals);
   }
 
   // An expression is written out whole, or stays.
@@ -452,7 +455,8 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
     for (size_t i = 0; i < point.numbers.size(); ++i)
       if (point.numbers[i].is_written())
         result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],
-                          beside[i], decimals_kept(program.dialect, point.kind, i), k});
+                          beside[i], decimals_kept(program.dialect, point.kind, i),
+                          moved_by_check(program.dialect, point.kind, i), k});
   }
   return result;
 }

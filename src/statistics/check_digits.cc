@@ -1,5 +1,6 @@
 #include "armtrue/statistics/check_digits.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -24,11 +25,18 @@ std::uint64_t mixed(std::uint64_t digits) {
 std::uint64_t base_of(CheckSize size) { return static_cast<std::uint64_t>(size); }
 
 // How many check digits there are.
-std::uint64_t checks(CheckSize size) { return size == CheckSize::bit ? 2 : 90; }
+std::uint64_t checks(CheckSize size) { return size == CheckSize::digits ? 90 : base_of(size); }
 
 std::uint64_t check_of(std::uint64_t before, CheckSize size, Corrector by) {
   const std::uint64_t check = mixed(2 * before + (by == Corrector::mirror)) % checks(size);
-  return size == CheckSize::bit ? check : check + check / 9 + 1;
+  return size == CheckSize::digits ? check + check / 9 + 1 : check;
+}
+
+// A number that ends with 0 has fewer decimals, and says nothing.
+bool says_nothing(std::uint64_t number) { return number % 10 == 0; }
+
+bool is_checked(std::uint64_t number, CheckSize size, Corrector by) {
+  return number % base_of(size) == check_of(number / base_of(size), size, by);
 }
 
 }  // namespace
@@ -46,20 +54,46 @@ double checked(double value, int decimals, CheckSize size, Corrector by) {
   return std::copysign(*nearest / std::pow(10.0, decimals), value);
 }
 
+double checked_if_rounded(double value, int decimals, CheckSize size, Corrector by) {
+  constexpr double kWithin = 1.0 / 3;  // of the last decimal: two check digits move it by 0.1
+  const double exact = digits_of(value, decimals);
+  if (!(exact < kMostDigits)) return value;
+  const auto rounded = static_cast<std::uint64_t>(std::round(exact));
+  if (says_nothing(rounded) || is_checked(rounded, size, by)) {
+    const auto middle = static_cast<double>(rounded);
+    return std::copysign(std::clamp(exact, middle - kWithin, middle + kWithin) /
+                             std::pow(10.0, decimals),
+                         value);
+  }
+  const double middle = digits_of(checked(value, decimals, size, by), decimals);
+  return std::copysign(std::clamp(exact, middle - kWithin, middle + kWithin) /
+                           std::pow(10.0, decimals),
+                       value);
+}
+
 void CheckDigits::add(double value, int decimals) {
-  constexpr size_t kMostNumbers = 10000;  // as many as show it
-  constexpr double kRounding = 0.05;      // of the last digit, of numbers read in another unit
+  constexpr double kRounding = 0.05;  // of the last digit, of numbers read in another unit
   const double exact = digits_of(value, decimals), digits = std::round(exact);
-  if (!(exact < kMostDigits) || std::abs(exact - digits) > kRounding) return;
+  if (std::abs(exact - digits) <= kRounding) add_digits(digits);
+}
+
+void CheckDigits::add_rounded(double value, int decimals) {
+  add_digits(std::round(digits_of(value, decimals)));
+}
+
+void CheckDigits::add_digits(double digits) {
+  constexpr size_t kMostNumbers = 10000;  // as many as show it
+  if (!(digits < kMostDigits)) return;
   const auto number = static_cast<std::uint64_t>(digits);
-  if (size_ == CheckSize::digits && number % 10 == 0) return;  // it has fewer decimals
+  if (says_nothing(number)) return;
   if (numbers_.size() == kMostNumbers || !numbers_.insert(number).second) return;
-  const std::uint64_t base = base_of(size_);
-  checked_ += number % base == check_of(number / base, size_, by_);
+  checked_ += is_checked(number, size_, by_);
 }
 
 bool CheckDigits::are_found() const {
-  constexpr double kChance = 1e-9;  // of a file of another origin
+  // A file is looked at for two correctors, in a few units and with two sizes: together one in a
+  // million.
+  constexpr double kChance = 1e-7;
   return checked_ > 0 &&
          binomial_at_least(checked_, static_cast<int>(numbers_.size()),
                            1.0 / static_cast<double>(checks(size_))) < kChance;

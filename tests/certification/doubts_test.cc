@@ -102,6 +102,30 @@ TEST(DoubtsOfVisits, RightCertificatesRaiseNone) {
   EXPECT_EQ(raised, 0);
 }
 
+// Of the reflector, along x of the tool; a drift of the same size is none. Ten cycles of five poses.
+TEST(DoubtsOfVisits, AStepBetweenTwoVisitsIsNamed) {
+  constexpr int kCycles = 10;
+  std::mt19937 random(2);
+  for (int k = 0; k < 30; ++k) {
+    Visits visits;
+    visits.add(random, 5, kCycles, 1e-8, [&](int visit, const Direction&) {
+      const double time = (visit + 0.5) / kCycles;
+      const double moved = k % 3 == 0 ? (time > 0.5 ? 0.3e-3 : 0)
+                                      : 0.3e-3 * (k % 3 == 1 ? time : 1 - std::exp(-5 * time));
+      return Eigen::Vector3d(normal3(random, Eigen::Vector3d::Constant(0.03e-3)) +
+                             moved * Eigen::Vector3d::UnitX());
+    });
+    for (int row = 0; row < visits.campaign.rows(); ++row)
+      visits.campaign.time_s.push_back(100 * (row % kCycles) + row / kCycles);
+    if (k % 3 == 0)
+      EXPECT_THAT(visits.doubts(),
+                  ElementsAre(testing::AllOf(HasSubstr("from t_s = 500 "),
+                                             HasSubstr("one motion of the reflector"))));
+    else
+      EXPECT_THAT(visits.doubts(), IsEmpty());
+  }
+}
+
 TEST(DoubtsOfVisits, TwoNestsAreNamedWithTheWayBetweenThem) {
   std::mt19937 random(2);
   Visits visits;

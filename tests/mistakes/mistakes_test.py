@@ -187,8 +187,20 @@ def since(source, calibrated="calibrated.yaml"):
     return lambda: ("trace-residual", "--since", calibrated, source)
 
 
-def certificate(source, robot="calibrated.yaml", more=()):
-    return lambda: ("certify", "--robot", robot, "--about", ABOUT, source, *more)
+def certificate(source, robot="calibrated.yaml", more=(), change=None):
+    return lambda: ("certify", "--robot", robot, "--about", ABOUT, changed(source, change) if change else source,
+                    *(word() if callable(word) else word for word in more))
+
+
+def reflector_moved(mm, where):
+    """Stands aside along y of the measured frame; y of it is the second column of Rz(a) Ry(b) Rx(c)."""
+    def change(row):
+        if not where(row):
+            return
+        (sa, ca), (sb, cb), (sc, cc) = ((math.sin(t), math.cos(t)) for t in (math.radians(float(row[c])) for c in ANGLES))
+        for column, part in zip(POINT, (ca * sb * sc - sa * cc, sa * sb * sc + ca * cc, cb * sc)):
+            row[column] = repr(float(row[column]) + mm * part)
+    return each(change)
 
 
 def targets(change, *more):
@@ -220,6 +232,21 @@ def poses_of_targets(change, *more):
     """Cartesian targets of the flange with the joint angles of the controller, with a mistake."""
     return lambda: ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, changed("poses.csv", change),
                     "--summary", "summary.yaml", "-o", "commands.csv", *more)
+
+
+def commands_again(columns, factor, ending, source="targets.csv", decimals=None):
+    """The commands for a table of targets as another one, without the columns of compensate and in another unit."""
+    number = lambda value: repr(value) if decimals is None else f"{value:.{decimals}f}"
+    def arguments():
+        make("compensate", "-q", "--robot", "calibrated.yaml", "--controller", ROBOT, source, "-o", "first-commands.csv")
+        kept = rows(source)[0].keys()
+        change = lambda row: {c[:c.rindex("_")] + ending if c in columns else c:
+                              number(float(row[c]) * (factor if c in columns else 1)) if c != "pose" else row[c]
+                              for c in kept}
+        written("commands-again.csv", [change(row) for row in rows("first-commands.csv")])
+        return ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, "commands-again.csv", "--max-mm", 1e4,
+                "--summary", "summary.yaml")
+    return arguments
 
 
 def arm_program(name, *lines, more=()):
@@ -280,6 +307,38 @@ def mirror(record=None, programmed=LINE, more=()):
                     "-o", "corrected.csv")
 
 
+def in_metres(source):
+    """A path in m with six decimals."""
+    return written("metres.csv", [{c.replace("_mm", "_m"): f"{float(v) / 1000:.6f}" if c in POINT else v
+                                   for c, v in row.items()} for row in rows(source)])
+
+
+CENTRE = (100.0, -1750.0)
+
+
+def round_part():
+    """A circle of 100 mm from rest to rest, with a second of standstill before and behind."""
+    speed, start, radius = 60, 0.5, 100
+    whole = 2 * math.pi * radius / speed + start
+    table = []
+    for k in range(int((whole + 2) / 0.016) + 1):
+        t = min(max(0.016 * k - 1, 0), whole)
+        way = (speed / 2 / start * t ** 2 if t < start else speed * (t - start / 2) if t < whole - start
+               else speed * (whole - start) - speed / 2 / start * (whole - t) ** 2)
+        table.append({"t_s": f"{0.016 * k:.3f}", "x_mm": f"{CENTRE[0] + radius * math.cos(way / radius):.6f}",
+                      "y_mm": f"{CENTRE[1] + radius * math.sin(way / radius):.6f}", "z_mm": "850",
+                      "a_deg": "0", "b_deg": "0", "c_deg": "0"})
+    return table
+
+
+def about_the_part(degrees):
+    def turn(row):
+        x, y = (float(row[c]) - at for c, at in zip(POINT, CENTRE))
+        s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+        row.update(x_mm=repr(CENTRE[0] + c * x - s * y), y_mm=repr(CENTRE[1] + s * x + c * y))
+    return changed("round-pass.csv", each(turn), "turned.csv")
+
+
 def record(change, source="pass.csv"):
     return lambda: [changed(source, change, "record.csv")]
 
@@ -298,6 +357,13 @@ def prepare():
              f"{name}.csv")
     make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.02, LINE, "-o", "quiet.csv")
     make("mirror-correct", "--programmed", LINE, "--measured", "pass.csv", "-o", "first.csv")
+    written("round.csv", round_part())
+    make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.05, "--seed", 5, "--clock-offset-s", 1, "round.csv", "-o",
+         "round-pass.csv")
+    written("line.csv", [dict(row, pose=k) for k, row in enumerate(rows(LINE))])
+    make("compensate", "-q", "--robot", UNDECLARED, "--controller", ROBOT, "--start=-90,-90,90,0,0,0", "line.csv", "-o",
+         "line-commands.csv")
+    written("commanded.csv", [{c: row[c] for c in ("t_s",) + POINT} for row in rows("line-commands.csv")])
     make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.095, "--seed", 4, "--part", LINE, "first.csv", "-o",
          "second.csv")
     nominal = re.sub(r"(\ntool:.*)", lambda found: found[1] + "\n" + ANCHORS, ROBOT.read_text())
@@ -489,6 +555,17 @@ TABLE = {
     "targets in m": (poses_of_targets(scale(POINT, 1e-3)), 0, "if the file gives x_mm, y_mm, z_mm in m"),
     "a and c of the targets exchanged": (poses_of_targets(exchange("a_deg", "c_deg")), 0,
                                          "reach their places, but not with their a_deg"),
+    "targets in m without hints": (poses_of_targets(in_turn(without(*JOINTS), scale(POINT, 1e-3)), "--start=0,-90,90,0,0,0"),
+                                   0, "are they in m?"),
+    "commands in rad as targets": (commands_again(JOINTS, math.pi / 180, "_rad"), 1, "those that compensate writes"),
+    "commands in m as targets": (commands_again(POINT, 1e-3, "_m", "poses.csv"), 1, "those that compensate writes"),
+    "commands in inches as targets": (commands_again(POINT, 1 / 25.4, "_mm", "poses.csv"), 1,
+                                      "those that compensate writes"),
+    "commands in rad, called deg, as targets": (commands_again(JOINTS, math.pi / 180, "_deg"), 1, "taken as radians"),
+    "rounded commands in m, called mm, beside their hints": (
+        commands_again(POINT, 1e-3, "_mm", "poses.csv", 6), 0, "if the file gives x_mm, y_mm, z_mm in m"),
+    "rounded commands in inches, called mm, beside their hints": (
+        commands_again(POINT, 1 / 25.4, "_mm", "poses.csv", 6), 0, "if the file gives x_mm, y_mm, z_mm in inches"),
     "tool of targets in m": (targets(each(lambda r: None), "--tool", "0,0,0.15,0,0,0"), 0, "is it in m?"),
     # robot programs of compensate
     "program without a tool": (krl(START, *NEXT, tool=None), 0, "no $TOOL stands before this move"),
@@ -504,13 +581,35 @@ TABLE = {
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
                                          "is the certificate of these same readings"),
     "MPE of a metre in mm": (lambda: about_with("per_m: 6", "per_m: 0.006")(), 0, "mpe_um: per_m is 0.006 um"),
+    "instrument knocked between visits": (
+        certificate("visits.csv", change=add("x_mm", 0.4, lambda r: float(r["t_s"]) > 700)), 0,
+        "all by one motion of the instrument or the foot of the robot"),
+    "reflector knocked between visits": (
+        certificate("visits.csv", change=reflector_moved(0.4, lambda r: float(r["t_s"]) > 700)), 0,
+        "all by one motion of the reflector or the tool"),
     # records of paths
     "longest correction in m": (mirror("pass.csv", more=("--max-mm", 0.001)), 0, "leaves the mean deviation of"),
     "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
     "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
     "corrected path as record": (mirror(lambda: ["first.csv"]), 1, "those that mirror-correct writes"),
     "corrected path as pass of a certificate": (
-        certificate("visits.csv", more=("--path", LINE, "--pass", "first.csv")), 0, "is it a corrected path?"),
+        certificate("visits.csv", more=("--path", LINE, "--pass", "first.csv")), 1, "it is a corrected path"),
+    "corrected path as program": (mirror("pass.csv", "first.csv"), 1, "those that mirror-correct writes"),
+    "corrected path as program, of three decimals": (
+        mirror("pass.csv", lambda: changed("first.csv", rounded(1e-3), "short.csv")), 1, "those that mirror-correct writes"),
+    "corrected path in m as program": (mirror("pass.csv", lambda: in_metres("first.csv")), 1,
+                                       "those that mirror-correct writes"),
+    "commands of compensate as program": (mirror("pass.csv", "commanded.csv"), 1, "those that compensate writes"),
+    "corrected path as that of a certificate": (
+        certificate("visits.csv", more=("--path", "first.csv", "--pass", "pass.csv")), 1, "it is a corrected path"),
+    "record turned about a round part": (mirror(lambda: [about_the_part(1)], "round.csv"), 0, "is turned by 1.0"),
+    "z of the record is the program's": (mirror(record(each(lambda r: r.update(z_mm="850")))), 0,
+                                         "z_mm: no noise at all"),
+    "y and z of the record stand still": (mirror(record(each(lambda r: r.update(y_mm="-1649.9", z_mm="850.1")))), 0,
+                                          "y_mm and z_mm: no noise at all"),
+    "z of a certified pass is the program's": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", lambda: changed(
+            "pass.csv", each(lambda r: r.update(z_mm="850")), "flat.csv"))), 0, "z_mm: no noise at all"),
     "program as previous correction": (mirror("pass.csv", more=("--previous", LINE)), 0, "corrects nothing"),
     "half a record in another frame": (mirror(record(cut_from(206, "y_mm", 2))), 0, "was the instrument knocked"),
     "frame turned by 0.2 deg": (mirror(record(turned("y_mm", "z_mm", 0.2))), 0, "is a motion of the whole record"),
@@ -573,6 +672,12 @@ SOUND = {
     "program of compensate": krl(START, *NEXT),
     "UR program": ur(UR_START, *UR_NEXT),
     "certificate": certificate("visits.csv"),
+    "certificate, arm that warms up": certificate("visits.csv", change=each(
+        lambda r: r.update(z_mm=repr(float(r["z_mm"]) + 0.3 * (1 - math.exp(-float(r["t_s"]) / 400)))))),
+    "certificate, one gross reading": certificate("visits.csv", change=add("x_mm", 3, lambda r: r["t_s"] == "700")),
+    "round part": mirror("round-pass.csv", "round.csv"),
+    "round part, turned by a tenth of a degree": mirror(lambda: [about_the_part(0.1)], "round.csv"),
+    "round part, turned and fitted": mirror(lambda: [about_the_part(1)], "round.csv", ("--fit-frame",)),
     "unchanged": since("visits.csv"),
     "close-loop": campaign(each(lambda r: None), command="close-loop", more=("--only-catalogue",)),
     "pass": mirror("pass.csv"),

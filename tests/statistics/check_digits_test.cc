@@ -40,17 +40,43 @@ std::vector<double> corrected(std::vector<double> numbers, CheckSize size,
 TEST(CheckDigits, ANumberMovesByLessThanOneOfTheDecimalsThatAreLeft) {
   for (const double value : values(1000)) {
     EXPECT_NEAR(checked(value, kDecimals, CheckSize::digits, Corrector::mirror), value, 1e-4);
-    EXPECT_NEAR(checked(value, 3, CheckSize::bit, Corrector::mirror), value, 1.51e-3);
+    EXPECT_NEAR(checked_if_rounded(value, 3, CheckSize::half, Corrector::mirror), value, 1.2e-3);
+    EXPECT_NEAR(checked_if_rounded(value, 3, CheckSize::quarter, Corrector::mirror), value,
+                kMostMovedIfRounded * 1e-3);
   }
   EXPECT_NEAR(checked(0, kDecimals, CheckSize::digits, Corrector::mirror), 0, 1e-4);
   EXPECT_EQ(checked(1e12, kDecimals, CheckSize::digits, Corrector::mirror), 1e12);
 }
 
-TEST(CheckDigits, FivePositionsAreEnoughAndBitsNeedThirty) {
-  EXPECT_TRUE(found(corrected(values(5), CheckSize::digits), CheckSize::digits));
-  EXPECT_FALSE(found(corrected(values(4), CheckSize::digits), CheckSize::digits));
-  EXPECT_TRUE(found(corrected(values(30), CheckSize::bit, 3), CheckSize::bit, 3));
-  EXPECT_FALSE(found(corrected(values(29), CheckSize::bit, 3), CheckSize::bit, 3));
+TEST(CheckDigits, FourNumbersAreEnough) {
+  EXPECT_TRUE(found(corrected(values(4), CheckSize::digits), CheckSize::digits));
+  EXPECT_FALSE(found(corrected(values(3), CheckSize::digits), CheckSize::digits));
+}
+
+// 4^-12 and 2^-24 are the first below 1e-7; a tenth of the numbers ends with 0.
+TEST(CheckDigits, ThoseOfRoundedNumbersAreFoundWhateverStandsBehindThem) {
+  for (const auto& [size, fewest] :
+       {std::pair(CheckSize::quarter, 12), std::pair(CheckSize::half, 24)}) {
+    std::vector<double> numbers = values(100, 3), some;
+    for (double& number : numbers) {
+      number = checked_if_rounded(number, 3, size, Corrector::mirror);
+      number = checked(number, kDecimals, CheckSize::digits, Corrector::mirror);
+    }
+    EXPECT_TRUE(found(numbers, CheckSize::digits));
+    const auto shows = [&](int count) {
+      some.clear();
+      for (size_t k = 0; std::ssize(some) < count; ++k)
+        if (std::fmod(std::round(std::abs(numbers[k]) * 1000), 10) != 0) some.push_back(numbers[k]);
+      for (const int decimals : {3, 4, 5, 6}) {
+        CheckDigits digits(size, Corrector::mirror);
+        for (const double number : some) digits.add_rounded(rounded(number, decimals), 3);
+        if (!digits.are_found()) return false;
+      }
+      return true;
+    };
+    EXPECT_TRUE(shows(fewest));
+    EXPECT_FALSE(shows(fewest - 1));
+  }
 }
 
 TEST(CheckDigits, ThoseOfAnotherCorrectorAreNotFound) {
@@ -74,10 +100,12 @@ TEST(CheckDigits, AreNotFoundWhereNothingIsCorrected) {
     EXPECT_FALSE(found(numbers, CheckSize::digits)) << seed;
     for (double& number : numbers) number = rounded(number, 3);
     EXPECT_FALSE(found(numbers, CheckSize::digits)) << seed;
-    EXPECT_FALSE(found(numbers, CheckSize::bit, 3)) << seed;
+    EXPECT_FALSE(found(numbers, CheckSize::quarter, 3)) << seed;
+    EXPECT_FALSE(found(numbers, CheckSize::half, 3)) << seed;
     std::vector<double> evenly;
     for (int k = 0; k < 300; ++k) evenly.push_back(numbers[0] + k * std::round(numbers[1]) / 100);
-    EXPECT_FALSE(found(evenly, CheckSize::bit, 3)) << seed;
+    EXPECT_FALSE(found(evenly, CheckSize::quarter, 3)) << seed;
+    EXPECT_FALSE(found(evenly, CheckSize::half, 3)) << seed;
     for (double& number : evenly) number /= 1000;
     EXPECT_FALSE(found(evenly, CheckSize::digits)) << seed;
   }

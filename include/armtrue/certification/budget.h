@@ -42,9 +42,11 @@ struct Budget {
 ///
 /// The scatter s contains the noise of the instrument. So with a stated noise e the rows are
 ///     e / sqrt(n)  and  sqrt(max(0, s^2 - e^2)) / sqrt(n),
-/// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller.
+/// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller. `too_high`: by how much the
+/// largest of many figures may lie above the largest true one [m], a half width; see
+/// PathFigures::at_of_scatter.
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
-                 const std::optional<double>& model);
+                 const std::optional<double>& model, double too_high = 0);
 
 enum class Decision { pass, fail, undecided };
 

@@ -18,6 +18,7 @@ namespace armtrue {
 /// - two nests: the visits of the poses stand at two places, one and the same vector of the tool
 ///   apart, and no direction of arrival of a joint tells which. Differences of the visits of a pose
 ///   are then short or long, the long ones alike, with a gap of three times between them;
+/// - a step between two visits, see find_visit_step();
 /// - a stated noise of the instrument that is a hundredth of the scatter of the visits, or three
 ///   times that scatter or more (p < 1e-4). `noise`: per axis [m].
 /// `evaluation` is that of the campaign, which has points. Without doubts: empty.

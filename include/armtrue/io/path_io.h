@@ -1,12 +1,14 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "armtrue/io/quantity_column.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/path/path.h"
+#include "armtrue/statistics/check_digits.h"
 
 namespace armtrue {
 
@@ -16,7 +18,8 @@ struct PathFile {
   std::vector<int> line;  ///< of each sample
   int lost = 0;           ///< rows whose position is empty; they are no samples
   std::string sha256;
-  bool is_corrected = false;  ///< its positions have the check digits of write_path_like()
+  /// Whose marks it has: those of write_path_like() (mirror), or of write_commands().
+  std::optional<Corrector> corrected_by;
   std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
   std::array<QuantityColumn, 3> position{};  ///< columns of x, y and z
   /// The file as it was read, for write_path_like(): column names, and the cells of the rows.
@@ -38,7 +41,8 @@ std::string write_path(const Path& path, const std::vector<JointName>& joints = 
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a
 /// position that did not move by half a nanometre, stays as it was read. New positions are
-/// rounded to a nanometre and have two check digits more, by which they are known again.
+/// rounded to a nanometre and have two check digits more. They move by up to 1.2 um, so that they
+/// are known again also if they are rounded to a micrometre.
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position);
 
 }  // namespace armtrue

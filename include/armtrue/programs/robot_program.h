@@ -205,6 +205,7 @@ struct NumberBeside {
   int component = 0;  ///< of the point; of joint angles counted on
   double written = 0, beside = 0;  ///< in the unit of the dialect
   int decimals = 0;                ///< that a correction of it has, or more
+  double moved = 0;                ///< by which its check digits may have moved it
   size_t target = 0;
 };
 
@@ -249,8 +250,9 @@ struct RewrittenProgram {
 /// its move is, with other numbers; its move has the speed of that move and is passed without a
 /// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
 /// is written out too. No point is inserted in a move one of whose ends is not corrected. With
-/// `by`, what changes has check digits, two decimals more; of FANUC, whose files have three, the
-/// last one of a position. Throws InputError if the controller would not load the program.
+/// `by`, what changes has check digits, two decimals more, but not of FANUC, whose files have three;
+/// numbers of poses, but for quaternions, are checked also if they are rounded to three decimals
+/// (six of UR), for which they move by up to kMostMovedIfRounded. Throws InputError if the controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {},
                          std::optional<Corrector> by = std::nullopt);

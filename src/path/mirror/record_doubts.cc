@@ -10,6 +10,7 @@
 #include "linear_algebra/decompositions.h"
 #include "path/registration/feed.h"
 #include "path/registration/unit_check.h"
+#include "statistics/rounding.h"
 
 namespace armtrue {
 namespace {
@@ -131,6 +132,70 @@ std::optional<UnfollowedShape> find_unfollowed(const Eigen::Matrix3Xd& measured,
   return found;
 }
 
+// Deviations along the path, of the samples in motion and of those that stand before and after.
+struct AlongPath {
+  Eigen::MatrixXd columns;  // of a shift and a turn about the middle of the samples
+  Eigen::VectorXd along;    // [m]
+};
+
+AlongPath along_path(const Eigen::Matrix3Xd& position, const Eigen::Matrix3Xd& deviation,
+                     const Eigen::Matrix3Xd& tangent, const std::vector<Index>& samples) {
+  AlongPath result{Eigen::MatrixXd(std::ssize(samples), 6), Eigen::VectorXd(std::ssize(samples))};
+  const Eigen::Vector3d middle = position.rowwise().mean();
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const Eigen::Vector3d along = tangent.col(samples[i]),
+                          lever = position.col(samples[i]) - middle;
+    const auto row = static_cast<Index>(i);
+    result.columns.row(row) << along.transpose(), lever.cross(along).transpose();
+    result.along[row] = along.dot(deviation.col(samples[i]));
+  }
+  return result;
+}
+
+// The shortest solution of least squares.
+Eigen::VectorXd solved(const Eigen::MatrixXd& columns, const Eigen::VectorXd& along) {
+  return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(columns).solve(along);
+}
+
+double rms_along(const Eigen::VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+}
+
+std::optional<TurnedRecord> find_turn(const Eigen::Matrix3Xd& position,
+                                      const Eigen::Matrix3Xd& deviation,
+                                      const Eigen::Matrix3Xd& velocity) {
+  constexpr double kLeastTurn = 5e-3;   // [rad]
+  constexpr double kStands = 1e-6;      // [m/s]
+  constexpr double kMostLeft = 1.0 / 3;
+  std::vector<Index> moving, before, after;
+  for (Index k = 0; k < velocity.cols(); ++k)
+    if (velocity.col(k).norm() > kStands) moving.push_back(k);
+  if (std::ssize(moving) < kFewestOfShape) return std::nullopt;
+  for (Index k = 0; k < moving.front(); ++k) before.push_back(k);
+  for (Index k = moving.back() + 1; k < velocity.cols(); ++k) after.push_back(k);
+  if (std::ssize(before) < kSamplesBeside || std::ssize(after) < kSamplesBeside)
+    return std::nullopt;
+  Eigen::Matrix3Xd tangent = velocity.colwise().normalized();
+  for (const Index k : before) tangent.col(k) = tangent.col(moving.front());
+  for (const Index k : after) tangent.col(k) = tangent.col(moving.back());
+  const AlongPath in_motion = along_path(position, deviation, tangent, moving);
+  const Eigen::MatrixXd shift = in_motion.columns.leftCols<3>();
+  const auto left_by = [&](const Eigen::MatrixXd& columns) {
+    return rms_along(in_motion.along - columns * solved(columns, in_motion.along));
+  };
+  const Eigen::VectorXd motion = solved(in_motion.columns, in_motion.along);
+  const double turned = motion.tail<3>().norm();
+  if (turned < kLeastTurn || left_by(in_motion.columns) > kMostLeft * left_by(shift))
+    return std::nullopt;
+  // A lag of the servos and a force on the tool end where it stands.
+  for (const std::vector<Index>* end : {&before, &after}) {
+    const AlongPath standing = along_path(position, deviation, tangent, *end);
+    const double seen = standing.along.mean(), expected = (standing.columns * motion).mean();
+    if (std::abs(seen - expected) > kMostLeft * std::abs(expected)) return std::nullopt;
+  }
+  return TurnedRecord{turned, median({in_motion.along.begin(), in_motion.along.end()})};
+}
+
 std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
                                 const Eigen::Matrix3Xd& velocity) {
   constexpr size_t kQuarters = 4;
@@ -173,6 +238,49 @@ bool looks_computed(const Path& programmed, const Path& record) {
 
 namespace {
 
+// Whether the values stand in the program's in this order, some left out, or are all the same.
+bool is_copy(const Eigen::RowVectorXd& programmed, const Eigen::RowVectorXd& values) {
+  constexpr double kLastDigit = 1e-9;  // [m]
+  if (values.maxCoeff() - values.minCoeff() < kLastDigit) return true;
+  Index next = 0;
+  for (const double value : values) {
+    while (next < programmed.size() && std::abs(programmed[next] - value) >= kLastDigit) ++next;
+    if (next == programmed.size()) return false;
+  }
+  return true;
+}
+
+// The largest power of ten of which all are multiples [m].
+double step_of(const Eigen::RowVectorXd& values) {
+  constexpr double kFinest = 1e-9;
+  for (double step = 1e-2; step > kFinest; step /= 10)
+    if (last_digits({values.begin(), values.end()}, step)) return step;
+  return kFinest;
+}
+
+}  // namespace
+
+std::vector<Index> find_copied_coordinates(const Path& programmed, const Path& record) {
+  Path measured = record;
+  std::vector<Index> copied;
+  double step = 0;
+  for (Index axis = 0; axis < 3; ++axis) {
+    const Eigen::RowVectorXd values = record.position.row(axis);
+    if (is_copy(programmed.position.row(axis), values)) {
+      copied.push_back(axis);
+      measured.position.row(axis).setZero();
+    } else {
+      step = std::max(step, step_of(values));
+    }
+  }
+  const std::optional<double> noise = noise_of_samples(measured);
+  // A quarter more: that of the coordinates that are left.
+  if (copied.size() == 3 || !noise || *noise <= step) return {};
+  return copied;
+}
+
+namespace {
+
 std::optional<std::string> feed_of(const Path& programmed, const Path& joined,
                                    const Path& measured) {
   const auto is_near = [&](Eigen::Index sample, Eigen::Index of_program) {
@@ -202,7 +310,11 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const Eigen::Matrix3Xd position = joined.position(Eigen::all, good);
   const Eigen::Matrix3Xd wanted = position_at(programmed, joined.time(good));
   const auto step = find_step(position - wanted, straight_on(programmed, joined.time(good)), good);
-  return {step, step ? std::nullopt : find_rigid(position, wanted),
+  const auto rigid = step ? std::nullopt : find_rigid(position, wanted);
+  const auto turned = step || rigid ? std::nullopt
+                                    : find_turn(wanted, position - wanted,
+                                                velocity_at(programmed, joined.time(good)));
+  return {step, rigid, turned,
           find_unfollowed(position, wanted, joined.time(good), good),
           find_lag(position - wanted, velocity_at(programmed, joined.time(good))),
           feed_of(programmed, joined, without(measured, bad))};

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "armtrue/path/path.h"
 #include "armtrue/path/registration/clock.h"
@@ -41,6 +42,13 @@ struct TimeLag {
   double spread() const { return (latest - earliest) * speed; }
 };
 
+/// A turn of the whole record about the part, which round parts hide: their form stays, and each
+/// place of it stands farther along the path.
+struct TurnedRecord {
+  double turned;  ///< [rad]
+  double along;   ///< median along the path [m]
+};
+
 /// Deviations that are more likely errors of the instrument, or of another program, than of the
 /// arm. A correction would copy them into the part.
 struct RecordDoubts {
@@ -51,6 +59,11 @@ struct RecordDoubts {
   /// Present if the deviation is above 2 mm and the motion leaves at most a third of it. An arm
   /// with the same error all along the path looks the same.
   std::optional<RigidDeviation> rigid;
+  /// Present if the tool stands at both ends of the record, and one motion of the whole record, turned
+  /// by more than 0.3 deg, leaves a third of its deviation along the path, the standing ends included:
+  /// there no clock and no lag moves it. Arms err by 1 to 2 mm in a metre, which turns a part by 0.1
+  /// deg. Not if `rigid` says it.
+  std::optional<TurnedRecord> turned;
   /// Takes halves and quarters of the samples. There p and m are the differences of the program and
   /// of the record from their best straight motion with constant velocity. Present if p is above 2
   /// mm (rms) and <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
@@ -61,6 +74,11 @@ struct RecordDoubts {
   /// ends where the program does. On a straight path such a pass can be registered.
   std::optional<std::string> feed;
 };
+
+/// The coordinates (0 to 2) of a record that were not measured: all samples have one value, or those
+/// of the program in its order, to the last digit, while another coordinate has noise. Empty if the
+/// digits of the record are too few to show its noise.
+std::vector<Eigen::Index> find_copied_coordinates(const Path& programmed, const Path& record);
 
 /// Whether a record is no reading of an instrument but a product of mirror-correct, such as the
 /// corrected path: it has the times of the program and less noise than 0.1 um.
