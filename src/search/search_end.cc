@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -109,8 +108,8 @@ void ModelSearch::split_families() {
   }
 }
 
-// A family that most arms have needs little evidence to stay in the model: its members stay with
-// their common prior if they make the prediction of poses left out better by a standard error.
+// A family that most arms have needs no evidence to stay in the model, only none against it: its
+// members stay with their common prior, unless they make the prediction of poses left out worse.
 void ModelSearch::hold_family_of_most_arms() {
   const auto found = std::ranges::find_if(candidates(), [](const Candidate& candidate) {
     return candidate.of_most_arms && !candidate.effect.members.empty();
@@ -122,11 +121,7 @@ void ModelSearch::hold_family_of_most_arms() {
   if (family.effect.members.empty()) return;
   const Eigen::VectorXd without = errors_left_out(model_.fit().robot);
   if (!add_beside_found(family)) return;
-  const Eigen::ArrayXd gain = without - errors_left_out(model_.fit().robot);
-  const auto count = static_cast<double>(gain.size());
-  const double error =
-      std::sqrt((gain - gain.mean()).square().sum() / (count - 1) / count);
-  if (gain.mean() <= error) {
+  if (errors_left_out(model_.fit().robot).mean() > without.mean()) {
     model_.drop({static_cast<int>(model_.chosen().size()) - 1});
     return;
   }
