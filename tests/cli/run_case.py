@@ -22,13 +22,15 @@ A pipe must read all that its command writes. For `head` and `grep -q`, write th
 A command that must fail is written `fails CODE COMMAND...`. If the command ends with CODE, the case goes on. If not,
 the case ends with 99. `fails 1 cmp -s a b` says that two files differ. `fails 1 grep -q x a` says that x is not in a.
 
-    run_case.py CASE BIN CONFIG               runs one case with the commands in BIN
-    run_case.py --self-test                   checks this file
-    run_case.py --stub-test CASES BIN CONFIG  checks that no case in the folder CASES passes if a stub stands in for its
-                                              command; the other commands in BIN stay as they are
+Then the case runs once more with each of some stubs in the place of its command, and must fail each time: a case that
+passes sees nothing. The other commands stay as they are. What comes before the first line that names the command runs
+once for all of them.
+
+    run_case.py CASE BIN CONFIG KEPT    runs one case with the commands in BIN. What each command made, and what stood on
+                                        stderr, is kept in the folder KEPT/<command>/<case>; tests/products reads it
+    run_case.py --self-test             checks this file
 """
 
-import concurrent.futures
 import os
 import pathlib
 import re
@@ -38,10 +40,12 @@ import sys
 import tempfile
 
 TOLERANCE = 1e-6
-WORKERS = 2
+STDERR = "stderr"  # of a case, among its products
+MOST_BYTES = 3_000_000  # of a product that is kept; larger ones hold more of the same
 
 PRELUDE = """
 shopt -s inherit_errexit
+export CASE_OUTPUT=$(readlink /proc/$$/fd/1)
 fails() {
   local expected=$1 code=0
   shift
@@ -122,57 +126,153 @@ def check(case, exit_code, out, err):
     return wrong
 
 
-def run(case, path, config):
-    """What is wrong with a case, and what it printed. `path` has the commands, the first folder counts first."""
-    with tempfile.TemporaryDirectory() as folder:
-        environment = dict(os.environ, CASE=str(case), CONFIG=config, PATH=f"{path}:{os.environ['PATH']}",
-                           EXPECTED_EXIT=str(expected_exit(case)))
-        done = subprocess.run(["bash", "-euo", "pipefail", "-c", PRELUDE + (case / "cmd").read_text()], cwd=folder,
-                              env=environment, capture_output=True, text=True, errors="replace",
-                              stdin=subprocess.DEVNULL)
-    exit_code = done.returncode if done.returncode >= 0 else 128 - done.returncode
-    return check(case, exit_code, done.stdout, done.stderr), done.stdout, done.stderr
+# What each command made is copied to $STORE: files that an argument names, what it added to a file behind its standard
+# output, and what it wrote to the output of the case.
+WRAPPER = """#!{bash}
+files() {{
+  local argument existing=()
+  for argument in "${{@#*=}}"; do
+    if [ -f "$argument" ]; then existing+=("$argument"); fi
+  done
+  if (( ${{#existing[@]}} )); then {stat} -c '%i %y %n' -- "${{existing[@]}}"; fi
+}}
+length() {{ [ -f /proc/$$/fd/1 ] && {stat} -L -c %s /proc/$$/fd/1; }}
+keep() {{ {mktemp} "$STORE/{command}.XXXXXXXX"; }}
+small() {{ (( $1 <= {most} )); }}
+before=$(files "$@")
+written=$(length)
+if [ "$({readlink} /proc/$$/fd/1)" = "$CASE_OUTPUT" ]; then
+  {real} "$@" | {tee} "$(keep)"
+  code=${{PIPESTATUS[0]}}
+else
+  {real} "$@"
+  code=$?
+fi
+while read -r inode day time zone name; do
+  case "$before" in *"$inode $day $time $zone $name"*) continue ;; esac
+  if [ -s "$name" ] && small "$({stat} -L -c %s -- "$name")"; then {cp} -- "$name" "$(keep)"; fi
+done < <(files "$@")
+if [ "$written" ]; then
+  added=$(( $(length) - written ))
+  if (( added > 0 )) && small $added; then {tail} -c +$((written + 1)) /proc/$$/fd/1 > "$(keep)"; fi
+fi
+exit $code
+"""
+# What the lines of a beginning must not do, because its variables and functions alone are carried over.
+CARRIED_BY_NOTHING = re.compile(r"\b(cd|pushd|exec|trap|shopt|set|ulimit|umask|PATH|wait|mkfifo|readonly)\b|&\s*$", re.M)
+SAVE = """
+{ declare -p | grep -vE '^declare -[a-zA-Z]*r|^declare -[-a-zA-Z]+ (_|PATH|PWD|OLDPWD|SHLVL|S?RANDOM|SECONDS|STORE|(BASH|EPOCH|FUNC|PIPE|GROUPS|DIR|LINENO|COMP_|HIST|OPT)[A-Z_]*)(=|$)'
+  declare -f; } > "$VARIABLES"
+"""
 
 
-def run_and_report(case, binaries, config):
-    wrong, out, err = run(case, binaries, config)
-    if wrong:
-        print("\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
-    return not wrong
+def is_whole(lines):
+    """Whether lines are whole commands of bash."""
+    parsed = subprocess.run(["bash", "-n"], input=lines, capture_output=True, text=True)
+    return not lines.endswith("\\\n") and parsed.returncode == 0 and not parsed.stderr
 
 
-def write_stub(action, path):
-    tools = {name: shutil.which(name) for name in ("bash", "cat", "head")}  # a case may change PATH
-    path.parent.mkdir(parents=True)
-    path.write_text((STUB_START + action + "\n").format(**tools))
-    path.chmod(0o755)
+def split(cmd, command, slow):
+    """The beginning of shell lines that does not name the command, and the rest. Without one of the slow commands it is
+    empty: nothing is gained by running it apart."""
+    lines = cmd.splitlines(keepends=True)
+    named = re.compile(rf"(?<![\w-]){re.escape(command)}(?![\w-])")
+    count = next((k for k, line in enumerate(lines) if named.search(line) and not line.startswith("#")), 0)
+    while count > 0:
+        beginning = "".join(lines[:count])
+        if CARRIED_BY_NOTHING.search(beginning) or not any(name in beginning for name in slow):
+            break
+        if is_whole(beginning):
+            return beginning, "".join(lines[count:])
+        count -= 1
+    return "", cmd
 
 
-def passes_with_stub(cases, binaries, config):
-    """The number of runs, and the cases that pass with a stub as '<command>/<case>: <stub>'."""
-    folders = sorted(path.parent for path in cases.glob("*/*/cmd"))
-    with tempfile.TemporaryDirectory() as stubs:
-        for stub, action in STUBS.items():
-            for command in {folder.parent.name for folder in folders}:
-                write_stub(action, pathlib.Path(stubs, stub, command, command))
-
-        def passes(job):
-            folder, stub = job
-            wrong, _, _ = run(folder, f"{stubs}/{stub}/{folder.parent.name}:{binaries}", config)
-            return not wrong
-
-        jobs = [(folder, stub) for folder in folders for stub in STUBS]
-        with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
-            passed = list(pool.map(passes, jobs))
-    return len(jobs), [f"{folder.parent.name}/{folder.name}: {stub}" for (folder, stub), ok in zip(jobs, passed) if ok]
+def copy(folder, other):
+    subprocess.run(["cp", "-a", folder, other], check=True)  # links of both kinds stay links
 
 
-def stub_test(cases, binaries, config):
-    count, passed = passes_with_stub(cases, binaries, config)
-    print(f"{count} runs with a stub, {len(passed)} passed")
-    for line in passed:
-        print(f"cannot fail: {line}")
-    return count > 0 and not passed
+class Run:
+    """A case in a folder, which has the same path each time."""
+
+    def __init__(self, case, binaries, config, scratch):
+        self.case, self.binaries, self.scratch = case, binaries, pathlib.Path(scratch)
+        self.folder, self.kept = self.scratch / "folder", self.scratch / "kept"
+        self.kept.mkdir()
+        self.variables = dict(os.environ, CASE=str(case), CONFIG=str(config), EXPECTED_EXIT=str(expected_exit(case)),
+                              STORE=str(self.kept), VARIABLES=str(self.scratch / "variables"))
+        self.folder.mkdir()
+        commands = [path.name for path in pathlib.Path(binaries).iterdir()]
+        self.beginning, self.rest = split((case / "cmd").read_text(), case.parent.name, [*commands, "python3"])
+        write_wrappers(binaries, self.scratch / "wrappers")
+        self.begun = (0, "", "")
+        if self.beginning:
+            self.begun = self.bash(PRELUDE + self.beginning + SAVE, self.scratch / "wrappers")
+            copy(self.folder, self.scratch / "start")
+
+    def bash(self, lines, path):
+        """Exit code, output and errors of lines; `path` has the commands, before those in BIN."""
+        environment = dict(self.variables, PATH=f"{path}:{self.binaries}:{os.environ['PATH']}")
+        done = subprocess.run(["bash", "-euo", "pipefail", "-c", lines], cwd=self.folder, env=environment,
+                              capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
+        return done.returncode if done.returncode >= 0 else 128 - done.returncode, done.stdout, done.stderr
+
+    def with_commands(self, path):
+        """What is wrong with the case, its output and errors."""
+        code, out, err = self.begun
+        if code == 0:
+            shutil.rmtree(self.folder)
+            if self.beginning:
+                copy(self.scratch / "start", self.folder)
+            else:
+                self.folder.mkdir()
+            start = 'source "$VARIABLES"\n' if self.beginning else ""
+            code, more_out, more_err = self.bash(start + PRELUDE + self.rest, path)
+            out, err = out + more_out, err + more_err
+        return check(self.case, code, out, err), out, err
+
+
+def run_and_report(case, binaries, config, kept=None):
+    with tempfile.TemporaryDirectory() as scratch:
+        run = Run(case, binaries, config, scratch)
+        wrong, out, err = run.with_commands(run.scratch / "wrappers")
+        if kept:
+            shutil.rmtree(kept, ignore_errors=True)
+            shutil.copytree(run.kept, kept)
+            (kept / STDERR).write_text(err)
+        if wrong:
+            print("\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
+            return False
+        passed = stubs_that_pass(run)
+        for stub in passed:
+            print(f"cannot fail: with a stub that gives {stub} in the place of {case.parent.name} the case passes")
+        return not passed
+
+
+def tools(*names):
+    return {name: shutil.which(name) for name in names}  # a case may change PATH
+
+
+def write_wrappers(binaries, folder):
+    folder.mkdir()
+    for real in sorted(pathlib.Path(binaries).iterdir()):
+        if os.access(real, os.X_OK) and real.is_file():
+            (folder / real.name).write_text(WRAPPER.format(real=real, command=real.name, most=MOST_BYTES,
+                                                           **tools("bash", "stat", "mktemp", "cp", "tail", "readlink", "tee")))
+            (folder / real.name).chmod(0o755)
+
+
+def stubs_that_pass(run):
+    """Names of stubs with which a case passes that passes with its command."""
+    passed = []
+    for stub, action in STUBS.items():
+        path = run.scratch / stub / run.case.parent.name
+        path.parent.mkdir()
+        path.write_text((STUB_START + action + "\n").format(**tools("bash", "cat", "head")))
+        path.chmod(0o755)
+        if not run.with_commands(path.parent)[0]:
+            passed.append(stub)
+    return passed
 
 
 def self_test():
@@ -203,6 +303,7 @@ def self_test():
         (case / "stderr.contains").unlink()
         assert check(case, 139, "", "the remedy is")
     self_test_of_shell()
+    self_test_of_split()
     self_test_of_stubs()
 
 
@@ -213,7 +314,8 @@ def self_test_of_shell():
 
         def passes(cmd):
             (case / "cmd").write_text(cmd)
-            return not run(case, folder, folder)[0]
+            with tempfile.TemporaryDirectory() as scratch:
+                return not Run(case, case, folder, scratch).with_commands(folder)[0]
 
         assert passes("true")
         assert not passes("false")
@@ -233,26 +335,54 @@ def self_test_of_shell():
 
 
 def self_test_of_stubs():
-    """The stub test must name exactly the cases that cannot fail."""
+    """A case that cannot fail is named."""
     with tempfile.TemporaryDirectory() as folder:
-        cases, binaries = pathlib.Path(folder, "cases"), pathlib.Path(folder, "bin")
+        binaries = pathlib.Path(folder, "bin")
         binaries.mkdir()
-        (binaries / "say").write_text("#!/bin/sh\necho yes\n")
-        (binaries / "say").chmod(0o755)
-        for name, cmd in (("sees", "test $(say) = yes"), ("blind", "say > a || true"), ("half-blind", "say > a")):
-            (cases / "say" / name).mkdir(parents=True)
-            (cases / "say" / name / "cmd").write_text(cmd)
-            assert not run(cases / "say" / name, binaries, folder)[0], name
-        count, passed = passes_with_stub(cases, binaries, folder)
-        assert count == 3 * len(STUBS)
-        assert passed == [f"say/{name}: {stub}" for name in ("blind", "half-blind")
-                          for stub in ("random bytes", "the same line", "silence")], passed
+        for name, word in (("say", "yes"), ("other", "no")):
+            (binaries / name).write_text(f"#!/bin/sh\necho {word} | tee -a {folder}/runs.{name}\n")
+            (binaries / name).chmod(0o755)
+        blind = ["random bytes", "the same line", "silence"]
+        for name, cmd, passing in (("sees", "test $(say) = yes", []), ("blind", "say > a || true", blind),
+                                   ("half-blind", "say > a", blind),
+                                   ("begins", "word=$(other)\nit() { echo it; }\ntest $(say) = yes\ntest $word$(it) = noit", []),
+                                   ("goes-on-blind", "word=$(other)\nsay > a; test $word = no", blind)):
+            case = pathlib.Path(folder, "say", name)
+            case.mkdir(parents=True)
+            (case / "cmd").write_text(cmd)
+            with tempfile.TemporaryDirectory() as scratch:
+                run = Run(case, binaries, folder, scratch)
+                wrong, _, _ = run.with_commands(run.scratch / "wrappers")
+                assert not wrong, (name, wrong)
+                assert stubs_that_pass(run) == passing, name
+            assert run_and_report(case, binaries, folder, pathlib.Path(folder, "kept")) == (not passing), name
+            kept = [path.read_text() for path in pathlib.Path(folder, "kept").glob("say.*")]
+            assert kept == ([] if "$(say)" in cmd else ["yes\n"]), (name, kept)
+        # Twice for each of two cases, not once more for each stub.
+        assert pathlib.Path(folder, "runs.other").read_text() == 4 * "no\n"
+
+
+def self_test_of_split():
+    """A beginning holds whole commands only, and one of those that take time."""
+    def beginning(cmd):
+        return split(cmd, "say", ["other"])[0]
+
+    assert beginning("other\nsay\n") == "other\n"
+    assert beginning("# say\nother\nx=1\nsay\nother\n") == "# say\nother\nx=1\n"
+    assert beginning("x=1\nsay\n") == ""
+    assert beginning("for i in 1 2; do\n  other\n  say\ndone\n") == ""
+    assert beginning("other\nfor i in 1 2; do\n  say\ndone\n") == "other\n"
+    assert beginning("other\ncat > x <<E\nsay\nE\n") == "other\n"
+    assert beginning("other\nother | \\\n  say\n") == "other\n"
+    assert beginning("other\nother |\n  say\n") == "other\n"
+    assert beginning("cd x\nother\nsay\n") == beginning("other &\nsay\n") == ""
+    assert beginning("other\nessay-say\nsay") == "other\nessay-say\n"
 
 
 if __name__ == "__main__":
     if sys.argv[1] == "--self-test":
         self_test()
-    elif sys.argv[1] == "--stub-test":
-        sys.exit(0 if stub_test(pathlib.Path(sys.argv[2]), sys.argv[3], sys.argv[4]) else 1)
     else:
-        sys.exit(0 if run_and_report(pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]) else 1)
+        case = pathlib.Path(sys.argv[1])
+        kept = pathlib.Path(sys.argv[4]) / case.parent.name / case.name if len(sys.argv) > 4 else None
+        sys.exit(0 if run_and_report(case, sys.argv[2], sys.argv[3], kept) else 1)

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Reads every product of every command test with other readers, and looks at what was said on stderr.
 
-    read_back.py CASES BIN CONFIG VALUES       all cases in the folder CASES; VALUES is the program of values.cc
+    read_back.py KEPT CASES BIN VALUES         what tests/cli/run_case.py kept in KEPT of the cases in CASES, the cases of
+                                               one command; VALUES is the program of values.cc
+    read_back.py --sources ROOT BIN            sentences in the sources
     read_back.py --names BIN CONFIG VALUES     products with names that look like something else
     read_back.py --self-test                   checks this file
 
@@ -14,7 +16,6 @@ A sentence on stderr holds no nan and no inf that the user did not write, no wor
 command that says it lacks.
 """
 
-import concurrent.futures
 import csv
 import html.parser
 import io
@@ -33,45 +34,11 @@ import yaml
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 import run_case
 
-WORKERS = 2
 FILES_AT_ONCE = 200
-MOST_BYTES = 3_000_000  # of a product that is read back; larger ones hold more of the same
-
 # Keys under which a name stands, which may look like a number; under NAMED each key is a name.
 NAMES = {"pose", "name", "robot", "serial", "date", "calibrated_until", "date_before", "file", "link", "operator",
          "place", "type", "sessions", "outside_measured", "parameter", "figure", "instrument", "instead_of", "unit"}
 NAMED = {"targets", "anchors", "contacts", "sessions", "points"}
-
-# What each command made is copied to $STORE: files that an argument names, and what it added to a file behind its
-# standard output.
-WRAPPER = """#!/bin/bash
-files() {{
-  local argument
-  for argument in "${{@#*=}}"; do
-    if [ -f "$argument" ]; then stat -c '%i %y %n' -- "$argument"; fi
-  done
-}}
-length() {{ [ -f /proc/$$/fd/1 ] && stat -L -c %s /proc/$$/fd/1; }}
-keep() {{ mktemp "$STORE/{command}.XXXXXXXX"; }}
-before=$(files "$@")
-written=$(length)
-{real} "$@"
-code=$?
-while read -r inode day time zone name; do
-  case "$before" in *"$inode $day $time $zone $name"*) continue ;; esac
-  if [ -s "$name" ]; then cp -- "$name" "$(keep)"; fi
-done < <(files "$@")
-if [ "$written" ] && [ "$(length)" -gt "$written" ]; then tail -c +$((written + 1)) /proc/$$/fd/1 > "$(keep)"; fi
-exit $code
-"""
-
-
-def write_wrappers(binaries, folder):
-    for real in sorted(pathlib.Path(binaries).iterdir()):
-        if os.access(real, os.X_OK) and real.is_file():
-            (folder / real.name).write_text(WRAPPER.format(real=real, command=real.name))
-            (folder / real.name).chmod(0o755)
-
 
 # Documents
 
@@ -185,8 +152,6 @@ def product_mistakes(files, values):
     """Mistakes of products as 'command: sentence', and how many products of each kind were read."""
     texts = {}
     for file in files:
-        if file.stat().st_size > MOST_BYTES:
-            continue
         try:
             text = file.read_bytes().decode()
         except UnicodeDecodeError as error:
@@ -273,46 +238,33 @@ def source_mistakes(root, options):
     return wrong
 
 
-# All cases
+# Cases
 
-def run_cases(cases, binaries, config, store):
-    """Runs all cases; yields each with what stood on stderr."""
-    wrappers = store / "bin"
-    wrappers.mkdir()
-    write_wrappers(binaries, wrappers)
-
-    def work(case):
-        kept = store / "products" / case.parent.name / case.name
-        kept.mkdir(parents=True)
-        with tempfile.TemporaryDirectory() as folder:
-            environment = dict(os.environ, CASE=str(case), CONFIG=config, STORE=str(kept), EXPECTED_EXIT="0",
-                               PATH=f"{wrappers}:{os.environ['PATH']}")
-            with tempfile.TemporaryFile() as standard_output:
-                done = subprocess.run(["bash", "-uo", "pipefail", "-c", run_case.PRELUDE + (case / "cmd").read_text()],
-                                      cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=standard_output,
-                                      stderr=subprocess.PIPE)
-        return case, done.stderr.decode(errors="replace")
-
-    folders = sorted(path.parent for path in cases.glob("*/*/cmd"))
-    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
-        yield from pool.map(work, folders)
-
-
-def check_cases(cases, binaries, config, values):
+def check_cases(kept, cases, binaries, values):
     options = options_of(binaries)
-    wrong = source_mistakes(cases.parents[1], options)
-    with tempfile.TemporaryDirectory() as store:
-        store = pathlib.Path(store)
-        lines = 0
-        for case, err in run_cases(cases, binaries, config, store):
-            for line in filter(None, err.splitlines()):
-                lines += 1
-                wrong += [f"{case.parent.name}/{case.name}: {mistake}" for mistake in line_mistakes(line, options)]
-        files = sorted(path for path in (store / "products").rglob("*") if path.is_file())
-        for file, mistake in product_mistakes(files, values):
-            wrong.append(f"{file.relative_to(store / 'products')}: {mistake}")
+    wrong, lines = [], 0
+    for case in sorted(path.parent for path in cases.glob("*/cmd")):
+        err = kept / case.name / run_case.STDERR
+        if not err.exists():
+            wrong.append(f"{case.name}: nothing is kept; run the test cli/{cases.name}/{case.name}")
+            continue
+        for line in filter(None, err.read_text().splitlines()):
+            lines += 1
+            wrong += [f"{case.name}: {mistake}" for mistake in line_mistakes(line, options)]
+    files = sorted(path for path in kept.rglob("*") if path.is_file() and path.name != run_case.STDERR)
+    for file, mistake in product_mistakes(files, values):
+        wrong.append(f"{file.relative_to(kept)}: {mistake}")
+    if not any(file.name.startswith(cases.name) for file in files):
+        wrong.append(f"no product of {cases.name} is kept")
     print("\n".join(wrong + [f"{len(files)} products, {lines} lines on stderr: {len(wrong)} mistakes"]))
-    return not wrong and len(files) > 500 and lines > 300
+    return not wrong
+
+
+def check_sources(root, binaries):
+    wrong = source_mistakes(root, options_of(binaries))
+    print("\n".join(wrong))
+    return not wrong
+
 
 # Names
 
@@ -455,7 +407,9 @@ def self_test():
 if __name__ == "__main__":
     if sys.argv[1] == "--self-test":
         self_test()
+    elif sys.argv[1] == "--sources":
+        sys.exit(0 if check_sources(*map(pathlib.Path, sys.argv[2:])) else 1)
     elif sys.argv[1] == "--names":
         sys.exit(0 if check_names(*sys.argv[2:]) else 1)
     else:
-        sys.exit(0 if check_cases(pathlib.Path(sys.argv[1]).resolve(), *sys.argv[2:]) else 1)
+        sys.exit(0 if check_cases(*map(pathlib.Path, sys.argv[1:])) else 1)
