@@ -19,6 +19,7 @@ constexpr double kLeastTau = 1e-4;   // of what is usual: such a group adds noth
 struct Likelihood {
   double alone = 0, value = 0;  // L, L + ln prior
   Eigen::VectorXd mean;        // of u
+  double determined = 0;       // of the numbers u, by the readings
   Eigen::VectorXd gradient;    // by theta
   Eigen::MatrixXd curvature;   // average information and the precision of the priors, by theta
   Eigen::VectorXd fixed_point; // theta at which the gradient vanishes with the determined numbers held
@@ -85,19 +86,18 @@ Likelihood likelihood(const MixedModelSums& sums, const std::vector<VarianceGrou
 
   at.gradient.resize(count + 1);
   at.fixed_point.resize(count + 1);
-  double determined = 0;
   for (Eigen::Index g = 0; g < count; ++g) {
     const auto [first, own, spread] = groups[g];
     const double of_group = static_cast<double>(own) - undetermined.segment(first, own).sum();
     const double squares = at.mean.segment(first, own).squaredNorm();
     const double precision = 1 / (spread * spread);
-    determined += of_group;
+    at.determined += of_group;
     at.value -= 0.5 * precision * theta[g] * theta[g];
     at.gradient[g] = squares * std::exp(-2 * theta[g]) - of_group - precision * theta[g];
     at.fixed_point[g] = log_tau_at(squares, of_group, precision, theta[g]);
     a(g, g) += precision;
   }
-  const double freedom = std::max(1.0, sums.freedom - determined);
+  const double freedom = std::max(1.0, sums.freedom - at.determined);
   at.gradient[count] = rest / variance - freedom;
   at.fixed_point[count] = 0.5 * std::log(std::max(rest, 1e-12 * sums.rr) / freedom);
   return at;
@@ -140,6 +140,7 @@ VarianceComponents restricted_likelihood(const MixedModelSums& sums,
   result.tau = best_theta.head(count).array().exp();
   result.noise = std::exp(best_theta[count]);
   result.mean = best.mean;
+  result.determined = best.determined;
   const double alone =
       -0.5 * (sums.freedom * std::log(noise_alone * noise_alone) + sums.freedom);
   result.gain = 2 * (best.alone - alone);

@@ -25,6 +25,8 @@ struct VarianceComponents {
   Eigen::VectorXd tau;   ///< of each group
   double noise = 1;      ///< s
   Eigen::VectorXd mean;  ///< of u, given r: the best linear unbiased prediction
+  /// How many of the numbers u the readings determine: sum of 1 - var(u | r) / tau^2.
+  double determined = 0;
   /// Twice the rise of the restricted log likelihood over that of u = 0.
   double gain = 0;
 };

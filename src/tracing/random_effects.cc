@@ -338,6 +338,7 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   const auto& [scale, folded, widths, found, evidence] = best;
   RandomEffects result;
   result.gain = found.gain;
+  result.determined = found.determined;
   result.evidence = evidence;
   const double readings = folded.sums.freedom;
   std::vector<bool> counts(groups.size());
@@ -365,7 +366,11 @@ CalibrationResult beside(const CalibrationResult& fit, const Campaign& campaign,
   CalibrationOptions options;
   options.fitted_effects = static_cast<int>(fit.robot.effects.size());
   options.start_near(fit);
-  return calibrate(robot, campaign, fit.set, options);
+  CalibrationResult result = calibrate(robot, campaign, fit.set, options);
+  const double of_position = campaign.reading_size().share_of_position();
+  result.determined[0] += random.determined * of_position;
+  result.determined[1] += random.determined * (1 - of_position);
+  return result;
 }
 
 Campaign in_order_of_visits(Campaign campaign) {

@@ -20,6 +20,7 @@ struct RandomEffects {
   /// What follows time, an arrival or a temperature: it is of this campaign alone.
   std::vector<Effect> of_campaign;
   std::vector<GroupShare> groups;
+  double determined = 0;  ///< how many of their numbers the readings determine
   double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect
   double evidence = 0;  ///< twice the log likelihood; of fits with one law of readings comparable
 };
@@ -32,7 +33,8 @@ struct RandomEffects {
 RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campaign,
                              const std::vector<EffectGroup>& groups, const CalibrationResult& law);
 
-/// The fit with these effects behind its own, as they are, and all else fitted again.
+/// The fit with these effects behind its own, as they are, and all else fitted again. What the
+/// readings determine of them counts among the numbers that it determines.
 CalibrationResult beside(const CalibrationResult& fit, const Campaign& campaign,
                          const RandomEffects& random);
 
