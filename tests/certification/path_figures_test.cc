@@ -96,7 +96,7 @@ TEST(PathFigures, UncertaintyIsThatOfAHandCalculation) {
 // with noise of 0.05 mm: the largest of 151 planes lies above it.
 TEST(PathFigures, UncertaintyOfAtHoldsTheTrueOne) {
   constexpr double kTruth = 0.1e-3, kNoise = 0.05e-3;
-  constexpr int kRuns = 300;
+  constexpr int kRuns = 20;
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, kNoise);
   ClockOptions clock;
