@@ -219,7 +219,7 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
 }
 
 void forget_measured(Robot& robot, int fitted_effects) {
-  for (int e = 0; e < std::min<int>(fitted_effects, std::ssize(robot.effects)); ++e)
+  for (int e = 0; e < std::min(fitted_effects, static_cast<int>(robot.effects.size())); ++e)
     robot.effects[static_cast<size_t>(e)].measured.reset();
 }
 

@@ -120,7 +120,7 @@ template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
                    const Eigen::MatrixXd& root, const GroupedRows& rows, const Add& add,
                    const Join& join) {
-  constexpr int kRowsAtOnce = 40;
+  constexpr int kRowsOfOnePart = 40;
   const int size = at.models().row_size();
   const Eigen::Index p = root.rows();
   std::vector<Eigen::Index> all(static_cast<size_t>(root.cols()));
@@ -134,7 +134,7 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
           // As many poses at once as stay in cache.
           of_poses.clear();
           Eigen::Index equations = 0;
-          for (; last < end && (last == first || equations < kRowsAtOnce * size); ++last) {
+          for (; last < end && (last == first || equations < kRowsOfOnePart * size); ++last) {
             of_poses.push_back(weighted_rows(at, weights, rows.rows(last)));
             equations += of_poses.back().rows();
           }

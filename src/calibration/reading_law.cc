@@ -91,7 +91,6 @@ double log_likelihood(const Rows& rows, const ReadingSigma& sigma, double dof) {
 ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
                                const Eigen::Array2d& correction) {
   const int d = rows.size.all();
-  const auto n = static_cast<double>(rows.position.size());
   double explained = rows.size.position / correction[0];  // s of a row, weighted, in the mean
   if (rows.size.orientation > 0) explained += rows.size.orientation / correction[1];
   for (int round = 0; round < (dof > 0 ? kMaxRoundsOfSigma : 1); ++round) {
@@ -175,7 +174,7 @@ ReadingLaw bounded_law(double degrees_of_freedom, std::vector<double> variance) 
   if (law.variance.empty()) return law;
   std::vector<double> sorted = law.variance;
   const auto usual =
-      sorted.begin() + static_cast<std::ptrdiff_t>(kUsual * (std::ssize(sorted) - 1));
+      sorted.begin() + static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(sorted.size() - 1));
   std::ranges::nth_element(sorted, usual);
   law.most_counted = kTimes * kTimes * *usual;
   return law;

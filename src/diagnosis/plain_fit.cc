@@ -45,7 +45,7 @@ namespace {
 
 // Parameters by their columns: what all sessions share, what each has of its own, the further ones.
 struct Columns {
-  std::vector<int> shared, own, further;
+  std::vector<int> shared{}, own{}, further{};
 };
 
 Columns columns_of(const PlainFit& fit, const std::vector<int>& further, bool has_sessions) {

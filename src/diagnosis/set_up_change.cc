@@ -21,7 +21,7 @@ constexpr double kShareThatMatters = 0.25;
 struct SetUpChange {
   double score = 0;       // fall of BIC
   int first_row = -1;     // of the later part, in the order
-  Eigen::VectorXd moved;  // the value of the cause
+  Eigen::VectorXd moved{};  // the value of the cause
 };
 
 // The place in an order of the rows after which another value of a cause explains most.

@@ -192,6 +192,7 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       return torque;
     }
     case DriverKind::gravity_torque:
+    case DriverKind::gravity_direction:
     case DriverKind::moment:
     case DriverKind::place:
       break;

@@ -150,7 +150,7 @@ class Displacement {
         if (!is_found(k) && !numbers[static_cast<size_t>(i)].is_written())
           pose.translation[i] = commanded_before(k, i).value_or(pose.translation[i]);
       pose.translation += displacement_of(k);
-      commands_[k] = {true, here.q, here.q, pose};
+      commands_[k] = {true, here.q, here.q, pose, {}};
     }
   }
 

@@ -277,8 +277,7 @@ class FanucReader {
   void prepare_insertion(ProgramTarget& target, const std::vector<PointOfMove>& points,
                          const std::string& part, const Statement& statement) {
     const size_t behind = points.back().end;
-    target.obstacle =
-        why_not_inserted(target, points, part, {statement.line, behind, statement.end});
+    target.obstacle = why_not_inserted(points, part, {statement.line, behind, statement.end});
     if (!target.obstacle.empty()) return;
     std::string rest = original_.substr(behind, statement.end - behind);
     if (const size_t fine = upper(rest).find("FINE"); fine != std::string::npos)
@@ -300,8 +299,8 @@ class FanucReader {
     return cursor.take_number();
   }
 
-  std::string why_not_inserted(const ProgramTarget& target, const std::vector<PointOfMove>& points,
-                               const std::string& part, const Statement& options) {
+  std::string why_not_inserted(const std::vector<PointOfMove>& points, const std::string& part,
+                               const Statement& options) {
     for (const PointOfMove& point : points) {
       if (point.is_register) return "its point is a register";
       if (positions_[point.id].numbers.contains("J1")) return "its point is joint angles";

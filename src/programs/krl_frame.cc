@@ -40,8 +40,8 @@ std::optional<int> take_whole(TextCursor& cursor) {
     return value;
   }
   const auto value = cursor.take_number();
-  constexpr double kMost = 0xffff;
-  if (!value || !(*value >= 0 && *value <= kMost) || *value != std::floor(*value))
+  constexpr double kLargestWord = 0xffff;
+  if (!value || !(*value >= 0 && *value <= kLargestWord) || *value != std::floor(*value))
     return std::nullopt;
   return static_cast<int>(*value);
 }

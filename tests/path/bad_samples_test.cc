@@ -73,7 +73,7 @@ Spoiled spoil(const Path& clean, int runs, double size, std::mt19937_64& random)
 TEST(BadSamples, ThereAreNoneInCleanPasses) {
   for (const plant::Shape shape : {plant::Shape::line, plant::Shape::arc, plant::Shape::corner,
                                    plant::Shape::spiral, plant::Shape::pocket})
-    for (int seed = 0; seed < 12; ++seed)
+    for (int seed = 0; seed < 8; ++seed)  // 160 passes: none in 50 would be bad, or one is seen in 96 %
       for (const double noise : {0.0, 0.01e-3, 0.095e-3, 0.5e-3}) {
         plant::Options options = cell(seed);
         options.pass_seed = 1000 + static_cast<std::uint64_t>(seed);
@@ -137,7 +137,7 @@ TEST(BadSamples, AreFoundWhateverTheirSize) {
     int placed = 0, found = 0, more = 0;
     for (const plant::Shape shape : kShapes) {
       const Path programmed = path_of(plant::program(shape));
-      for (int k = 0; k < 6; ++k) {
+      for (const int k : {0, 2, 5}) {
         const Path clean = pass_of(shape, cell(k));
         const Spoiled spoiled = spoil(clean, 1 + k, size, random);
         const std::vector<Index> bad = bad_in(programmed, spoiled.path);
@@ -221,27 +221,33 @@ TEST(BadSamples, AllColumnsGo) {
 // The correction is that of the clean pass: nearer to it than that of another pass over the same
 // part is. A departure of 1 mm may stay, where the program itself turns or stops as suddenly.
 TEST(BadSamples, TheCorrectionIsThatOfTheCleanPass) {
+  constexpr int kTrials = 4;
   std::mt19937_64 random(7);
-  for (const double size : {1e-3, 3e-3, 10e-3, 200e-3, 400e-3, 0.0})
-    for (const plant::Shape shape : kShapes) {
-      const Path programmed = path_of(plant::program(shape));
-      double mean = 0, worst = 0, usual = 0, usual_worst = 0;
-      constexpr int kTrials = 4;
+  for (const plant::Shape shape : kShapes) {
+    const Path programmed = path_of(plant::program(shape));
+    const auto correction = [&](const Path& pass) {
+      return Eigen::Matrix3Xd(mirror_correct(programmed, {pass}, {}).correction);
+    };
+    std::vector<Path> clean;
+    std::vector<Eigen::Matrix3Xd> of_clean;
+    double usual = 0, usual_worst = 0;
+    for (int k = 0; k < kTrials; ++k) {
+      clean.push_back(pass_of(shape, cell(k)));
+      of_clean.push_back(correction(clean.back()));
+      plant::Options other = cell(k);
+      other.pass_seed += 500;  // the same part once more: the noise of a correction
+      const Eigen::VectorXd noise =
+          (correction(pass_of(shape, other)) - of_clean.back()).colwise().norm();
+      usual += noise.mean() / kTrials;
+      usual_worst = std::max(usual_worst, noise.maxCoeff());
+    }
+    for (const double size : {1e-3, 3e-3, 10e-3, 200e-3, 400e-3, 0.0}) {
+      double mean = 0, worst = 0;
       for (int k = 0; k < kTrials; ++k) {
-        const Path clean = pass_of(shape, cell(k));
-        const Spoiled spoiled = spoil(clean, 3, size, random);
-        const Eigen::Matrix3Xd of_clean = mirror_correct(programmed, {clean}, {}).correction;
-        const Eigen::Matrix3Xd of_rest = mirror_correct(programmed, {spoiled.path}, {}).correction;
-        plant::Options other = cell(k);
-        other.pass_seed += 500;  // the same part once more: the noise of a correction
-        const Eigen::Matrix3Xd of_other =
-            mirror_correct(programmed, {pass_of(shape, other)}, {}).correction;
-        const Eigen::VectorXd off = (of_rest - of_clean).colwise().norm();
-        const Eigen::VectorXd noise = (of_other - of_clean).colwise().norm();
+        const Spoiled spoiled = spoil(clean[k], 3, size, random);
+        const Eigen::VectorXd off = (correction(spoiled.path) - of_clean[k]).colwise().norm();
         mean += off.mean() / kTrials;
         worst = std::max(worst, off.maxCoeff());
-        usual += noise.mean() / kTrials;
-        usual_worst = std::max(usual_worst, noise.maxCoeff());
       }
       std::printf("%3.0f mm, shape %d: mean %.4f worst %.3f mm; another pass %.4f, %.3f\n",
                   1e3 * size, static_cast<int>(shape), 1e3 * mean, 1e3 * worst, 1e3 * usual,
@@ -250,6 +256,7 @@ TEST(BadSamples, TheCorrectionIsThatOfTheCleanPass) {
       if (size != 1e-3)
         EXPECT_LT(worst, usual_worst + 0.1e-3) << size << ' ' << static_cast<int>(shape);
     }
+  }
 }
 
 // --- An instrument that hangs repeats its last reading while time goes on.
@@ -267,15 +274,15 @@ Path rounded(Path pass, double resolution) {
 
 // A side of 60 mm out and one back at 60 deg, with a stop between and at both ends; a rapid
 // approach of 200 mm comes first.
-Path program_with_rapid(double feed, double rapid, double period) {
+Path program_with_rapid(double feed, double rapid, double period, double side = 0.06) {
   constexpr double kAcceleration = 0.5;  // [m/s^2]
   struct Move {
     Eigen::Vector3d to;
     double speed;
   };
-  const Eigen::Vector3d corner(0.26, 0, 0);
+  const Eigen::Vector3d corner(0.2 + side, 0, 0);
   const std::array moves{Move{{0.2, 0, 0}, rapid}, Move{corner, feed},
-                         Move{corner + 0.06 * Eigen::Vector3d(-0.5, 0.87, 0), feed}};
+                         Move{corner + side * Eigen::Vector3d(-0.5, 0.87, 0), feed}};
   std::vector<Eigen::Vector3d> places(static_cast<size_t>(1 / period), Eigen::Vector3d::Zero());
   for (const Move& move : moves) {
     const Eigen::Vector3d from = places.back();
@@ -373,12 +380,13 @@ TEST(BadSamples, AHangInTheFeedOfAProgramWithRapidsIsFound) {
   }
 }
 
-// Repeats are readings where the tool stands, however exactly, and of an instrument that rounds.
+// Repeats are readings where the tool stands, however exactly, and of an instrument that rounds. It
+// shows up to 500 readings of one place at the lower feed.
 TEST(BadSamples, RepeatsThatTheToolExplainsAreNone) {
   for (const double feed : {2e-3, 20e-3})
     for (const double resolution : {0.001e-3, 0.01e-3, 0.1e-3, 1e-3})
       for (const double noise : {0.0, 0.05e-3, 0.3e-3}) {
-        const Path programmed = program_with_rapid(feed, 0.1, 0.016);
+        const Path programmed = program_with_rapid(feed, 0.1, 0.016, feed < 5e-3 ? 0.015 : 0.06);
         const Path pass = rounded(seen(programmed, noise, 0.001), resolution);
         EXPECT_THAT(find_bad_samples(programmed, pass), ::testing::IsEmpty())
             << feed << ' ' << resolution << ' ' << noise;
