@@ -106,7 +106,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   // What no rigid arm does could be an error of the instrument.
   const bool has_doubts = std::ranges::any_of(trace.effects, is_of_no_rigid_arm);
   const CalibrationResult& fit = trace.fit;
-  RandomEffects erring = beside_groups(fit, timed, fit, &catalogue);
+  const RandomEffects erring = beside_groups(fit, timed, fit, &catalogue);
   const double of_error =
       (has_doubts ? beside_groups(without_doubtful(trace, *judged.training.sound), timed, fit,
                                   &catalogue)
@@ -136,12 +136,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
       return lawful;
     }
   }
-  if (erring.evidence - judged.random.evidence > kRuledOut && erring.gain > kMinGain) {
-    judged.random = std::move(erring);
-    judged.instrument_errs = true;
-  } else if (of_error <= 0) {
-    settle_doubts(trace);
-  }
+  if (of_error <= 0) settle_doubts(trace);
   return judged;
 }
 

@@ -17,9 +17,9 @@ struct JudgedTraining {
 /// errors of the instrument could take the place of nearly everything that an arm does smoothly. So
 /// the search is repeated with them only where the readings give a reason, and what it finds holds
 /// only if they speak for it by odds of 1000 to 1, random effects of the arm and the station beside
-/// both and, beside the model without a law, random errors of the instrument. These stay, without a
-/// name, where they win by such odds. Where they lose, an effect that no rigid arm has (see
-/// may_be_instrument) is the arm's. Nothing is random where `identify` leaves out what the readings
+/// both and, beside the model without a law, random errors of the instrument. Where random errors
+/// explain as much as the law that was found, the arm is the one beside these. Where errors of the
+/// instrument lose, an effect that no rigid arm has (see may_be_instrument) is the arm's. Nothing is random where `identify` leaves out what the readings
 /// show: it would take the place of that.
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options);
