@@ -103,9 +103,11 @@ class Compensation {
     finish(target, context, intended);
     target.reached_q = target.programmed;
     if (!program_.is_cartesian(static_cast<size_t>(row)))
-      target.reached_q = joints_of_pose(controller(), context,
-                                        arms_now_->options.base * target.reached, target.programmed)
-                             .q;
+      if (const JointCorrection there =
+              joints_of_pose(controller(), context, arms_now_->options.base * target.reached,
+                             target.programmed);
+          there.is_reached)
+        target.reached_q = there.q;
     return target;
   }
 
