@@ -22,7 +22,7 @@ enum class DriverKind {
   moment,       ///< generalised force of gravity on the parameter itself [N m or N]
   position,     ///< constant 1: an error of every reading; only for parameters of the instrument
   tool_weight,  ///< torque about one joint of 1 kg at the measured frame [N m]
-  range,        ///< distance of the measured frame from the instrument [m]
+  range,        ///< distance of the measured frame from the instrument, of a wire its length [m]
   azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
   elevation,    ///< of the line of sight, above the horizontal [rad]
   incidence,    ///< angle between the line of sight and the z axis of the measured frame [rad]
