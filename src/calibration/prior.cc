@@ -117,7 +117,7 @@ int width_of(const Effect& effect, Priors& priors) {
 bool is_lasting_error_of_instrument(const Effect& effect) {
   return owner_of(effect) == Owner::instrument &&
          !is_instrument_parameter(effect.parameter, InstrumentParameter::scale) &&
-         !effect.driver.involves(DriverKind::time);
+         !effect.driver.follows_course();
 }
 
 // No law describes an instrument exactly: a distortion beside other errors is what they leave.

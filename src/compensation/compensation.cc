@@ -353,6 +353,11 @@ Robot in_session(Robot robot, const std::string& session) {
                                   "them hold now");
     return robot;
   }
+  // Later sessions are forgotten, so that this one is the last that the effects know.
+  for (Effect& effect : robot.effects)
+    if (std::vector<std::string>& known = effect.driver.sessions;
+        std::ranges::find(known, session) != known.end())
+      known.erase(std::ranges::find(known, session) + 1, known.end());
   const auto found = robot.sessions.find(session);
   if (found == robot.sessions.end())
     throw std::invalid_argument("has no session '" + session + "'" +

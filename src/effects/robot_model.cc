@@ -179,6 +179,11 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       return context.stroke[joint];
     case DriverKind::time:
       return context.time_s;
+    case DriverKind::session: {
+      const std::vector<std::string>& known = driver_.sessions;
+      const auto found = std::ranges::find(known, context.session);
+      return static_cast<double>(std::min(found - known.begin(), std::ssize(known) - 1));
+    }
     case DriverKind::temperature:
       return context.temperature_c[temperature_];
     case DriverKind::payload:
