@@ -260,6 +260,7 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
                    0.0, 1.0);
   }
   result.names = model.unknown_names();
+  result.shared = model.first_own(1);
   const double variance = set_weights(model, law, x, result);
   if (statistics == FitStatistics::information) return;
   const std::optional<SingleNumbers> single =
@@ -280,6 +281,7 @@ void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const 
       determined_by(model, joint_information(model, folds), priors, x);
   result.determined = {determined[0], determined[1]};
   result.names = model.unknown_names();
+  result.shared = model.first_own(1);
   set_weights(model, law, x, result);
 }
 

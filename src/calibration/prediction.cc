@@ -161,14 +161,12 @@ MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campai
 namespace {
 
 // The unknowns of a fit whose uncertainty is stated: those of the first session, without the places
-// of targets where there are so many that a file may not hold the root.
+// of targets where there are so many that a file may not hold the root. Effects that were not
+// fitted stand behind those that were, and have no unknowns.
 std::vector<int> stated_unknowns(const CalibrationResult& fit) {
   constexpr int kMaxUnknowns = 800;
-  auto count = static_cast<int>(fit.set.kept.size());
-  const int geometric = count;
-  for (const Effect& effect : fit.robot.effects)
-    count += static_cast<int>(effect.coefficients.size());
-  count = std::min(count, static_cast<int>(fit.covariance.rows()));
+  const auto geometric = static_cast<int>(fit.set.kept.size());
+  const int count = fit.shared;
   const int first = layout_of(fit.robot.chain).targets;
   const int end = first_anchor_parameter(fit.robot.chain);
   std::vector<int> unknowns;

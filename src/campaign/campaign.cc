@@ -27,6 +27,7 @@ Context Campaign::context(int row) const {
   if (!arrival.empty()) context.arrival = arrival[row];
   if (!stroke.empty()) context.stroke = stroke[row];
   if (!time_s.empty()) context.time_s = time_s[row];
+  if (!session.empty()) context.session = session_names[session[row]];
   if (!payload_kg.empty()) context.payload_kg = payload_kg[row];
   if (!motor_torque_nm.empty()) context.motor_torque_nm = motor_torque_nm[row];
   if (!force_n.empty()) context.force_n = force_n[row];

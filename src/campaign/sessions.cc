@@ -100,6 +100,12 @@ Campaign in_common_frame(Campaign campaign, const Robot& robot) {
   return campaign;
 }
 
+bool is_of_each_session(const Parameter& parameter, const Robot& robot) {
+  return parameter.owner == Owner::base ||
+         std::ranges::any_of(robot.identify_per_session,
+                             [&](const std::string& name) { return Parameter(name) == parameter; });
+}
+
 std::vector<int> own_parameters(const Robot& robot) {
   std::vector<int> own(kParametersPerPose);
   std::iota(own.begin(), own.end(), kFirstBaseParameter);

@@ -32,6 +32,9 @@ Campaign in_common_frame(Campaign campaign, const Robot& robot);
 /// `robot.identify_per_session`. Throws std::invalid_argument for a name that is no zero offset.
 std::vector<int> own_parameters(const Robot& robot);
 
+/// Whether each session has a value of its own of the parameter, or of the group.
+bool is_of_each_session(const Parameter& parameter, const Robot& robot);
+
 /// The name of the session of a row; empty if the campaign has no sessions.
 std::string session_name(const Campaign& campaign, int row);
 

@@ -103,9 +103,11 @@ class Compensation {
     finish(target, context, intended);
     target.reached_q = target.programmed;
     if (!program_.is_cartesian(static_cast<size_t>(row)))
-      target.reached_q = joints_of_pose(controller(), context,
-                                        arms_now_->options.base * target.reached, target.programmed)
-                             .q;
+      if (const JointCorrection there =
+              joints_of_pose(controller(), context, arms_now_->options.base * target.reached,
+                             target.programmed);
+          there.is_reached)
+        target.reached_q = there.q;
     return target;
   }
 
@@ -351,6 +353,11 @@ Robot in_session(Robot robot, const std::string& session) {
                                   "them hold now");
     return robot;
   }
+  // Later sessions are forgotten, so that this one is the last that the effects know.
+  for (Effect& effect : robot.effects)
+    if (std::vector<std::string>& known = effect.driver.sessions;
+        std::ranges::find(known, session) != known.end())
+      known.erase(std::ranges::find(known, session) + 1, known.end());
   const auto found = robot.sessions.find(session);
   if (found == robot.sessions.end())
     throw std::invalid_argument("has no session '" + session + "'" +

@@ -58,8 +58,13 @@ std::vector<double> roundings(const std::vector<NumberBeside>& numbers, double l
   return result;
 }
 
-// Looks at all numbers beside the grid of so many decimals. Those of one component that are beside
-// it by the same amount count once: an error that is the same everywhere moves them alike.
+// One number of a hundred is short where the arm takes it for a reason of its own: an axis of the
+// wrist that the minimum leaves at 0, a face that is level in both models.
+constexpr double kShortByAccident = 0.01;
+
+// Looks at the numbers beside the grid of so many decimals that the arm takes as others. Those of
+// one component that are beside it by the same amount, or that come to the same number, count once:
+// an error that is the same everywhere moves them alike, and a singular posture has one angle.
 struct RoundOnGrid {
   RoundWhereReached found;
   double chance = 1;  ///< that so many are round
@@ -68,21 +73,28 @@ struct RoundOnGrid {
               int decimals) {
     found.decimals = decimals;
     constexpr double kMostChance = 0.2;  // of one number: finer grids show nothing
-    std::set<std::pair<int, long long>> counted;
-    double most = 0;
+    std::set<std::pair<int, long long>> counted, reached;
+    double most = kShortByAccident;
     for (size_t i = 0; i < numbers.size(); ++i) {
       const NumberBeside& number = numbers[i];
       const double one = 2 * rounding[i] / grid_step(decimals);
       if (one > kMostChance ||
-          distance_from_grid(number.written, decimals) <= 2 * rounding[i])
+          distance_from_grid(number.written, decimals) <= 2 * rounding[i] ||
+          std::abs(number.beside - number.written) <= rounding[i])
         continue;
       const double rest =
           number.written - std::floor(number.written / grid_step(decimals)) * grid_step(decimals);
       if (!counted.emplace(number.component, std::llround(rest / (4 * rounding[i]))).second)
         continue;
+      const bool is_round = distance_from_grid(number.beside, decimals) <= rounding[i];
+      if (is_round &&
+          !reached
+               .emplace(number.component, std::llround(number.beside / grid_step(decimals)))
+               .second)
+        continue;
       most = std::max(most, one);
       ++found.numbers;
-      if (distance_from_grid(number.beside, decimals) > rounding[i]) continue;
+      if (!is_round) continue;
       if (found.round++ > 0) continue;
       found.target = static_cast<int>(number.target);
       found.written = number.written;

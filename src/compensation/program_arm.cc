@@ -40,6 +40,7 @@ bool is_of_the_arm(DriverKind kind) {
     case DriverKind::gravity_direction:
       return true;
     case DriverKind::time:
+    case DriverKind::session:
     case DriverKind::temperature:
     case DriverKind::position:
     case DriverKind::range:

@@ -31,6 +31,7 @@ constexpr Word kWords[] = {
     {DriverKind::incidence, "incidence", "rad", false},
     {DriverKind::place, "place", "m", false},
     {DriverKind::gravity_direction, "gravity-direction", "", false},
+    {DriverKind::session, "session", "", false},
 };
 
 const Word& word(DriverKind kind) {
@@ -63,7 +64,7 @@ std::optional<Driver> product(std::optional<Driver> first, const std::optional<D
       break;
     case DriverKind::gravity_torque:
     case DriverKind::tool_weight:
-      if (first->kind != DriverKind::time) return std::nullopt;
+      if (!first->follows_course()) return std::nullopt;
       break;
     default:
       return std::nullopt;

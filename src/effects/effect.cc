@@ -1,13 +1,14 @@
 #include "armtrue/effects/effect.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace armtrue {
 
 bool is_lasting_of_instrument(const Effect& effect) {
   return owner_of(effect) == Owner::instrument &&
          !is_instrument_parameter(effect.parameter, InstrumentParameter::scale) &&
-         !effect.driver.involves(DriverKind::time);
+         !effect.driver.follows_course();
 }
 
 int group_size(const Parameter& parameter) {
@@ -96,9 +97,16 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
       (parameter.owner != Owner::tool || shape.kind != ShapeKind::linear || driver.factor))
     return "'gravity-direction', a vector in the axes of the last link, drives the tool or a "
            "parameter of it in the shape 'linear', without a factor";
-  if (has_at(shape.kind) && driver.kind != DriverKind::time && !is_angle(driver.kind))
+  if (driver.involves(DriverKind::session) &&
+      (driver.kind != DriverKind::session || shape.kind != ShapeKind::step))
+    return "'session' says since when something stands otherwise: it drives the shape 'step'";
+  if (has_at(shape.kind) && !driver.follows_course() && !is_angle(driver.kind))
     return "the shape '" + to_string(shape) + "' needs a time or an angle as driver";
   return "";
+}
+
+const std::string& first_session_after(const Effect& effect) {
+  return effect.driver.sessions.at(static_cast<size_t>(std::ceil(effect.shape.at)));
 }
 
 std::vector<Effect> single_effects(const Effect& effect) {

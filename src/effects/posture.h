@@ -14,6 +14,7 @@ inline bool is_of_posture(DriverKind kind) {
     case DriverKind::arrival:
     case DriverKind::stroke:
     case DriverKind::time:
+    case DriverKind::session:
     case DriverKind::temperature:
     case DriverKind::force:
       return false;

@@ -29,6 +29,14 @@ std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
   return parameters;
 }
 
+// From where the driver `range` counts: a wire from its anchor, a line of sight from the instrument.
+Vector3d origin_of_range(const Effect& effect, const Robot& robot) {
+  if (effect.parameter.owner == Owner::anchor)
+    for (const Anchor& anchor : robot.chain.anchors)
+      if (anchor.name == effect.parameter.of) return anchor.position;
+  return instrument_place(robot);
+}
+
 // The robot with nothing but 1 kg at the measured frame.
 Robot with_unit_weight(Robot robot) {
   robot.bodies = {{link_count(robot.chain) - 1, 1.0, robot.chain.tool.translation}};
@@ -44,7 +52,7 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
       measured_(effect.measured),
       base_(robot.chain.base),
       tool_(robot.chain.tool),
-      instrument_(instrument_place(robot)),
+      instrument_(origin_of_range(effect, robot)),
       up_(upwards(robot)),
       gravity_(robot.gravity.normalized()),
       ground_(robot.ground_link.value_or(-1)),
@@ -171,6 +179,11 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       return context.stroke[joint];
     case DriverKind::time:
       return context.time_s;
+    case DriverKind::session: {
+      const std::vector<std::string>& known = driver_.sessions;
+      const auto found = std::ranges::find(known, context.session);
+      return static_cast<double>(std::min(found - known.begin(), std::ssize(known) - 1));
+    }
     case DriverKind::temperature:
       return context.temperature_c[temperature_];
     case DriverKind::payload:

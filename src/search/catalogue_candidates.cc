@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "armtrue/kinematics/units.h"
+#include "campaign/sessions.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
 
@@ -93,6 +94,7 @@ void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& sh
 std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
                                             const Campaign& campaign) {
   const Span span = time_span(campaign);
+  const std::optional<Driver> between_sessions = session_driver(campaign);
   std::vector<Candidate> candidates;
   std::vector<Usual> usual;
   for (const CatalogueEntry& entry : catalogue)
@@ -104,6 +106,13 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           drivers.push_back(effect.driver);
           drivers.back().where = where;
         }
+      }
+      // A step in time may have come between two sessions.
+      if (effect.driver.kind == DriverKind::time && effect.shape.kind == ShapeKind::step &&
+          between_sessions && !is_of_each_session(effect.parameter, robot)) {
+        drivers.push_back(effect.driver);
+        drivers.back().kind = DriverKind::session;
+        drivers.back().sessions = between_sessions->sessions;
       }
       if (!is_shown(effect, robot, campaign)) continue;
       double furthest = 0;

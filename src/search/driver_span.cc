@@ -4,9 +4,13 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <ranges>
 #include <set>
 #include <string>
 #include <type_traits>
+#include <utility>
+
+#include "campaign/sessions.h"
 
 namespace armtrue {
 
@@ -16,10 +20,36 @@ Span time_span(const Campaign& campaign) {
 }
 
 Span span_of(const Driver& driver, const Campaign& campaign) {
+  if (driver.kind == DriverKind::session) {
+    Span numbers;
+    for (size_t k = 0; k < driver.sessions.size(); ++k)
+      numbers.values.push_back(static_cast<double>(k));
+    return numbers;
+  }
   if (driver.kind != DriverKind::joint_angle) return time_span(campaign);
   std::set<double> distinct;
   for (const JointVector& q : campaign.q) distinct.insert(q[driver.joint]);
   return {{distinct.begin(), distinct.end()}};
+}
+
+std::optional<Driver> session_driver(const Campaign& campaign) {
+  const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
+  if (sessions.size() < 2) return std::nullopt;
+  Driver driver{DriverKind::session, -1, -1, ""};
+  std::vector<std::pair<double, double>> times;  // first and last of each session
+  for (const std::vector<int>& rows : sessions) {
+    driver.sessions.push_back(session_name(campaign, rows.front()));
+    if (campaign.time_s.empty()) continue;
+    const auto [first, last] = std::ranges::minmax(
+        rows | std::views::transform([&](int row) { return campaign.time_s[row]; }));
+    times.emplace_back(first, last);
+  }
+  if (times.empty()) return driver;
+  std::ranges::sort(times);
+  // Times that begin anew in each session do not say what was before it.
+  for (size_t k = 1; k < times.size(); ++k)
+    if (times[k].first <= times[k - 1].second) return driver;
+  return std::nullopt;
 }
 
 std::vector<double> step_places(const Span& span, int count) {
@@ -97,6 +127,8 @@ bool is_driven(DriverKind kind, int joint, const std::string& where, const Campa
   switch (kind) {
     case DriverKind::time:
       return has_time(span);
+    case DriverKind::session:
+      return by(campaign.session, [](int session) { return session; });
     case DriverKind::payload:
       return by(campaign.payload_kg, [](double mass) { return mass; });
     case DriverKind::force:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
@@ -21,8 +22,13 @@ struct Span {
 
 /// Values of the time [s].
 Span time_span(const Campaign& campaign);
-/// Values of the time [s] or of a joint angle [rad; m for a prismatic joint].
+/// Values of the time [s], of a joint angle [rad; m for a prismatic joint] or of sessions, which are
+/// their numbers.
 Span span_of(const Driver& driver, const Campaign& campaign);
+
+/// The driver of what happened between sessions: nothing if there are none, or if times show it,
+/// because each session begins after another has ended.
+std::optional<Driver> session_driver(const Campaign& campaign);
 
 /// Whether there are enough different times for an effect of time.
 inline bool has_time(const Span& span) { return span.values.size() > 2; }

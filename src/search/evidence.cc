@@ -194,7 +194,8 @@ std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
 std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
                                                size_t chosen) {
   const Candidate& step = model.chosen()[chosen];
-  if (!has_at(step.effect.shape.kind)) return std::nullopt;
+  if (!has_at(step.effect.shape.kind) || step.effect.driver.kind == DriverKind::session)
+    return std::nullopt;
   const std::vector<Candidate> steps = steps_anywhere(step, campaign);
   const std::vector<CandidateScore> scores = model.scores_of(steps, model.in_fit(chosen));
   double best = 0;
@@ -317,7 +318,7 @@ Moved moved_by(const Effect& effect) {
 bool is_other_cause(const Effect& effect, const Rival& rival) {
   const auto is_slow_or_sudden = [](const Driver& driver) {
     return !driver.factor &&
-           (driver.kind == DriverKind::time || driver.kind == DriverKind::temperature);
+           (driver.follows_course() || driver.kind == DriverKind::temperature);
   };
   if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
       moved_by(effect) != moved_by(rival.effect))
@@ -331,13 +332,13 @@ bool is_other_cause(const Effect& effect, const Rival& rival) {
 }
 
 bool is_of_instrument(const Effect& effect) {
-  return !effect.driver.involves(DriverKind::time) &&
+  return !effect.driver.follows_course() &&
          (effect.may_be_instrument || owner_of(effect) == Owner::instrument);
 }
 
 bool may_be_rest_of_event(const Effect& effect, const Robot& robot) {
   const auto follows_time = [](const Effect& any) {
-    return any.driver.kind == DriverKind::time && !any.driver.factor;
+    return any.driver.follows_course() && !any.driver.factor;
   };
   return follows_time(effect) && !moves_station(effect) &&
          std::ranges::any_of(robot.effects, [&](const Effect& other) {

@@ -228,10 +228,11 @@ bool ModelSearch::is_new_model() {
 // moved more often than an arm is bent: not excluded by odds of 1000 to 1.
 bool ModelSearch::may_be_knock(size_t k) {
   const double least = model_.score_of({static_cast<int>(k)}).score - 2 * std::log(1000.0);
+  const DriverKind driver = model_.chosen()[k].effect.driver.kind;
   const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
       least, std::vector<int>{model_.in_fit(k)}, [&](int candidate) {
         const Effect& other = candidates()[candidate].effect;
-        return moved_by(other) != Moved::arm && other.driver.kind == DriverKind::time;
+        return moved_by(other) != Moved::arm && other.driver.kind == driver;
       });
   return std::ranges::any_of(scores,
                              [&](const CandidateScore& score) { return score.score > least; });
@@ -248,6 +249,7 @@ bool ModelSearch::is_half_shown(size_t k) {
   const int least = chosen.alike ? 1 : 2;
   if (chosen.effect.members.size() < 2 || model_.members_shown(k) < least) return true;
   if (!may_be_one_mass(model_.fit().robot, model_.fit().robot.effects[model_.in_fit(k)])) return true;
+  if (chosen.effect.driver.kind == DriverKind::session) return may_be_knock(k);
   const std::optional<std::array<double, 2>> at = step_ci95(model_, campaign_, k);
   if (!at || chosen.effect.driver.kind != DriverKind::time) return false;
   if (may_be_knock(k)) return true;

@@ -6,6 +6,7 @@
 #include "armtrue/effects/gravity.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/units.h"
+#include "campaign/sessions.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
 #include "search/frequency_grid.h"
@@ -37,6 +38,7 @@ class OpenSearch {
       : robot_(robot),
         campaign_(campaign),
         span_(time_span(campaign)),
+        between_sessions_(session_driver(campaign)),
         layout_(layout_of(robot.chain)),
         joints_(joint_count(robot.chain)) {}
 
@@ -50,6 +52,7 @@ class OpenSearch {
       add_places(parameter, {DriverKind::joint_angle, j, -1, ""});
       add_torque_series(parameter, j);
       add_time_shapes(parameter);
+      add_session_steps(parameter);
       add_conditions(parameter);
     }
     close_stage();
@@ -230,6 +233,13 @@ class OpenSearch {
     add(parameter, driver, time_series());
   }
 
+  void add_session_steps(const Parameter& parameter) {
+    if (!between_sessions_ || is_of_each_session(parameter, robot_)) return;
+    for (const Shape& inner : with_inner_values(
+             Shape{ShapeKind::step}, span_of(*between_sessions_, campaign_), kDegree))
+      add(parameter, *between_sessions_, inner);
+  }
+
   Shape time_series() const {
     return series_shape(SeriesBasis::cosine, 4, span_.values.front(), span_.values.back());
   }
@@ -273,6 +283,7 @@ class OpenSearch {
   const Robot& robot_;
   const Campaign& campaign_;
   Span span_;
+  std::optional<Driver> between_sessions_;
   ParameterLayout layout_;
   int joints_;
   std::vector<Candidate> candidates_;

@@ -34,6 +34,7 @@ std::string value_key(const Effect& effect) {
 
 bool same(const Context& a, const Context& b) {
   return a.q == b.q && a.arrival == b.arrival && a.stroke == b.stroke && a.time_s == b.time_s &&
+         a.session == b.session &&
          a.payload_kg == b.payload_kg && a.motor_torque_nm == b.motor_torque_nm &&
          a.force_n == b.force_n && a.temperature_c == b.temperature_c;
 }

@@ -69,6 +69,15 @@ std::string step_text(const TracedEffect& step, const Robot& robot) {
                              : "s");
 }
 
+// "a step of 0.33 mrad since session 'day 2'".
+std::string session_step_text(const Effect& step, const Robot& robot) {
+  const std::vector<Coefficient>& c = step.coefficients;
+  return fmt::format(
+      "a step{} since session '{}'",
+      c.size() == 1 ? " of " + size_text(robot, step.parameter, c.front().value) : "",
+      first_session_after(step));
+}
+
 // The curve of an effect in words: "0.8 mrad peak at 90 deg, even".
 std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, const Robot& robot) {
   if (curve.empty()) return "";
@@ -187,6 +196,8 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
                      const std::vector<CurvePoint>& curve, const Robot& robot) {
   const std::string words = traced.cycle       ? cycle_text(traced.effect, *traced.cycle, robot)
                             : traced.step_ci95 ? step_text(traced, robot)
+                            : traced.effect.driver.kind == DriverKind::session
+                                ? session_step_text(traced.effect, robot)
                                                : course(traced.effect, curve, robot);
   std::string text = to_string(traced.effect.parameter) + " depends on " + to_string(traced.effect.driver) +
                      (words.empty() ? "" : ", " + words) + "; " + statement(traced, gain);
@@ -211,6 +222,11 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
   } else {
     replace(text, "{j}", joint_of(traced, robot));
     replace(text, "{k}", axis_name(robot, traced.effect.driver.joint));
+    if (traced.effect.driver.kind == DriverKind::session) {
+      replace(text, "during the campaign", "between two sessions");
+      text += fmt::format(": it stands otherwise since session '{}'",
+                          first_session_after(traced.effect));
+    }
     if (traced.cycle) {
       const double unit = display_unit(robot.chain, traced.effect.parameter).si;
       text += fmt::format(", {:.3g} {}", traced.cycle->amplitude / unit,

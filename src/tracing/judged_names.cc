@@ -29,7 +29,7 @@ RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
 // Whether an effect is doubtful only because no rigid arm has it: not because it follows time, nor
 // because a law of the instrument could take its place.
 bool is_of_no_rigid_arm(const TracedEffect& traced) {
-  return traced.effect.may_be_instrument && !traced.effect.driver.involves(DriverKind::time) &&
+  return traced.effect.may_be_instrument && !traced.effect.driver.follows_course() &&
          std::ranges::none_of(traced.indistinguishable, [](const Rival& rival) {
            return owner_of(rival.effect) == Owner::instrument && !is_distortion(rival.effect);
          });

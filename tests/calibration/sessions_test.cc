@@ -303,6 +303,24 @@ TEST(Sessions, AreChosenForAsAllRowsAtOnce) {
   EXPECT_GT(absorbed_all, 0);
 }
 
+// Effects that predict with the coefficients that they have are no unknowns, and the base of a
+// further session stands behind those that are.
+TEST(Sessions, TheBaseOfAFurtherOneIsNoUncertaintyOfAnEffect) {
+  Robot robot = shipped("kr360-spindle");
+  robot.identify = {"base", "A2.d", "A3.d", "A4.r", "A2.theta", "A3.theta"};
+  const Campaign campaign = measured(
+      shipped("kr360-table4"), {.sessions = 2, .poses = 40, .noise_mm = 0.095, .noise_mrad = 0.15});
+  const Eigen::Index without = uncertainty_of(calibrate(robot, campaign), campaign).root.rows();
+  for (const char* parameter : {"A4.theta", "A5.theta"})
+    robot.effects.push_back({"part of the remainder", parameter, *parse_driver("joint-angle 3"),
+                             *parse_shape("harmonic 1"), {{"sin", 1e-6}, {"cos", 1e-6}}});
+  CalibrationOptions options;
+  options.fitted_effects = 0;
+  EXPECT_EQ(uncertainty_of(calibrate(robot, campaign, options), campaign).root.rows(), without);
+  options.fitted_effects = 1;
+  EXPECT_EQ(uncertainty_of(calibrate(robot, campaign, options), campaign).root.rows(), without + 2);
+}
+
 // An uncertainty names the unknowns of the first session: of its readings the variance is exact,
 // and those of a further one move with its own base about as much.
 TEST(Sessions, PredictionsOfEachFollowItsOwnColumns) {

@@ -452,5 +452,25 @@ TEST(Compensation, SessionsWithZerosOfTheirOwnMustBeNamed) {
   EXPECT_EQ(in_session(rail, "day 2").chain.links[0].theta, rail.chain.links[0].theta);
 }
 
+// What happened between sessions holds for a program as it was in the session that is named, and
+// else as it was after the last.
+TEST(Compensation, AppliesTheArmAsItWasInASession) {
+  Robot robot = nominal_arm();
+  Effect step = effect_on("A2.theta", "session", "step", {1e-3});
+  step.driver.sessions = {"winter", "spring", "summer"};
+  step.shape.at = 0.5;
+  robot.effects = {step};
+  for (const char* name : {"winter", "spring", "summer"}) robot.sessions[name].base = {};
+  Uniform uniform(11);
+  const Program program = joint_program({random_target(robot.chain, uniform)});
+  const auto moved = [&](const Robot& identified) {
+    const auto targets = compensate(identified, nominal_arm(), program, {});
+    return targets.front().q[1] - targets.front().programmed[1];
+  };
+  EXPECT_NEAR(moved(in_session(robot, "")), -1e-3, 1e-9);
+  EXPECT_NEAR(moved(in_session(robot, "winter")), 0, 1e-9);
+  EXPECT_NEAR(moved(in_session(robot, "spring")), -1e-3, 1e-9);
+}
+
 }  // namespace
 }  // namespace armtrue::compensation_test

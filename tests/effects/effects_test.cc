@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/gravity.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/effects/sampling.h"
@@ -310,6 +311,41 @@ TEST(RobotModel, AFactorMultipliesTheShape) {
              got = RobotModel(with, {"air"}).pose(context);
   EXPECT_LT((expected.translation - got.translation).norm(), 1e-14);
   EXPECT_LT((expected.rotation - got.rotation).norm(), 1e-14);
+}
+
+// A step between sessions stands from one of them on, and in sessions that came after all of them.
+TEST(RobotModel, AStepBetweenSessionsStandsSinceOne) {
+  Robot robot = read_robot(kRobotFile).robot;
+  Effect step{"re-mastered joint", "A2.theta", *parse_driver("session"), step_shape(0.5), {{"c", 1e-3}}};
+  step.driver.sessions = {"winter", "spring", "summer"};
+  robot.effects = {step};
+  const RobotModel model(robot);
+  const int moved = *find_parameter(robot.chain, "A2.theta");
+  Campaign campaign;
+  campaign.session_names = {"summer", "winter", "later", "spring"};
+  campaign.q.push_back(pose_of_test());
+  for (const auto& [session, expected] :
+       {std::pair(1, 0.0), std::pair(3, 1e-3), std::pair(0, 1e-3), std::pair(2, 1e-3)}) {
+    campaign.session = {session};
+    EXPECT_EQ(model.offsets(campaign.context(0))[moved], expected)
+        << campaign.session_names[static_cast<size_t>(session)];
+  }
+  campaign.session.clear();
+  EXPECT_EQ(model.offsets(campaign.context(0))[moved], 1e-3);
+}
+
+// The length of a wire counts from its own anchor.
+TEST(RobotModel, AWireReadsInProportionToItsLength) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.chain.anchors = {{"1", {2.5, 1.5, 0.1}}, {"2", {2.5, -1.5, 0.3}, 2e-3}};
+  Context context;
+  context.q = pose_of_test();
+  const double first = RobotModel(robot).distance(context, -1, 0),
+               second = RobotModel(robot).distance(context, -1, 1);
+  robot.effects = {
+      {"wire scale", "anchor 2.zero", *parse_driver("range"), Shape{}, {{"c", 3e-4}}}};
+  EXPECT_NEAR(RobotModel(robot).distance(context, -1, 0), first, 1e-15);
+  EXPECT_NEAR(RobotModel(robot).distance(context, -1, 1), second + 3e-4 * (second - 2e-3), 1e-14);
 }
 
 TEST(RobotModel, InstrumentScaleStretchesEveryReading) {

@@ -43,6 +43,29 @@ TEST(RobotIo, WhatIsWrittenReadsBackTheSame) {
   }
 }
 
+TEST(RobotIo, AStepBetweenSessionsReadsBack) {
+  const std::string effect =
+      "effects:\n"
+      "  - {name: re-mastered joint, parameter: A2.theta, driver: session, shape: step, since: \"2\",\n"
+      "     sessions: [day 1, \"2\", day 3], coefficients: [{value: 1e-3}]}\n";
+  const std::string text = text_of("kr360") + "\n";
+  const std::string with = text.find("effects: []") == std::string::npos
+                               ? text + effect
+                               : replaced(text, "effects: []", effect);
+  const Robot robot = parse_robot(with, "r.yaml");
+  ASSERT_EQ(robot.effects.size(), 1u);
+  EXPECT_EQ(robot.effects.front().driver.sessions,
+            (std::vector<std::string>{"day 1", "2", "day 3"}));
+  EXPECT_EQ(first_session_after(robot.effects.front()), "2");
+  EXPECT_EQ(robot.effects.front().shape.at, 0.5);
+  const std::string once = write_robot(robot);
+  EXPECT_NE(once.find("since: \"2\""), std::string::npos) << once;
+  EXPECT_EQ(write_robot(parse_robot(once, "once")), once);
+  expect_error(replaced(with, "since: \"2\"", "since: day 1"), "'day 1' is none of 'sessions'");
+  expect_error(replaced(with, "since: \"2\"", "since: day 4"), "'day 4' is none of 'sessions'");
+  expect_error(replaced(with, "shape: step", "shape: linear"), "drives the shape 'step'");
+}
+
 TEST(RobotIo, SessionsReadBack) {
   const std::string sessions =
       "sessions:\n"

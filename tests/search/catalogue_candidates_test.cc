@@ -74,5 +74,35 @@ TEST(CatalogueCandidates, MayFollowTheNextJoint) {
   }
 }
 
+// The parameters that may have stepped between two sessions.
+std::set<std::string> steps_between_sessions(const Robot& robot, Campaign campaign) {
+  campaign.time_s.clear();
+  campaign.session_names = {"1", "2"};
+  campaign.session.clear();
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.session.push_back(campaign.pose[static_cast<size_t>(row)] % 2);
+  std::set<std::string> parameters;
+  for (const char* parameter : {"theta", "base", "base.x", "tool"})
+    for (const Candidate& candidate : catalogue_candidates(
+             one_entry(std::string("driver: time, shape: step, parameter: ") + parameter), robot,
+             campaign)) {
+      EXPECT_EQ(to_string(candidate.effect.driver), "session");
+      parameters.insert(to_string(candidate.effect.parameter));
+    }
+  return parameters;
+}
+
+// Each session has its base for itself, and the zero offsets that the robot file gives it.
+TEST(CatalogueCandidates, WhatEachSessionHasOfItsOwnDoesNotStepBetweenThem) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  const Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  EXPECT_EQ(steps_between_sessions(robot, campaign),
+            (std::set<std::string>{"A1.theta", "A2.theta", "A3.theta", "A4.theta", "A5.theta",
+                                   "A6.theta", "tool"}));
+  robot.identify_per_session = {"A2.theta", "A5.theta"};
+  EXPECT_EQ(steps_between_sessions(robot, campaign),
+            (std::set<std::string>{"A1.theta", "A3.theta", "A4.theta", "A6.theta", "tool"}));
+}
+
 }  // namespace
 }  // namespace armtrue

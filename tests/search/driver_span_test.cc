@@ -73,5 +73,23 @@ TEST(DriverSpan, AFactorNeedsThemToo) {
   EXPECT_TRUE(driven("joint-angle 3 * payload", c));
 }
 
+// Sessions say what comes before what where no times do: none are there, or each session begins anew.
+TEST(DriverSpan, SessionsStandInTheirOrderWhereTimesShowNone) {
+  Campaign c = campaign();
+  EXPECT_FALSE(session_driver(c));
+  c.session_names = {"b", "nothing", "a"};
+  for (int row = 0; row < kRows; ++row) c.session.push_back(row < kPoses ? 0 : 2);
+  EXPECT_FALSE(session_driver(c)) << "the times order them";
+  for (int row = kPoses; row < kRows; ++row) c.time_s[row] -= kPoses;
+  ASSERT_TRUE(session_driver(c));
+  c.time_s.clear();
+  const auto driver = session_driver(c);
+  ASSERT_TRUE(driver);
+  EXPECT_EQ(driver->sessions, (std::vector<std::string>{"b", "a"}));
+  EXPECT_EQ(span_of(*driver, c).values, (std::vector<double>{0, 1}));
+  EXPECT_EQ(step_places(span_of(*driver, c), kStepGrid), std::vector<double>{0.5});
+  EXPECT_TRUE(is_driven(*driver, c, {}));
+}
+
 }  // namespace
 }  // namespace armtrue

@@ -92,6 +92,7 @@ OracleArm changed(const OracleArm& arm, const HiddenEffect& effect, const Moment
   scaled.elevation += amplitude * unit.elevation;
   scaled.point = scaled.point + unit.point * amplitude;
   scaled.second_wire += amplitude * unit.second_wire;
+  scaled.second_wire_share += amplitude * unit.second_wire_share;
   return scaled;
 }
 
@@ -276,16 +277,17 @@ void write_pose(std::ostream& out, KDL::Frame frame, const CampaignPlan& plan, D
 }
 
 void write_distance(std::ostream& out, const KDL::Vector& point, size_t anchor,
-                    const CampaignPlan& plan, double second_wire, Dice& dice, double& sum) {
+                    const CampaignPlan& plan, const OracleArm& now, Dice& dice, double& sum) {
   OracleAnchor from = plan.anchors[anchor];
-  if (anchor == 1) from.zero += second_wire;
+  if (anchor == 1) from.zero += now.second_wire;
+  const double share = anchor == 1 ? now.second_wire_share : 0;
   const double noise = 1e-3 * plan.noise_mm * dice.normal();
   sum += 1000 * std::abs(noise);
   double blunder = 0;
   if (dice.uniform(0, 1) < plan.blunders) blunder = 5e-3 * dice.normal();
   const KDL::Vector wire = point - from.position;
   out << ',' << anchor + 1 << ','
-      << 1000 * (std::sqrt(KDL::dot(wire, wire)) + from.zero + noise + blunder);
+      << 1000 * ((1 + share) * std::sqrt(KDL::dot(wire, wire)) + from.zero + noise + blunder);
 }
 
 // The joints of a pose where they come to rest. Dice of its own: what else is drawn stays the same.
@@ -320,7 +322,7 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
       if (plan.anchors.empty())
         write_pose(out, frame, plan, dice, sum);
       else
-        write_distance(out, frame.p, row, plan, now.second_wire, dice, sum);
+        write_distance(out, frame.p, row, plan, now, dice, sum);
       for (int direction : visit.moment.arrival) out << ',' << direction;
       if (truth.strokes)
         for (double stroke : visit.moment.stroke) out << ',' << stroke / kDeg;
@@ -559,6 +561,9 @@ std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, doubl
     if (step) wire.step_at_s = at;
     return wire;
   }
+  if (family == "wire-scale")
+    return {family, "anchor 2.zero", "range",
+            [](const Moment&, OracleArm& arm) { arm.second_wire_share += 1; }};
   if (family == "instrument-incidence")
     return hide("range", "incidence", [ray](const Moment& m, OracleArm& arm) {
       const KDL::Vector seen = ray(m, arm);
@@ -785,7 +790,8 @@ std::vector<std::string> families() {
           "instrument-incidence",
           "instrument-distortion",
           "wire-rezeroed",
-          "wire-drift"};
+          "wire-drift",
+          "wire-scale"};
 }
 
 Hidden hidden(const std::string& family, Dice& dice, double duration_s) {

@@ -30,6 +30,7 @@ struct OracleArm {
   double range = 0, azimuth = 0, elevation = 0;
   KDL::Vector point;       // what it adds to the point that it reads [m]
   double second_wire = 0;  // zero error of the second wire, beside that of its anchor [m]
+  double second_wire_share = 0;  // of its length that it reads too much
 };
 
 /// Where an instrument of range and angles stands in R_A; z is up.

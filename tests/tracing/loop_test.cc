@@ -82,6 +82,7 @@ const std::map<std::string, std::vector<std::string>> kFamiliesOfEntry{
     {"distorted space", {"instrument-distortion"}},
     {"wire re-zeroed", {"wire-rezeroed"}},
     {"wire drifts", {"wire-drift"}},
+    {"wire scale", {"wire-scale"}},
 };
 
 // Needs targets, of which the oracle has none; it has a test of its own below.
@@ -502,7 +503,7 @@ TEST_P(DistanceFamily, IsNamedAddedAndGone) {
 
 INSTANTIATE_TEST_SUITE_P(Hidden, DistanceFamily,
                          testing::Values("compliance", "harmonic", "backlash", "thermal",
-                                         "wire-rezeroed", "wire-drift"));
+                                         "wire-rezeroed", "wire-drift", "wire-scale"));
 
 // One of three targets slips in its nest at half time.
 TEST(Targets, OneThatMovedIsNamedAndTheArmStaysAsItIs) {

@@ -8,6 +8,7 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/description.h"
 #include "armtrue/tracing/loop.h"
 #include "kinematics/six_axes.h"
 #include "tracing/hidden_campaign.h"
@@ -175,6 +176,58 @@ TEST(Sessions, ARemasteredJointHasItsOwnZeroOffset) {
   EXPECT_NEAR(
       change, campaign.written.amplitude,
       3 * std::hypot(sessions.at("2").std.at(parameter), result.trace.fit.robot.std.at(parameter)));
+}
+
+// A campaign without times, that the instrument saw from two stations: what the oracle hides happened
+// between them.
+void end_session_at(double at_s, Campaign& campaign) {
+  const double duration = *std::max_element(campaign.time_s.begin(), campaign.time_s.end()) + 1;
+  carry_instrument(campaign, std::vector{at_s / duration});
+  campaign.time_s.clear();
+}
+
+HiddenCampaign between_sessions(const std::string& family, unsigned seed) {
+  HiddenCampaign campaign = oracle(family, seed);
+  for (Campaign* part : {&campaign.training, &campaign.held_out})
+    end_session_at(campaign.written.truth.step_at_s, *part);
+  return campaign;
+}
+
+class BetweenSessions : public testing::TestWithParam<std::string> {};
+
+TEST_P(BetweenSessions, AnEventIsNamedWithoutTimes) {
+  const HiddenCampaign campaign = between_sessions(GetParam(), 41);
+  const auto& truth = campaign.written.truth;
+  const LoopResult result = closed(campaign);
+  ASSERT_FALSE(result.trace.effects.empty());
+  for (const TracedEffect& traced : result.trace.effects) {
+    EXPECT_EQ(to_string(traced.effect.driver), "session") << listed(result);
+    EXPECT_EQ(first_session_after(traced.effect), "station 1");
+    EXPECT_NE(for_the_cell(traced, nullptr, nominal())
+                  .find("it stands otherwise since session 'station 1'"),
+              std::string::npos);
+  }
+  if (GetParam() == "remaster") {
+    const Effect& step = result.trace.effects.front().effect;
+    EXPECT_EQ(step.parameter, truth.parameter) << listed(result);
+    EXPECT_NEAR(step.coefficients.front().value, campaign.written.amplitude,
+                4 * step.coefficients.front().std);
+  }
+  EXPECT_LT(result.after, 1.08 * campaign.written.floor_mean_mm * kMillimetre);
+}
+
+INSTANTIATE_TEST_SUITE_P(Hidden, BetweenSessions, testing::Values("remaster", "reseated", "crash"),
+                         [](const auto& instance) { return instance.param; });
+
+TEST(Sessions, NothingHappenedBetweenThoseWithoutTimes) {
+  for (unsigned seed : {51u, 52u, 53u, 54u}) {
+    HiddenCampaign campaign = oracle("null", seed);
+    const auto [first, last] = std::ranges::minmax(campaign.training.time_s);
+    for (Campaign* part : {&campaign.training, &campaign.held_out})
+      end_session_at(0.5 * (first + last), *part);
+    const LoopResult result = closed(campaign);
+    EXPECT_TRUE(result.trace.effects.empty()) << listed(result);
+  }
 }
 
 }  // namespace

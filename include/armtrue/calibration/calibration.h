@@ -61,6 +61,7 @@ struct CalibrationResult {
   /// Names of the unknowns: geometric parameters, coefficients, then the own parameters of further
   /// sessions (`session day 2 base.x`).
   std::vector<std::string> names;
+  int shared = 0;              ///< how many of them come before those of further sessions
   Eigen::VectorXd change;      ///< of each unknown from its start value [SI]
   Eigen::MatrixXd covariance;  ///< of the unknowns [SI], clustered by pose
   /// L with L L^T = (J^T W J + P)^-1, P the information of the priors; unknowns x rank [SI]. It

@@ -93,7 +93,8 @@ struct CorrectedTarget {
   /// Error of the identified arm at `programmed` and at `q`.
   PoseDifference before, after;
   Pose reached;  ///< of the identified arm at `programmed`
-  /// Of a joint target: where the controller's model has `reached` [rad]; else as `programmed`.
+  /// Of a joint target: where the controller's model has `reached` [rad]. As `programmed` if it has
+  /// it nowhere, near a stretched elbow, and of a Cartesian target.
   JointVector reached_q;
   /// Standard deviation of the position after the correction, from the uncertainty of links and
   /// effects; root of the sum of squares over the axes [m]. Empty if the robot does not state its

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "armtrue/kinematics/chain.h"
 
@@ -20,6 +21,8 @@ struct Context {
   /// Way since the last reversal, signed [rad or m].
   JointVector stroke = JointVector::Zero(kMaxJoints);
   double time_s = 0;      ///< since the start of the campaign
+  /// Name of the session; empty or unknown: after the last. It refers to the campaign's names.
+  std::string_view session{};
   double payload_kg = 0;  ///< carried at the measured frame, beyond `bodies`
   std::array<double, kMaxJoints> motor_torque_nm{};      ///< by joint, as measured
   Eigen::Vector3d force_n = Eigen::Vector3d::Zero();     ///< on the tool, axes of R_A

@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "armtrue/kinematics/parameters.h"
 
@@ -22,12 +23,13 @@ enum class DriverKind {
   moment,       ///< generalised force of gravity on the parameter itself [N m or N]
   position,     ///< constant 1: an error of every reading; only for parameters of the instrument
   tool_weight,  ///< torque about one joint of 1 kg at the measured frame [N m]
-  range,        ///< distance of the measured frame from the instrument [m]
+  range,        ///< distance of the measured frame from the instrument, of a wire its length [m]
   azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
   elevation,    ///< of the line of sight, above the horizontal [rad]
   incidence,    ///< angle between the line of sight and the z axis of the measured frame [rad]
   place,        ///< position of the measured frame in R_0 [m]; only for a polynomial
   gravity_direction,  ///< unit vector of gravity in the axes of the last link: three values
+  session,  ///< number of the session in Driver::sessions; an unknown one counts as the last
 };
 
 struct Driver {
@@ -38,11 +40,17 @@ struct Driver {
   /// A second driver, whose value multiplies the shape of the first: arrival, time, temperature
   /// (from 20 deg C on, the reference of ISO 1), payload, force or, of time, a torque of gravity.
   std::optional<DriverKind> factor{};
+  /// Of `session`: the sessions of the calibration in their order, for what happened between them.
+  std::vector<std::string> sessions{};
 
   /// Whether the driver is two joint angles, each with its own shape.
   bool is_pair() const { return second_joint >= 0 && !factor; }
   /// Whether the driver or its factor is of this kind.
   bool involves(DriverKind which) const { return kind == which || factor == which; }
+  /// Whether the driver or its factor is the course of the campaign, by a clock or by its sessions.
+  bool follows_course() const {
+    return involves(DriverKind::time) || involves(DriverKind::session);
+  }
 
   bool operator==(const Driver&) const = default;
 };

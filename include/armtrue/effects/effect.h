@@ -102,6 +102,9 @@ inline bool is_shrunken(const Effect& effect) {
 /// The members of a whole family with their coefficients; for any other effect, the effect itself.
 std::vector<Effect> single_effects(const Effect& effect);
 
+/// Of a step between sessions: the first session after it.
+const std::string& first_session_after(const Effect& effect);
+
 /// Unit of the parameter of an effect. Of a pose it is radian, which is right if the driver
 /// `moment` turns it; other effects on a pose move it in m and rad.
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const Parameter& parameter);

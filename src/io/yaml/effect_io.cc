@@ -65,6 +65,21 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
   series.finish();
 }
 
+namespace {
+
+// In their order, and since which of them the effect stands.
+void read_sessions(YamlMap& map, Effect& effect) {
+  std::vector<std::string>& sessions = effect.driver.sessions;
+  sessions = map.texts("sessions");
+  const std::string since = map.name("since");
+  const auto found = std::ranges::find(sessions, since) - sessions.begin();
+  if (found == 0 || found == std::ssize(sessions))
+    map.fail("since", "'" + since + "' is none of 'sessions' after the first");
+  effect.shape.at = static_cast<double>(found) - 0.5;
+}
+
+}  // namespace
+
 Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   Effect effect;
   effect.parameter = map.text("parameter");
@@ -85,7 +100,10 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   if (is_polynomial(effect.shape) && effect.shape.low == effect.shape.high)
     map.fail("series", "a polynomial needs the keys range, second_range and third_range, in m");
   const auto [suffix, unit] = inner_unit(effect.driver, chain);
-  if (has_at(effect.shape.kind)) effect.shape.at = map.number("at" + suffix) * unit;
+  if (driver->kind == DriverKind::session)
+    read_sessions(map, effect);
+  else if (has_at(effect.shape.kind))
+    effect.shape.at = map.number("at" + suffix) * unit;
   if (has_tau(effect.shape.kind)) {
     effect.shape.tau = map.number("tau" + suffix) * unit;
     if (effect.shape.tau <= 0) map.fail("tau" + suffix, "must be above zero");

@@ -13,7 +13,7 @@ namespace armtrue {
 inline constexpr const char* kDriverForms =
     "joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, tool-weight <j>, arrival <j>, "
     "stroke <j>, time, temperature <where>, payload, force, moment, range, azimuth, elevation, "
-    "incidence, gravity-direction (of the tool), position (of the instrument), place (of a "
+    "incidence, session (of a step), gravity-direction (of the tool), position (of the instrument), place (of a "
     "polynomial), or one of them * arrival <j>, time, temperature <where>, payload or force, or "
     "time * gravity-torque <j> or tool-weight <j>";
 

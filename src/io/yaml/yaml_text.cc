@@ -171,7 +171,13 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
   node["shape"] = to_string(effect.shape);
   const Shape& shape = effect.shape;
   const auto [suffix, unit] = inner_unit(effect.driver, chain);
-  if (has_at(shape.kind)) node["at" + suffix] = number_text(shape.at, unit);
+  if (const std::vector<std::string>& sessions = effect.driver.sessions; !sessions.empty()) {
+    node["since"] = first_session_after(effect);
+    for (const std::string& name : sessions) node["sessions"].push_back(name);
+    node["sessions"] = flow(node["sessions"]);
+  } else if (has_at(shape.kind)) {
+    node["at" + suffix] = number_text(shape.at, unit);
+  }
   if (has_tau(shape.kind)) node["tau" + suffix] = number_text(shape.tau, unit);
   if (shape.kind == ShapeKind::series) {
     YAML::Node series;
