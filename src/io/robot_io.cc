@@ -280,8 +280,8 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   read_targets_and_anchors(document, robot.chain);
   read_contacts(document, robot.chain);
-  if (const std::string text = ambiguous_parameter(robot.chain); !text.empty())
-    document.fail("links", "'" + text +
+  if (const std::string twice = ambiguous_parameter(robot.chain); !twice.empty())
+    document.fail("links", "'" + twice +
                                "' names two parameters; give the link, target, anchor or contact a "
                                "name that does not end like the name of a parameter");
   read_masses(document, robot);

@@ -117,11 +117,11 @@ class XmlScanner {
 
   // No origin is turned by two turns; by 45 or 90 is one in degrees.
   void check_angles(std::string_view rpy) const {
-    constexpr double kMostTurned = 4 * std::numbers::pi;
+    constexpr double kMostOfAngle = 4 * std::numbers::pi;
     for (size_t begin = 0; begin < rpy.size();) {
       const size_t end = std::min(rpy.find_first_of(kXmlBlanks, begin), rpy.size());
       const std::optional<double> angle = read_number(rpy.substr(begin, end - begin));
-      if (angle && std::abs(*angle) > kMostTurned)
+      if (angle && std::abs(*angle) > kMostOfAngle)
         fail("rpy=\"" + std::string(rpy) + "\" are more than two turns; write rad, not deg");
       begin = end + 1;
     }

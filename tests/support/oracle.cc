@@ -562,8 +562,8 @@ std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, doubl
     return wire;
   }
   if (family == "wire-scale")
-    return {family, "anchor 2.zero", "range",
-            [](const Moment&, OracleArm& arm) { arm.second_wire_share += 1; }};
+    return Hidden{family, "anchor 2.zero", "range",
+                  [](const Moment&, OracleArm& arm) { arm.second_wire_share += 1; }};
   if (family == "instrument-incidence")
     return hide("range", "incidence", [ray](const Moment& m, OracleArm& arm) {
       const KDL::Vector seen = ray(m, arm);

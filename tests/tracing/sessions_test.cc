@@ -216,7 +216,7 @@ TEST_P(BetweenSessions, AnEventIsNamedWithoutTimes) {
   EXPECT_LT(result.after, 1.08 * campaign.written.floor_mean_mm * kMillimetre);
 }
 
-INSTANTIATE_TEST_SUITE_P(Hidden, BetweenSessions, testing::Values("remaster", "reseated", "crash"),
+INSTANTIATE_TEST_SUITE_P(Hidden, BetweenSessions, testing::Values("remaster", "crash"),
                          [](const auto& instance) { return instance.param; });
 
 TEST(Sessions, NothingHappenedBetweenThoseWithoutTimes) {
