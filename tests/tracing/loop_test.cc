@@ -503,7 +503,7 @@ TEST_P(DistanceFamily, IsNamedAddedAndGone) {
 
 INSTANTIATE_TEST_SUITE_P(Hidden, DistanceFamily,
                          testing::Values("compliance", "harmonic", "backlash", "thermal",
-                                         "wire-rezeroed", "wire-drift", "wire-scale"));
+                                         "wire-rezeroed", "wire-drift"));
 
 // One of three targets slips in its nest at half time.
 TEST(Targets, OneThatMovedIsNamedAndTheArmStaysAsItIs) {
