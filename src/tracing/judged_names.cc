@@ -117,14 +117,18 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   if (of_error > kWorthASearch || std::ranges::any_of(trace.effects, has_better_rival)) {
     if (options.progress) options.progress("searching with errors of the instrument");
     JudgedTraining lawful = searched(true);
-    // The law of readings of each model speaks for it, so both are asked.
     const CalibrationResult& with = lawful.training.trace.fit;
-    const double by_its_own =
-        lawful.random.evidence - std::max(beside_groups(fit, timed, with).evidence,
-                                          beside_groups(fit, timed, with, &catalogue).evidence);
-    const double by_other = beside_groups(with, timed, fit).evidence - without_law;
+    // The law of readings of each model speaks for it, so both are asked. Only models of the same
+    // readings are comparable.
+    const auto odds = [&] {
+      const double by_its_own =
+          lawful.random.evidence - std::max(beside_groups(fit, timed, with).evidence,
+                                            beside_groups(fit, timed, with, &catalogue).evidence);
+      const double by_other = beside_groups(with, timed, fit).evidence - without_law;
+      return 0.5 * (by_its_own + by_other);
+    };
     if (rows_of(lawful.training.gross_poses) == rows_of(judged.training.gross_poses) &&
-        0.5 * (by_its_own + by_other) > kRuledOut) {
+        odds() > kRuledOut) {
       // A law that random errors of the instrument explain as well is none: the arm is that beside
       // these.
       RandomEffects lawless = beside_groups(without_laws(with, *lawful.training.sound), timed,
@@ -143,6 +147,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
 void fall_back_to_geometry(JudgedTraining& judged) {
   fall_back_to_geometry(judged.training);
   judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound);
+  judged.instrument_errs = false;
 }
 
 RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign& campaign,
