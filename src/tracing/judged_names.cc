@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/parameters.h"
 #include "search/candidates.h"
 
 namespace armtrue {
@@ -68,6 +70,31 @@ void settle_doubts(TraceResult& trace) {
     settle(robot.effects[first + k]);
     settle(trace.stages.back().robot.effects[first + k]);
     settle(trace.effects[k].effect);
+  }
+}
+
+// Takes the last effects off a robot, so many; its constants get their means over the campaign.
+void hold_at_means(const CalibrationResult& fit, const Campaign& campaign, size_t effects,
+                   Robot& robot) {
+  Robot with = robot;
+  with.effects.erase(with.effects.begin(), with.effects.end() - static_cast<std::ptrdiff_t>(effects));
+  robot.effects.resize(robot.effects.size() - effects);
+  const RobotModel model(with, campaign.temperature_names);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(parameter_count(robot.chain));
+  double weights = 0;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    sum += fit.weights[row] * model.offsets(campaign.context(row));
+    weights += fit.weights[row];
+  }
+  if (weights <= 0) return;
+  const ParameterLayout layout = layout_of(robot.chain);
+  for (int k = kFirstLinkParameter; k < layout.tool; ++k) {
+    move_parameter(robot.chain, k, sum[k] / weights);
+    for (auto& [name, session] : robot.sessions) {
+      const auto zero = session.zero.find(link_of_parameter(k));
+      if (zero != session.zero.end() && is_zero_offset(robot.chain, k))
+        zero->second += sum[k] / weights;
+    }
   }
 }
 
@@ -165,10 +192,11 @@ CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& cam
 
 CalibrationResult applied_arm(const CalibrationResult& fit, const Campaign& campaign,
                               const RandomEffects& random) {
-  CalibrationResult result = beside(fit, in_order_of_visits(campaign), random);
-  std::vector<Effect>& effects = result.robot.effects;
-  effects.resize(effects.size() - random.of_campaign.size());
-  if (!random.of_campaign.empty()) place(campaign, result.robot);
+  const Campaign timed = in_order_of_visits(campaign);
+  CalibrationResult result = beside(fit, timed, random);
+  if (random.of_campaign.empty()) return result;
+  hold_at_means(result, timed, random.of_campaign.size(), result.robot);
+  place(campaign, result.robot);
   return result;
 }
 

@@ -354,7 +354,8 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   }
   // Errors of the instrument are among the groups only where it errs.
   for (const Block& block : equations.blocks)
-    if (counts[block.group] && (found.gain >= kMinGain || errs(groups[block.group]))) enter(groups, block, found.mean, fit.robot, campaign, result);
+    if (counts[block.group] && (found.gain >= kMinGain || errs(groups[block.group])))
+      enter(groups, block, found.mean, fit.robot, campaign, result);
   return result;
 }
 

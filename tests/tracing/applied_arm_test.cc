@@ -13,6 +13,8 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/loop.h"
+#include "tracing/judged_names.h"
+#include "tracing/random_effects.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue::applied_arm_test {
@@ -144,6 +146,29 @@ TEST(AppliedArm, IsFittedToAllPosesInTheEnd) {
     in_the_end += arm_error(to_all.fit.robot, others);
   }
   EXPECT_LT(in_the_end, 0.98 * judged);
+}
+
+// What follows the course of a campaign is not applied. The arm that is stands where it stood in the
+// mean, not where it was at the time 0.
+TEST(AppliedArm, StandsAtTheMeanOfWhatItDoesNotFollow) {
+  constexpr double kRate = 1e-6;  // rad/s
+  const armtrue_oracle::HiddenEffect creep = [](const armtrue_oracle::Moment& moment,
+                                                armtrue_oracle::OracleArm& arm) {
+    arm.links[2].theta += kRate * moment.time_s;
+  };
+  const Campaign campaign = visits(kNominal, creep, 60, 3);
+  ASSERT_FALSE(campaign.time_s.empty());
+  const CalibrationResult fit = calibrate(read_robot(kNominal).robot, campaign);
+  Effect by_time;
+  by_time.parameter = fit.robot.chain.links[2].name + ".theta";
+  by_time.driver.kind = DriverKind::time;
+  by_time.coefficients = {{"c", kRate}};
+  RandomEffects random;
+  random.of_campaign = {by_time};
+  const Robot applied = applied_arm(fit, campaign, random).robot;
+  EXPECT_TRUE(applied.effects.empty());
+  const double last = *std::ranges::max_element(campaign.time_s);
+  EXPECT_NEAR(applied.chain.links[2].theta, fit.robot.chain.links[2].theta, 0.1 * kRate * last);
 }
 
 }  // namespace
