@@ -1,3 +1,7 @@
+// What is built for the vector instructions of one processor says on another that they lack, before all else of
+// the program runs; so this file is compiled for any.
+#ifdef ARMTRUE_NEEDS_X86_64_V3
+
 #include <unistd.h>
 
 #include <string_view>
@@ -16,3 +20,5 @@ __attribute__((constructor(101))) void refuse_an_older_processor() {
 }
 
 }  // namespace
+
+#endif
