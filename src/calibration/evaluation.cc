@@ -165,6 +165,8 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
   constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
   if (floor.degrees_of_freedom >= kMinReplicates) {
     floor.source = NoiseFloor::Source::replicates;
+    floor.degrees_of_freedom =
+        static_cast<int>(kEfficiencyOfRobustDeviation * floor.degrees_of_freedom);
     floor.position = robust_deviation(position);
     if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
     return floor;

@@ -66,7 +66,7 @@ struct NoiseFloor {
   /// sigma.
   double position = 0;
   double orientation = 0;      ///< [rad]; 0 without orientations
-  int degrees_of_freedom = 0;  ///< of the replicates
+  int degrees_of_freedom = 0;  ///< of the replicates, times the efficiency of their deviation
 };
 
 /// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of

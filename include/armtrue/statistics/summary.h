@@ -23,4 +23,9 @@ double median(std::vector<double> values);
 /// law. 0 if there are no values.
 double robust_deviation(const std::vector<double>& deviations);
 
+/// Its efficiency: of n normal values it is as uncertain as the root mean square of this share of
+/// them. With psi(x) = x^2 - c^2 where |x| < 3, c^2 the mean of x^2 there, it is (E psi')^2 / (2 E
+/// psi^2), psi' by the deviation (Huber, "Robust statistics", 1981, 5.2).
+inline constexpr double kEfficiencyOfRobustDeviation = 0.864;
+
 }  // namespace armtrue
