@@ -64,6 +64,7 @@ Ruler vertical(const std::string& panel) {
                                   "<text class=\"tick\" x=\"-6\" y=\"([-0-9.]+)\" "
                                   "text-anchor=\"end\">([-0-9.e+]+)<"))
     ticks.push_back({std::stod(match[1]) - kBaseline, std::stod(match[2])});
+  EXPECT_LT(Ruler::of(ticks).scale, 0);  // larger values stand higher
   return Ruler::of(ticks);
 }
 
