@@ -188,6 +188,32 @@ TEST(Sessions, TheirBasesCountInTheDeviations) {
   EXPECT_GT(joint.robot.std.at("A1.theta"), 1.5 * single.robot.std.at("A1.theta"));
 }
 
+// The instrument of the second session names its axes anew: what was x is y, y is z, z is x. The
+// deviations of its base take the new names.
+TEST(Sessions, DeviationsOfABaseFollowTheAxesOfItsInstrument) {
+  const Robot truth = shipped("kr360-table4");
+  const Robot robot = shipped("kr360-spindle");
+  const Campaign campaign =
+      measured(truth, {.sessions = 2, .poses = 25, .noise_mm = 0.095, .noise_mrad = 0.15});
+  Eigen::Matrix3d renamed;
+  renamed << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  Campaign turned = campaign;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (campaign.session[row] == 0) continue;
+    turned.position[row] = renamed * campaign.position[row];
+    turned.orientation[row] = Eigen::Quaterniond(renamed) * campaign.orientation[row];
+  }
+  const auto before = calibrate(robot, campaign).robot.sessions.at(name_of(1)).std;
+  const auto after = calibrate(robot, turned).robot.sessions.at(name_of(1)).std;
+  for (const auto& [was, is] : {std::pair("x", "y"), std::pair("y", "z"), std::pair("z", "x"),
+                                std::pair("rx", "ry"), std::pair("ry", "rz"), std::pair("rz", "rx")}) {
+    const double old = before.at(std::string("base.") + was);
+    EXPECT_NEAR(after.at(std::string("base.") + is), old, 1e-4 * old) << was;
+  }
+  const double x = before.at("base.x"), y = before.at("base.y"), z = before.at("base.z");
+  EXPECT_GT(std::max({x, y, z}), 1.05 * std::min({x, y, z}));  // or the names would say nothing
+}
+
 TEST(Sessions, IgnoredTheyAreMetresOff) {
   const Robot truth = shipped("kr360-table4");
   const Campaign campaign = measured(truth, {});
