@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "armtrue/import/import_io.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/output.h"
@@ -15,6 +18,16 @@ struct Arguments {
   std::string points, joints, robot, urdf;
   ImportOptions import;
 };
+
+// The name of a shipped preset, or a file.
+app::Check preset() {
+  const app::Check word = app::one_of(import_presets());
+  return {"", [word](const std::string& text) {
+            if (text.ends_with(".yaml") || text.ends_with(".json")) return std::string();
+            const std::string why = word.why_wrong(text);
+            return why.empty() ? why : why + ", nor a file .yaml";
+          }};
+}
 
 void add_column_options(app::Command& command, ImportOptions& import) {
   app::OptionGroup columns = command.group("Columns");
@@ -85,12 +98,12 @@ void add_options(app::Command& command, Arguments& arguments) {
               "Join by time or stops: added to the times of the points. If absent, 0 by time, "
               "estimated by stops");
   join.option("--preset", import.presets,
-              "Format of a table: spatialanalyzer, optitrack, vicon, rostopic-poses or "
-              "plotjuggler-poses of the points; ur-rtde, kuka-trace, rostopic-joints or "
-              "plotjuggler-joints of the joint angles; may stand several times")
+              fmt::format("Format of a table: {}; or a file .yaml with another, see "
+                          "armtrue-formats(5). One for the points, one for the joint angles",
+                          fmt::join(import_presets(), ", ")))
       .one_each()
       .needs(joints)
-      .check(app::one_of(import_presets()));
+      .check(preset());
   join.option("--body", import.body,
               "Rigid body or marker on the robot, of a motion capture that has several")
       .needs(joints);

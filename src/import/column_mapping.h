@@ -5,6 +5,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "armtrue/import/import_io.h"
@@ -20,9 +21,9 @@ class ImportNames {
  public:
   explicit ImportNames(const ImportOptions& options);
 
-  /// The format of the table; null for a plain table. Call apply_preset() once it is read.
-  void set_preset(const Preset* preset) { preset_ = preset; }
-  const Preset* preset() const { return preset_; }
+  /// The format of the table; nothing for a plain table. Call apply_preset() once it is read.
+  void set_preset(std::optional<Preset> preset) { preset_ = std::move(preset); }
+  const Preset* preset() const { return preset_ ? &*preset_ : nullptr; }
   /// Assigns the columns of a table by the preset. If headers name joints without numbers, these
   /// are joints of the robot; without a robot their names must end in numbers.
   void apply_preset(const PlainTable& table, const ImportOptions& options);
@@ -54,7 +55,7 @@ class ImportNames {
   std::set<std::string> doubted_;
   std::vector<std::string> ignored_;  // a * at the end stands for any text
   std::vector<std::string> named_;    // by options
-  const Preset* preset_ = nullptr;
+  std::optional<Preset> preset_;
 };
 
 enum class TableRole {

@@ -219,15 +219,15 @@ void leave_out_empty_rows(Import& import) {
         fmt::format("{} rows without joint angles", before - import.table.rows.size()));
 }
 
-const Preset* preset_for(const ImportOptions& options, bool holds_joints) {
-  const Preset* found = nullptr;
+std::optional<Preset> preset_for(const ImportOptions& options, bool holds_joints) {
+  std::optional<Preset> found;
   for (const std::string& name : options.presets) {
-    const Preset* const preset = find_preset(name);
-    if (!preset) throw InputError("--preset: there is none of the name '" + name + "'");
-    if (preset->holds_joints != holds_joints) continue;
-    if (found && found != preset)
+    const Preset* const shipped = find_preset(name);
+    const Preset preset = shipped ? *shipped : read_preset(name);
+    if (preset.holds_joints != holds_joints) continue;
+    if (found)
       throw InputError(fmt::format("--preset {} and {} are both for the table of {}; leave one out",
-                                   found->name, preset->name,
+                                   found->name, preset.name,
                                    holds_joints ? "joint angles" : "points"));
     found = preset;
   }

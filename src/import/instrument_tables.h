@@ -24,6 +24,7 @@ PlainTable read_motive(const std::string& path, const std::string& body);
 
 /// CSV of Vicon Nexus or Tracker: Objects, Segments or Trajectories, the rate, names, the line that
 /// begins with Frame, units. The times are frame / rate.
-PlainTable read_vicon(const std::string& path, const std::string& body);
+PlainTable read_vicon(const std::string& path, const std::string& separators,
+                      const std::string& body);
 
 }  // namespace armtrue

@@ -216,11 +216,12 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
   return table;
 }
 
-PlainTable read_vicon(const std::string& path, const std::string& body) {
+PlainTable read_vicon(const std::string& path, const std::string& separators,
+                      const std::string& body) {
   TableLines lines(path);
   PlainTable table;
   table.file = lines.file();
-  const ViconHeader header = read_vicon_header(lines, find_preset("vicon")->separators);
+  const ViconHeader header = read_vicon_header(lines, separators);
   table.header_line = lines.number() - 1;
   std::vector<BodyColumn> columns;
   for (size_t k = 2; k < header.axes.size(); ++k)
@@ -263,7 +264,7 @@ PlainTable read_instrument_table(const std::string& path, const Preset& preset,
     case TableForm::motive:
       return read_motive(path, body);
     default:
-      return read_vicon(path, body);
+      return read_vicon(path, preset.separators, body);
   }
 }
 

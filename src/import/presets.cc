@@ -1,141 +1,61 @@
 #include "import/presets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
+#include "armtrue/io/source.h"
+#include "import/column_names.h"
 #include "import/plain_cell.h"
+#include "import/shipped_presets.h"
+#include "io/yaml/yaml_map.h"
 
 namespace armtrue {
 namespace {
 
-constexpr std::string_view kComments = "#/%";
+constexpr size_t kMostSeparators = 8, kMostColumns = 1000;
 
-// A further preset is a further entry here, and a word in apps/import-readings.cc.
-std::vector<Preset> all_presets() {
-  return {
-      {"spatialanalyzer",
-       false,
-       TableForm::spatial_analyzer,
-       ",",
-       "/",
-       false,
-       {{"Point", "pose", "", ""},
-        {"X", "x", "", ""},
-        {"Y", "y", "", ""},
-        {"Z", "z", "", ""},
-        {"Time", "t", "", ""}}},
-      {"optitrack",
-       false,
-       TableForm::motive,
-       ",",
-       "",
-       false,
-       {{"Time (Seconds)", "t", "s", ""},
-        {"Position X", "x", "", ""},
-        {"Position Y", "y", "", ""},
-        {"Position Z", "z", "", ""},
-        {"Rotation X", "qx", "", ""},
-        {"Rotation Y", "qy", "", ""},
-        {"Rotation Z", "qz", "", ""},
-        {"Rotation W", "qw", "", ""}}},
-      {"vicon",
-       false,
-       TableForm::vicon,
-       ",;\t",
-       "",
-       false,
-       {{"Time", "t", "s", ""},
-        {"TX", "x", "", ""},
-        {"TY", "y", "", ""},
-        {"TZ", "z", "", ""},
-        {"X", "x", "", ""},
-        {"Y", "y", "", ""},
-        {"Z", "z", "", ""},
-        {"RW", "qw", "", ""},
-        {"RX", "qx", "", "RW"},
-        {"RY", "qy", "", "RW"},
-        {"RZ", "qz", "", "RW"},
-        {"RX", "rx", "", ""},
-        {"RY", "ry", "", ""},
-        {"RZ", "rz", "", ""}}},
-      {"rostopic-poses",
-       false,
-       TableForm::header,
-       ",",
-       "",
-       false,
-       {{"*header.stamp", "t", "ns", ""},
-        {"%time", "t", "ns", ""},
-        {"*pose.position.x", "x", "m", ""},
-        {"*pose.position.y", "y", "m", ""},
-        {"*pose.position.z", "z", "m", ""},
-        {"*.translation.x", "x", "m", ""},
-        {"*.translation.y", "y", "m", ""},
-        {"*.translation.z", "z", "m", ""},
-        {"*pose.orientation.x", "qx", "", ""},
-        {"*pose.orientation.y", "qy", "", ""},
-        {"*pose.orientation.z", "qz", "", ""},
-        {"*pose.orientation.w", "qw", "", ""},
-        {"*.rotation.x", "qx", "", ""},
-        {"*.rotation.y", "qy", "", ""},
-        {"*.rotation.z", "qz", "", ""},
-        {"*.rotation.w", "qw", "", ""},
-        {"*pose.covariance{k}", "cov", "", ""}}},
-      {"plotjuggler-poses",
-       false,
-       TableForm::header,
-       ",",
-       "",
-       false,
-       {{"__time", "t", "s", ""},
-        {"*/position/x", "x", "m", ""},
-        {"*/position/y", "y", "m", ""},
-        {"*/position/z", "z", "m", ""},
-        {"*/translation/x", "x", "m", ""},
-        {"*/translation/y", "y", "m", ""},
-        {"*/translation/z", "z", "m", ""},
-        {"*/orientation/x", "qx", "", ""},
-        {"*/orientation/y", "qy", "", ""},
-        {"*/orientation/z", "qz", "", ""},
-        {"*/orientation/w", "qw", "", ""},
-        {"*/rotation/x", "qx", "", ""},
-        {"*/rotation/y", "qy", "", ""},
-        {"*/rotation/z", "qz", "", ""},
-        {"*/rotation/w", "qw", "", ""},
-        {"*pose/covariance[{k}]", "cov", "", ""}}},
-      {"ur-rtde",
-       true,
-       TableForm::header,
-       " ",
-       kComments,
-       false,
-       {{"timestamp", "t", "s", ""}, {"actual_q_{k}", "q", "rad", ""}}},
-      {"kuka-trace",
-       true,
-       TableForm::header,
-       ";\t,",
-       "",
-       false,
-       {{"Zeit", "t", "s", ""},
-        {"AxisPos_Act{n}", "q", kOnlyByOption, ""},
-        {"AxisPos_CmdIpo{n}", "q", kOnlyByOption, ""}}},
-      {"rostopic-joints",
-       true,
-       TableForm::header,
-       ",",
-       "",
-       false,
-       {{"*header.stamp", "t", "ns", ""},
-        {"%time", "t", "ns", ""},
-        {"field.position{k}", "q", "", "field.name"}}},
-      {"plotjuggler-joints",
-       true,
-       TableForm::header,
-       ",",
-       "",
-       true,
-       {{"__time", "t", "s", ""}, {"*/{joint}/position", "q", "", ""}}},
-  };
+TableForm read_form(YamlMap& map) {
+  const std::string form = map.text("form", "header");
+  for (const auto& [word, which] : {std::pair("header", TableForm::header),
+                                    std::pair("spatial-analyzer", TableForm::spatial_analyzer),
+                                    std::pair("motive", TableForm::motive),
+                                    std::pair("vicon", TableForm::vicon)})
+    if (form == word) return which;
+  map.fail("form", "'" + form + "' is none of header, spatial-analyzer, motive and vicon");
+}
+
+PresetColumn read_column(YamlMap map, bool holds_joints) {
+  PresetColumn column{map.text("header"), map.text("is"), map.text("unit", ""),
+                      map.text("beside", "")};
+  if (column.header.empty()) map.fail("header", "is empty");
+  const bool counts_joints = column.header.find("{k}") != std::string::npos ||
+                             column.header.find("{n}") != std::string::npos ||
+                             column.header.find("{joint}") != std::string::npos;
+  const bool is_listed = column.quantity == "q" || column.quantity == "cov";
+  if (column.quantity == "q" && !holds_joints)
+    map.fail("is", "'q' is a joint angle; a preset of points has none");
+  if (!is_listed && !stated_quantity(column.quantity))
+    map.fail("is", "'" + column.quantity +
+                       "' is nothing that a reading has; give t, x, y, z, qw, qx, qy, qz, rx, ry, "
+                       "rz, pose, target, payload, dir1, temp_NAME or, of joint angles, q");
+  if (is_listed && !counts_joints)
+    map.fail("header", "'" + column.header +
+                           "' does not say which joint: put {n} where the number stands that "
+                           "counts from 1, {k} from 0, or {joint} for its name");
+  if (!is_listed && counts_joints) map.fail("header", "only columns of 'q' and 'cov' are counted");
+  if (!column.unit.empty() && column.unit != kOnlyByOption && !find_unit(column.unit))
+    map.fail("unit", "'" + column.unit +
+                         "' is no unit; known are mm, cm, m, um, in, deg, rad, mrad, s, ms, us, ns, "
+                         "min, h, kg, C and, where the file itself may be wrong, by option");
+  const auto quantity = stated_quantity(column.quantity);
+  const auto unit = find_unit(column.unit);
+  if (quantity && unit && !fits_kind(quantity->kind, unit->kind))
+    map.fail("unit", "'" + column.unit + "' is no unit of '" + column.quantity + "'");
+  map.finish();
+  return column;
 }
 
 bool is_number_sign(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
@@ -170,8 +90,45 @@ std::string_view without_unit(std::string_view header) {
 }  // namespace
 
 const std::vector<Preset>& presets() {
-  static const std::vector<Preset> kPresets = all_presets();
+  static const std::vector<Preset> kPresets = [] {
+    std::vector<Preset> shipped;
+    for (const char* const text : kShippedPresets)
+      shipped.push_back(parse_preset(text, "config/presets"));
+    return shipped;
+  }();
   return kPresets;
+}
+
+Preset parse_preset(const std::string& text, const std::string& file) {
+  YamlMap document = read_document(text, file, {"armtrue-preset/1"});
+  Preset preset;
+  preset.name = document.name("name");
+  const std::string of = document.text("of");
+  if (of != "points" && of != "joints")
+    document.fail("of", "'" + of + "' is neither points nor joints");
+  preset.holds_joints = of == "joints";
+  preset.form = read_form(document);
+  preset.separators = document.text("separators", ",;\t");
+  if (preset.separators.empty() || preset.separators.size() > kMostSeparators)
+    document.fail("separators", fmt::format("lists 1 to {} signs", kMostSeparators));
+  preset.comments = document.text("comments", "");
+  const std::string sparse = document.text("sparse", "no");
+  if (sparse != "yes" && sparse != "no")
+    document.fail("sparse", "'" + sparse + "' is neither yes nor no");
+  preset.is_sparse = sparse == "yes";
+  if (preset.is_sparse && !preset.holds_joints)
+    document.fail("sparse", "is about rows without joint angles, and these are points");
+  for (const YamlMap& column : document.maps("columns"))
+    preset.columns.push_back(read_column(column, preset.holds_joints));
+  if (preset.columns.empty() || preset.columns.size() > kMostColumns)
+    document.fail("columns", fmt::format("lists 1 to {} columns", kMostColumns));
+  document.finish();
+  return preset;
+}
+
+Preset read_preset(const std::string& path) {
+  Source source(path);
+  return parse_preset(source.read_all(), source.name());
 }
 
 const Preset* find_preset(std::string_view name) {

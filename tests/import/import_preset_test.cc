@@ -432,5 +432,40 @@ TEST(ImportPreset, EachIsForOneTable) {
   for (const Preset& preset : presets()) EXPECT_EQ(find_preset(preset.name), &preset);
 }
 
+// The recorder of a cell, which nobody here has seen, in a file of its user.
+const std::string kOwnPreset =
+    "format: armtrue-preset/1\nname: our recorder\nof: joints\nseparators: \"|\"\n"
+    "columns:\n  - {header: Stamp, is: t, unit: ms}\n  - {header: \"Axis-{n}\", is: q, unit: rad}\n";
+
+TEST(ImportPreset, MayBeAFileOfTheUser) {
+  const TemporaryFile preset(kOwnPreset);
+  ImportOptions options = with({preset.path});
+  options.join = "order";
+  const std::string joints =
+      "Stamp|Axis-2|Axis-1|Axis-3|Axis-4|Axis-5|Axis-6|Load\n500|0.2|0.1|0.3|0.4|0.5|0.6|7\n"
+      "1500|1.2|1.1|1.3|1.4|1.5|1.6|7\n";
+  const Campaign campaign = import_two(kTwoPoints, joints, options).campaign;
+  EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6).finished());
+  EXPECT_EQ(campaign.q[1], (JointVector(6) << 1.1, 1.2, 1.3, 1.4, 1.5, 1.6).finished());
+}
+
+TEST(ImportPreset, WhatIsWrongInAFileIsNamedByLine) {
+  const auto error = [](std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    try {
+      parse_preset(text, "own.yaml");
+    } catch (const InputError& thrown) {
+      return std::string(thrown.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(error(kOwnPreset, "of: joints", "of: robots"), HasSubstr("neither points nor joints"));
+  EXPECT_THAT(error(kOwnPreset, "unit: rad", "unit: grad"), HasSubstr("own.yaml:7"));
+  EXPECT_THAT(error(kOwnPreset, "unit: ms", "unit: mm"), HasSubstr("'mm' is no unit of 't'"));
+  EXPECT_THAT(error(kOwnPreset, "Axis-{n}", "Axis"), HasSubstr("does not say which joint"));
+  EXPECT_THAT(error(kOwnPreset, "is: t", "is: torque"), HasSubstr("nothing that a reading has"));
+  EXPECT_THAT(error(kOwnPreset, "is: t", "iss: t"), HasSubstr("iss"));
+}
+
 }  // namespace
 }  // namespace armtrue::import_preset_test
