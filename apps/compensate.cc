@@ -215,7 +215,8 @@ void refuse_options_of_tables(const app::Command& command, const Arguments& argu
 // A robot program states six axes; of KUKA external ones, too.
 ProgramJoints joints_of_program(const Robot& controller, const RobotProgram& program,
                                 const Arguments& arguments) {
-  const std::optional<ProgramJoints> joints = program_joints(controller.chain);
+  const std::optional<ProgramJoints> joints =
+      program_joints(controller.chain, program.dialect == Dialect::fanuc);
   if (joints && (program.dialect == Dialect::krl || !joints->has_external())) return *joints;
   throw InputError(fmt::format(
       "{}: {} is about an arm of six revolute axes{}, and {} has the joints {}; give its targets "

@@ -73,19 +73,19 @@ SimulationOptions simulation_options(const Arguments& arguments, std::uint64_t s
 void warn_beyond_travel(app::Command& command, const std::string& file,
                         const std::vector<JointTarget>& targets, const KinematicChain& chain) {
   const auto beyond = [&](const JointTarget& target) {
-    return joint_beyond_travel(chain, target.q) >= 0;
+    return beyond_travel(chain, target.q).has_value();
   };
   const auto first = std::ranges::find_if(targets, beyond);
   if (first == targets.end()) return;
-  const int joint = joint_beyond_travel(chain, first->q);
-  const Link& link = joint_link(chain, joint);
-  const JointName name = joint_names(chain)[static_cast<size_t>(joint)];
+  const auto [index, value] = *beyond_travel(chain, first->q);
+  const Link& link = chain.links[static_cast<size_t>(index)];
+  const double unit = is_prismatic(link) ? kMillimetre : kDegree;
+  const char* const unit_name = is_prismatic(link) ? "mm" : "deg";
   command.warn(fmt::format(
       "{}:{}: {} of {} targets lie beyond the travel of the joints; in the first, '{}', {} stands "
       "at {:.6g} {}, outside {:.6g} to {:.6g} {}",
       file, first->line, std::ranges::count_if(targets, beyond), targets.size(), first->pose,
-      link.name, first->q[joint] / name.si(), name.unit(), link.min / name.si(),
-      link.max / name.si(), name.unit()));
+      link.name, value / unit, unit_name, link.min / unit, link.max / unit, unit_name));
 }
 
 Campaign simulate_targets(app::Command& command, const std::string& path, const Robot& robot,

@@ -67,6 +67,7 @@ std::vector<int> preference_order(const Robot& robot) {
         if (const int k = link_parameter(j, in_turn(which, j));
             places_positioner(robot, k) == placing)
           order.push_back(k);
+  for (int k = layout.couplings; k < layout.geometric; ++k) order.push_back(k);
   for (int k = anchors + 3; k < contacts; k += 4) order.push_back(k);
   return order;
 }
@@ -137,6 +138,11 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
   for (const std::string& name : robot.identify) {
     if (name == "auto") {
       add_read(0, parameter_count(robot.chain));
+      // A screw and rods are as exact as they are made: nothing is asked of their coefficients,
+      // unless the file says how exact that is.
+      std::erase_if(allowed, [&](int k) {
+        return layout.is_of_couplings(k) && !robot.priors.contains(parameter_name(robot.chain, k));
+      });
     } else if (name == "paper-25") {
       for (int k : paper_25(robot.chain)) allowed.push_back(k);
     } else if (const Parameter whole(name); group_size(whole) == kParametersPerPose) {
@@ -300,7 +306,7 @@ std::vector<int> set_up_not_shown(const KinematicChain& chain, const Identifiabl
   const ParameterLayout layout = layout_of(chain);
   std::vector<int> parameters;
   for (const AbsorbedParameter& absorbed : set.absorbed)
-    if (absorbed.parameter >= layout.tool && absorbed.parameter < layout.targets &&
+    if (layout.is_of_tool(absorbed.parameter) &&
         !absorbed.absorbed_by.empty())
       parameters.push_back(absorbed.parameter);
   std::ranges::sort(parameters);

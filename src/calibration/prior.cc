@@ -39,7 +39,9 @@ std::vector<PriorWidth> typical_widths() {
 }
 
 Class class_of(const KinematicChain& chain, int parameter) {
-  if (is_zero_offset(chain, parameter)) return zero_offsets;
+  const int link = link_of_parameter(parameter);
+  const bool moves = chain.links[static_cast<size_t>(link)].joint != JointKind::fixed;
+  if (moves && parameter == zero_of_link(chain, link)) return zero_offsets;
   return parameter_unit(chain, parameter) == ParameterUnit::metre ? lengths : angles;
 }
 

@@ -19,13 +19,13 @@ constexpr int kMaxSteps = 60;
 constexpr double kDamping = 1e-3;  // [m^2]: near a singular posture the joints move little
 constexpr double kReached = 1e-6;  // [m]
 
-// A joint without limits has one turn here, as random configurations have; joint_beyond_travel()
+// A joint without limits has one turn here, as random configurations have; beyond_travel()
 // lets it turn on.
 bool within_travel(const KinematicChain& chain, const JointVector& q) {
   for (int j = 0; j < joint_count(chain); ++j)
     if (const auto [min, max] = travel(joint_link(chain, j)); q[j] < min || q[j] > max)
       return false;
-  return true;
+  return !beyond_travel(chain, q);
 }
 
 bool inside(const Box& box, const Eigen::Vector3d& point) {
@@ -85,6 +85,7 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
       q = *reached;
       if (!inside(*box, evaluator.pose(q).translation)) continue;
     }
+    if (beyond_travel(robot.chain, q)) continue;  // a joint that follows others
     configurations.push_back(q);
     tries = 0;
   }

@@ -143,14 +143,18 @@ class Compensation {
       target.notes.push_back(CommandNote::singular);
     if (!correction.is_reached) {
       target.notes.push_back(CommandNote::unreachable);
-    } else if (joint_beyond_travel(travel, correction.q) >= 0 ||
-               joint_beyond_travel(travel, target.programmed) >= 0) {
+    } else if (beyond_travel(travel, correction.q) ||
+               beyond_travel(travel, target.programmed)) {
       target.notes.push_back(CommandNote::limit);
     } else if (target.before.position > options_.max_correction) {
       target.notes.push_back(CommandNote::beyond_max);
     } else {
       target.q = correction.q;
       target.is_corrected = true;
+      here.q = target.q;
+      const PoseDifference rest = difference(intended, arm().pose(here));
+      if (correction.is_nearest && std::max(rest.position, rest.orientation) > kGoodEnough)
+        target.notes.push_back(CommandNote::fewer_axes);
     }
   }
 

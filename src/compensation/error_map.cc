@@ -82,7 +82,7 @@ class ErrorMapper {
       MapPoint& point = mapped.points[k];
       if (!point.q) {
         point.notes.push_back(CommandNote::unreachable);
-      } else if (joint_beyond_travel(controller_.robot().chain, *point.q) >= 0) {
+      } else if (beyond_travel(controller_.robot().chain, *point.q)) {
         point.notes.push_back(CommandNote::limit);
       } else {
         Context context = visits.context(static_cast<int>(k));

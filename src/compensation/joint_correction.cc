@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "compensation/branch.h"
 #include "kinematics/joint_iterations.h"
@@ -17,7 +18,10 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kLength = 0.1;       // [m]: a mrad counts as 0.1 mm
 constexpr double kReached = 1e-10;    // [m], [rad]
-constexpr double kGoodEnough = 1e-9;  // [m], [rad]: 1e-6 mm
+// Share of the largest motion, and of a joint's own turn: less of it in some direction is due to
+// the errors of axes alone, some mrad.
+constexpr double kOwnMotion = 1e-2;
+constexpr int kPoseCoordinates = 6;
 constexpr int kNoJoint = -1, kWristJoint = 4;
 // With a wrist bent by less, or another singular value as small, a posture is near a singular one.
 constexpr double kNearWrist = 3 * kDegree;
@@ -126,6 +130,48 @@ class Minimum {
   JointJacobian jacobian_;
 };
 
+bool has_fewer_axes(const ProgramArm& arm) {
+  return joint_count(arm.robot().chain) - std::ssize(arm.held()) < kPoseCoordinates;
+}
+
+// The pseudoinverse of the motion of three coordinates by the joints, M^T (M M^T)^+, where directions in
+// which the joints move by up to `noise` are none.
+Eigen::MatrixXd pseudoinverse(const Eigen::MatrixXd& motion, double noise) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> square(motion * motion.transpose());
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d direction = square.eigenvectors().col(k);
+    if (square.eigenvalues()[k] > noise * noise)
+      inverse += direction * direction.transpose() / square.eigenvalues()[k];
+  }
+  return motion.transpose() * inverse;
+}
+
+// Where an arm of fewer than six axes comes nearest to a pose: the position first, and with what
+// is left of its motion the orientation. Nothing if the steps do not end.
+std::optional<JointVector> nearest_joints(const ProgramArm& arm, Context context,
+                                          const Pose& wanted, const JointVector& start) {
+  constexpr int kMostSteps = 100;
+  constexpr double kStands = 1e-12;  // [rad], [m]
+  return newton(start, kMostSteps, [&](const JointVector& q) -> std::optional<JointVector> {
+    context.q = q;
+    JointJacobian jacobian;
+    const Pose reached = arm.pose(context, jacobian);
+    const Eigen::MatrixXd place = jacobian.topRows<3>(), turn = jacobian.bottomRows<3>();
+    const double noise = kOwnMotion * place.colwise().norm().maxCoeff();
+    const Eigen::MatrixXd from_place = pseudoinverse(place, noise);
+    const Eigen::VectorXd to_place =
+        from_place * (wanted.translation - reached.translation);
+    const Eigen::Vector3d turned =
+        rotation_log(wanted.rotation * reached.rotation.transpose()) - turn * to_place;
+    // What the joints still turn while the place stays.
+    const Eigen::MatrixXd rest = turn - turn * from_place * place;
+    const Eigen::VectorXd step = to_place + pseudoinverse(rest, kOwnMotion) * turned;
+    if (step.cwiseAbs().maxCoeff() < kStands) return std::nullopt;
+    return JointVector(step);
+  });
+}
+
 double least_singular_value(const JointJacobian& jacobian) {
   if (jacobian.cols() < jacobian.rows()) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobian.transpose() * jacobian,
@@ -160,6 +206,14 @@ double largest_change(const ProgramArm& arm, Context context, const JointVector&
 
 JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& start) {
+  if (has_fewer_axes(arm)) {
+    const std::optional<JointVector> nearest = nearest_joints(arm, context, wanted, start);
+    if (!nearest) return {start, false, false};
+    Context there = context;
+    there.q = *nearest;
+    const PoseDifference left = difference(wanted, arm.pose(there));
+    return {*nearest, left.position < kGoodEnough && left.orientation < kBesideAxes, false};
+  }
   const Minimum found(arm, context, wanted, start, 0, kNoJoint);
   return {found.q(), found.is_reached(kGoodEnough), false};
 }
@@ -175,10 +229,16 @@ JointCorrection correct_joints(const ProgramArm& arm, const Context& context, co
   const auto is_good = [&](const JointVector& q) {
     return (q - programmed).cwiseAbs().maxCoeff() <= most && stays(branch, controller.branch_at(q));
   };
-  const Minimum exact(arm, context, wanted, programmed, 0, kNoJoint);
-  const bool is_reached = exact.is_reached(kGoodEnough);
-  if (is_reached && is_good(exact.q())) return {exact.q(), true, false};
-  if (!is_reached && std::isinf(most)) return {exact.q(), false, false};
+  if (has_fewer_axes(arm)) {
+    const std::optional<JointVector> nearest = nearest_joints(arm, context, wanted, programmed);
+    if (nearest && is_good(*nearest)) return {*nearest, true, false, true};
+    if (!nearest && std::isinf(most)) return {programmed, false, false};
+  } else {
+    const Minimum exact(arm, context, wanted, programmed, 0, kNoJoint);
+    const bool is_reached = exact.is_reached(kGoodEnough);
+    if (is_reached && is_good(exact.q())) return {exact.q(), true, false};
+    if (!is_reached && std::isinf(most)) return {exact.q(), false, false};
+  }
 
   JointCorrection best{programmed, true, true};
   double least = std::numeric_limits<double>::infinity();

@@ -13,14 +13,24 @@ inline constexpr double kMaxSingularChange = 1.0 * kDegree;
 /// A wrist stretched within this angle counts as singular, whatever the correction is [rad].
 inline constexpr double kStretchedWrist = 0.1 * kDegree;
 
+/// A pose counts as reached within this [m], [rad]: 1e-6 mm.
+inline constexpr double kGoodEnough = 1e-9;
+
 struct JointCorrection {
   JointVector q;            ///< encoder angles [rad]
-  bool is_reached = false;  ///< within 1e-9 m and 1e-9 rad, or damped
+  bool is_reached = false;  ///< within 1e-9 m and 1e-9 rad, damped, or as near as fewer axes come
   bool is_damped = false;  ///< the pose is not reached, because the change of the joints is limited
+  /// The arm has fewer than six axes, and this is as near as they come.
+  bool is_nearest = false;
 };
 
+/// How far the orientation of a target may lie beside what an arm of fewer than six axes can do
+/// [rad]: frames of programs are measured to lie flat within that; more is another target.
+inline constexpr double kBesideAxes = 1.0 * kDegree;
+
 /// Joint angles near `start` at which the arm has the pose R_0 from TCP; see correct_joints() for
-/// the equation. On any branch.
+/// the equation. On any branch. An arm of fewer than six axes has the position, and the orientation
+/// as near as it comes, within kBesideAxes.
 JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& start);
 
@@ -37,6 +47,10 @@ double share_of_start(int k, int joint);
 /// (damped least squares; Nakamura and Hanafusa 1986), with joint 5 fixed if the result is then
 /// nearer, as when the exact correction would bend the wrist to the other side. `controller`
 /// defines the branch.
+///
+/// An arm of fewer than six axes cannot have every pose. It comes as near as it can: of all joint
+/// angles with the least error of position, those with the least error of orientation (task
+/// priority; Nakamura, Hanafusa and Yoshikawa 1987).
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& programmed, const ProgramArm& controller);
 

@@ -40,7 +40,7 @@ class MoveDivision {
         program_(program),
         options_(options),
         tolerance_(tolerance),
-        joints_(program_joints(controller.chain)),
+        joints_(program_joints(controller.chain, text.dialect == Dialect::fanuc)),
         closed_(text.targets.size()),
         why_(text.targets.size()),
         before_(text.targets.size(), 0) {

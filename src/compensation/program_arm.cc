@@ -69,6 +69,7 @@ bool moves_program(const Effect& effect, bool tool_is_measured) {
       return is_of_the_arm(effect.driver.kind) ||
              (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
     case Owner::link:
+    case Owner::coupling:
     case Owner::several:
       break;
   }

@@ -14,12 +14,14 @@ int ProgramJoints::count() const {
 JointVector ProgramJoints::arm_of(const JointVector& q) const {
   JointVector angles(kProgramAxes);
   for (int j = 0; j < kProgramAxes; ++j) angles[j] = q[arm[static_cast<size_t>(j)]];
+  angles[2] += third_by_second * angles[1];
   return angles;
 }
 
 JointVector ProgramJoints::whole(const JointVector& arm_joints, const JointVector& other) const {
   JointVector q = other;
   for (int j = 0; j < kProgramAxes; ++j) q[arm[static_cast<size_t>(j)]] = arm_joints[j];
+  q[arm[2]] -= third_by_second * arm_joints[1];
   return q;
 }
 
@@ -35,7 +37,7 @@ std::vector<double> ProgramJoints::external_numbers(const JointVector& q,
   return otherwise;
 }
 
-std::optional<ProgramJoints> program_joints(const KinematicChain& chain) {
+std::optional<ProgramJoints> program_joints(const KinematicChain& chain, bool from_upper_arm) {
   ProgramJoints joints;
   int joint = 0, found = 0;
   for (const JointName& name : joint_names(chain)) {
@@ -50,7 +52,12 @@ std::optional<ProgramJoints> program_joints(const KinematicChain& chain) {
     }
     ++joint;
   }
-  return found == kProgramAxes ? std::optional(joints) : std::nullopt;
+  if (found != kProgramAxes) return std::nullopt;
+  for (const Coupling& coupling : chain.couplings)
+    if (from_upper_arm && coupling.follower == joints.first_link + 2 &&
+        coupling.followed == joints.first_link + 1)
+      joints.third_by_second = coupling.coefficient;
+  return joints;
 }
 
 }  // namespace armtrue

@@ -47,7 +47,7 @@ std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) 
   const ParameterLayout layout = layout_of(previous.chain);
   for (int k = 0; k < first_contact_parameter(previous.chain); ++k)
     if (previous.std.contains(parameter_name(previous.chain, k)) ||
-        std::ranges::count(own, k) > 0 || (k >= layout.tool && k < layout.geometric) ||
+        std::ranges::count(own, k) > 0 || layout.is_of_tool(k) ||
         (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
       parameters.push_back(k);
   for (int c = 0; c < std::ssize(previous.chain.contacts); ++c) {
@@ -246,7 +246,7 @@ void ChangeProblem::enter_hypotheses() {
       if (is_of_base(k) || squares[columns_[s][k]] <= 1e-12 * squares.maxCoeff()) continue;
       if (k < layout.tool)
         links.push_back(k);
-      else if (k < layout.geometric)
+      else if (layout.is_of_tool(k))
         tool.push_back(k);
       else if (is_place_of_anchor(start_.chain, k))
         anchors[(k - first_anchor) / 4].push_back(k);

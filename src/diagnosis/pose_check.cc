@@ -67,7 +67,7 @@ void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
                           if (!joints[j].is_length) r.q[static_cast<Eigen::Index>(j)] /= kDegree;
                       },
                       kMaxJoints});
-  if (is_six_axis_arm(robot.chain))
+  if (is_six_axis_arm(robot.chain) && robot.chain.couplings.empty())
     mistakes.push_back({"joint 3 is shown relative to the horizontal (FANUC): q3 = J3 + J2",
                         [](Reading& r) { r.q[2] += r.q[1]; }, 2});
 }

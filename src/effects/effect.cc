@@ -21,6 +21,7 @@ int group_size(const Parameter& parameter) {
     case Owner::target:
       return 3;
     case Owner::link:
+    case Owner::coupling:
     case Owner::anchor:
     case Owner::contact:
     case Owner::several:
@@ -65,6 +66,7 @@ bool moves_reading_alone(Owner owner) {
     case Owner::contact:
       return true;
     case Owner::link:
+    case Owner::coupling:
     case Owner::base:
     case Owner::tool:
     case Owner::several:

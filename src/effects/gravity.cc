@@ -44,11 +44,18 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
       bodies_(robot.bodies) {
   if (parameter < kFirstLinkParameter)
     link_ = 0;
-  else if (parameter < ParameterLayout(links_).tool)
+  else if (layout_of(robot.chain).is_of_links(parameter))
     link_ = link_of_parameter(parameter);
   else
     link_ = links_;
   for (int j = 0; j < links_; ++j) beta_[j] = robot.chain.links[j].beta;
+  if (link_ < links_ && parameter == zero_of_link(robot.chain, link_)) {
+    const std::vector<double> moved = moved_with(robot.chain, link_);
+    for (int j = 0; j < links_; ++j)
+      if (const double factor = moved[static_cast<size_t>(j)]; j != link_ && factor != 0)
+        followers_.push_back(
+            {j, factor, !is_prismatic(robot.chain.links[static_cast<size_t>(j)])});
+  }
   if (!by_masses_) choose_basis(robot, ChainEvaluator(robot.chain));
 }
 
@@ -81,6 +88,19 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
   return {frames[link_].rotation.col(2), frames[link_].translation, false};
 }
 
+// Of a point of a link, per unit of the parameter.
+Vector3d GravityLoad::velocity(const Motion& moved, const ArmFrames& frames, int link,
+                               const Vector3d& point) const {
+  Vector3d sum = link >= link_ ? moved.velocity(point) : Vector3d(Vector3d::Zero());
+  for (const Follower& follower : followers_) {
+    if (link < follower.link) continue;
+    const Pose& frame = frames[static_cast<size_t>(follower.link)];
+    sum += follower.factor *
+           Motion{frame.rotation.col(2), frame.translation, follower.turns}.velocity(point);
+  }
+  return sum;
+}
+
 // What the torque of a moment across gravity is multiplied with: 1, or the way of its link.
 double GravityLoad::arm_of(const FirstMoment& moment, const ArmFrames& frames) const {
   if (!moment.by_travel) return 1;
@@ -91,13 +111,17 @@ double GravityLoad::arm_of(const FirstMoment& moment, const ArmFrames& frames) c
 
 double GravityLoad::first_moment_value(const FirstMoment& moment, const Motion& moved,
                                        const ArmFrames& frames) const {
-  if (!moved.turns) return 0.0;
+  if (!moved.turns && followers_.empty()) return 0.0;
+  Vector3d axis = moved.turns ? moved.axis : Vector3d(Vector3d::Zero());
+  for (const Follower& follower : followers_)
+    if (follower.turns && moment.link >= follower.link)
+      axis += follower.factor * frames[static_cast<size_t>(follower.link)].rotation.col(2);
   const Vector3d direction = moment.link < 0
                                  ? Vector3d(Vector3d::Unit(moment.axis))
                                  : Vector3d(frames[moment.link].rotation.col(moment.axis));
   // What a joint of a positioner carries turns against the ground the other way.
   return (of_positioner_ ? -1 : 1) * arm_of(moment, frames) *
-         gravity_in_foot(frames).dot(moved.axis.cross(direction));
+         gravity_in_foot(frames).dot(axis.cross(direction));
 }
 
 // The links that carry weight for the parameter: its own and those whose axes stay parallel. A
@@ -195,10 +219,11 @@ void GravityLoad::values(const Context& context, const ArmFrames& frames, double
   const Motion moved = motion(frames);
   const Vector3d gravity = gravity_in_foot(frames);
   for (const Body& body : bodies_)
-    if (body.link >= link_)
-      out[0] += body.mass_kg * gravity.dot(moved.velocity(frames[body.link] * body.centre));
+    out[0] += body.mass_kg *
+              gravity.dot(velocity(moved, frames, body.link, frames[body.link] * body.centre));
   if (context.payload_kg != 0)
-    out[0] += context.payload_kg * gravity.dot(moved.velocity(frames.back() * payload_point_));
+    out[0] += context.payload_kg *
+              gravity.dot(velocity(moved, frames, links_ - 1, frames.back() * payload_point_));
 }
 
 }  // namespace armtrue

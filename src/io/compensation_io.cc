@@ -218,7 +218,9 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
         error_node(summary_of(targets, [](const auto& t) { return *t.deviation; }), kMillimetre);
   YAML::Node notes(YAML::NodeType::Map);
   for (CommandNote note : command_notes())
-    notes[to_string(note)] = whole_number(count_of(targets, note));
+    // Of arms with fewer than six axes alone.
+    if (note != CommandNote::fewer_axes || count_of(targets, note) > 0)
+      notes[to_string(note)] = whole_number(count_of(targets, note));
   root["notes"] = flow(notes);
   if (between) root["between_points"] = between_node(*between, program);
   root["worst"] = worst_node(targets, program);

@@ -270,7 +270,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   Robot& robot = result.robot;
   robot.name = document.text("name");
   robot.chain.base = read_pose(document.map("base"));
-  robot.chain.links = read_links(document);
+  read_links(document, robot.chain);
   robot.chain.tool = read_pose(document.map("tool"));
   if (document.has("sessions")) {
     YamlMap sessions = document.map("sessions");
@@ -355,7 +355,8 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   root["name"] = robot.name;
   root["base"] = pose_node(robot.chain.base);
   if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
-  for (const Link& link : robot.chain.links) root["links"].push_back(link_node(link));
+  for (int j = 0; j < link_count(robot.chain); ++j)
+    root["links"].push_back(link_node(robot.chain, j));
   if (robot.ground_link)
     root["ground_link"] = robot.chain.links[static_cast<size_t>(*robot.ground_link)].name;
   root["tool"] = pose_node(robot.chain.tool);

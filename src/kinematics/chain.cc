@@ -6,8 +6,6 @@
 namespace armtrue {
 namespace {
 
-bool is_driven(const Link& link) { return link.joint != JointKind::fixed; }
-
 constexpr int kAxesOfArm = 6;
 
 }  // namespace
@@ -29,17 +27,89 @@ int joint_of_link(const KinematicChain& chain, int link) {
       std::count_if(chain.links.begin(), chain.links.begin() + link, is_driven));
 }
 
-int joint_beyond_travel(const KinematicChain& chain, const JointVector& q) {
-  for (int j = 0; j < joint_count(chain); ++j)
-    if (const Link& link = joint_link(chain, j); q[j] < link.min || q[j] > link.max) return j;
-  return -1;
-}
-
 bool is_six_axis_arm(const KinematicChain& chain) {
   if (link_count(chain) != kAxesOfArm + 1) return false;
   return std::all_of(chain.links.begin(), chain.links.end() - 1,
-                     [](const Link& link) { return link.joint == JointKind::revolute; }) &&
-         !is_driven(chain.links.back());
+                     [](const Link& link) {
+                       return is_driven(link) && link.joint == JointKind::revolute;
+                     }) &&
+         chain.links.back().joint == JointKind::fixed;
+}
+
+std::vector<int> coupling_order(const KinematicChain& chain) {
+  const std::vector<Coupling>& all = chain.couplings;
+  const auto moves = [&](int link) {
+    return link >= 0 && link < link_count(chain) &&
+           chain.links[static_cast<size_t>(link)].joint != JointKind::fixed;
+  };
+  for (const Coupling& one : all)
+    if (!moves(one.follower) || !moves(one.followed))
+      throw std::invalid_argument("a coupling is not between two links that move");
+  std::vector<int> order;
+  std::vector<bool> done(all.size(), false);
+  const auto is_complete = [&](int link) {
+    for (size_t k = 0; k < all.size(); ++k)
+      if (all[k].follower == link && !done[k]) return false;
+    return true;
+  };
+  while (order.size() < all.size()) {
+    const size_t before = order.size();
+    for (size_t k = 0; k < all.size(); ++k) {
+      if (done[k] || !is_complete(all[k].followed)) continue;
+      done[k] = true;
+      order.push_back(static_cast<int>(k));
+    }
+    if (order.size() > before) continue;
+    const auto left = static_cast<size_t>(std::ranges::find(done, false) - done.begin());
+    throw std::invalid_argument("the joint of link '" +
+                                chain.links[static_cast<size_t>(all[left].follower)].name +
+                                "' follows itself");
+  }
+  return order;
+}
+
+std::vector<double> moved_with(const KinematicChain& chain, int link) {
+  std::vector<double> moved(chain.links.size(), 0.0);
+  moved[static_cast<size_t>(link)] = 1;
+  for (const int k : coupling_order(chain)) {
+    const Coupling& coupling = chain.couplings[static_cast<size_t>(k)];
+    const auto followed = static_cast<size_t>(coupling.followed);
+    const auto follower = static_cast<size_t>(coupling.follower);
+    moved[follower] += chain.links[follower].sign * coupling.coefficient *
+                       chain.links[followed].sign * moved[followed];
+  }
+  return moved;
+}
+
+std::vector<double> joint_values(const KinematicChain& chain, const JointVector& q) {
+  std::vector<double> values(chain.links.size(), 0.0);
+  for (int j = 0; j < joint_count(chain); ++j)
+    values[static_cast<size_t>(link_of_joint(chain, j))] = q[j];
+  for (const int k : coupling_order(chain)) {
+    const Coupling& coupling = chain.couplings[static_cast<size_t>(k)];
+    const auto followed = static_cast<size_t>(coupling.followed);
+    const Link& link = chain.links[followed];
+    const double zero = is_prismatic(link) ? link.r : link.theta;
+    values[static_cast<size_t>(coupling.follower)] +=
+        coupling.coefficient * (values[followed] + link.sign * (zero - coupling.from));
+  }
+  return values;
+}
+
+std::optional<BeyondTravel> beyond_travel(const KinematicChain& chain, const JointVector& q) {
+  const auto is_beyond = [](const Link& link, double value) {
+    return value < link.min || value > link.max;
+  };
+  for (int j = 0; j < joint_count(chain); ++j)
+    if (is_beyond(joint_link(chain, j), q[j])) return BeyondTravel{link_of_joint(chain, j), q[j]};
+  if (chain.couplings.empty()) return std::nullopt;
+  const std::vector<double> values = joint_values(chain, q);
+  for (int j = 0; j < link_count(chain); ++j) {
+    const Link& link = chain.links[static_cast<size_t>(j)];
+    const double value = values[static_cast<size_t>(j)];
+    if (!link.has_encoder && is_beyond(link, value)) return BeyondTravel{j, value};
+  }
+  return std::nullopt;
 }
 
 std::vector<Link> six_axis_links() {

@@ -86,17 +86,18 @@ inline Turn<Lanes> turn_moved(const Turn<Lanes>& turn, double angle, const Lanes
           Lanes(moves ? moved.sine.values() : turn.sine.values())};
 }
 
-/// Moves `frame` from R_0 to the frame of the last of `count` links. `encoder(joint)` and
-/// `offset(parameter)` give Numbers. Writes the axes of the links if kWithJacobian.
-template <bool kWithOffsets, bool kWithJacobian, typename Number, typename Links, typename Encoder,
+/// Moves `frame` from R_0 to the frame of the last of `count` links. `motion(link)`, what the joint
+/// of a link that moves adds to its constant, and `offset(parameter)` give Numbers. Writes the axes
+/// of the links if kWithJacobian.
+template <bool kWithOffsets, bool kWithJacobian, typename Number, typename Links, typename Motion,
           typename Offset, typename Axes>
-inline void pass_along(const Links& links, int count, const Encoder& encoder, const Offset& offset,
+inline void pass_along(const Links& links, int count, const Motion& motion, const Offset& offset,
                        MovingFrame<Number>& frame, Axes& axes) {
   for (int j = 0; j < count; ++j) {
     const auto& link = links[static_cast<size_t>(j)];
     Turn<Number> about_x{link.cos_alpha, link.sin_alpha}, about_y{link.cos_beta, link.sin_beta};
     Number d = link.d, theta = link.theta, r = link.r;
-    if (link.joint >= 0) (link.slides ? r : theta) += link.sign * encoder(link.joint);
+    if (link.moves) (link.slides ? r : theta) += motion(j);
     if constexpr (kWithOffsets) {
       const int first = link_parameter(j, LinkParameter::alpha);
       about_x = turn_moved(about_x, link.alpha, offset(first));
@@ -155,6 +156,46 @@ inline void for_each_column(int count, const VectorOf<Number>& base_origin,
     rotation(first + 2, link.z, end - link.z_origin);
     translation(first + 3, link.z);
     rotation(first + 4, link.y, from_x);
+  }
+}
+
+template <bool kWithOffsets, typename Number, typename Encoder, typename Offset>
+void ChainEvaluator::find_motions(const Encoder& encoder, const Offset& offset,
+                                  Motions<Number>& motions) const {
+  for (int j = 0; j < count_; ++j) {
+    const Trigonometry& link = links_[static_cast<size_t>(j)];
+    motions.of_link[static_cast<size_t>(j)] =
+        link.joint >= 0 ? link.sign * encoder(link.joint) : Number(0.0);
+  }
+  for (size_t k = 0; k < couplings_.size(); ++k) {
+    const BoundCoupling& coupling = couplings_[k];
+    const Trigonometry& followed = links_[static_cast<size_t>(coupling.followed)];
+    Number value = motions.of_link[static_cast<size_t>(coupling.followed)] +
+                   Number((followed.slides ? followed.r : followed.theta) - coupling.from);
+    Number coefficient = coupling.coefficient;
+    if constexpr (kWithOffsets) {
+      value += offset(followed.zero);
+      coefficient += offset(coupling.parameter);
+    }
+    const double sign = links_[static_cast<size_t>(coupling.follower)].sign;
+    motions.of_followed[k] = sign * followed.sign * value;
+    motions.factor[k] = sign * followed.sign * coefficient;
+    motions.of_link[static_cast<size_t>(coupling.follower)] += motions.factor[k] * value;
+  }
+}
+
+template <typename Number, typename Column>
+void ChainEvaluator::follow(const Motions<Number>& motions, const Column& column) const {
+  for (size_t k = couplings_.size(); k-- > 0;) {
+    const BoundCoupling& coupling = couplings_[k];
+    const auto of_follower = column(links_[static_cast<size_t>(coupling.follower)].zero);
+    auto of_followed = column(links_[static_cast<size_t>(coupling.followed)].zero);
+    auto of_coefficient = column(coupling.parameter);
+    for (int row = 0; row < 6; ++row) {
+      const Number moved = of_follower.get(row);
+      of_followed.set(row, of_followed.get(row) + motions.factor[k] * moved);
+      of_coefficient.set(row, motions.of_followed[k] * moved);
+    }
   }
 }
 

@@ -34,6 +34,13 @@ inline void set_column(PoseJacobian& jacobian, int column, const Vector3d& moved
   }
 }
 
+struct JacobianColumn {
+  double* entries;
+
+  double get(int row) const { return entries[row]; }
+  void set(int row, double value) { entries[row] = value; }
+};
+
 }  // namespace
 
 ChainEvaluator::ChainEvaluator(const KinematicChain& chain)
@@ -59,15 +66,38 @@ ChainEvaluator::ChainEvaluator(const KinematicChain& chain)
                  link.beta,
                  link.sign,
                  joint_of_link(chain, j),
-                 is_prismatic(link)};
+                 is_prismatic(link),
+                 is_driven(link),
+                 zero_of_link(chain, j)};
   }
+  if (chain.couplings.size() > kMaxCouplings)
+    throw std::invalid_argument("the joints of the chain follow others " +
+                                std::to_string(chain.couplings.size()) + " times; at most " +
+                                std::to_string(kMaxCouplings) + " are possible");
+  for (const int k : coupling_order(chain)) {
+    const Coupling& coupling = chain.couplings[static_cast<size_t>(k)];
+    links_[static_cast<size_t>(coupling.follower)].moves = true;
+    couplings_.push_back({coupling, layout_of(chain).couplings + k});
+  }
+}
+
+ColumnSet ChainEvaluator::with_followers(ColumnSet columns) const {
+  // A follower's own followers stand behind it in this order.
+  for (const BoundCoupling& coupling : couplings_) {
+    const auto zero = [&](int link) {
+      return static_cast<size_t>(links_[static_cast<size_t>(link)].zero);
+    };
+    if (columns[zero(coupling.followed)] || columns[static_cast<size_t>(coupling.parameter)])
+      columns.set(zero(coupling.follower));
+  }
+  return columns;
 }
 
 template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
 Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offsets,
                               PoseJacobian* jacobian) const {
   const int count = kFixedCount > 0 ? kFixedCount : count_;
-  const ParameterLayout layout(count);
+  const ParameterLayout layout(count, static_cast<int>(couplings_.size()));
   Pose base = base_, tool = tool_;
   if constexpr (kWithOffsets) {
     base = moved_by(base_, offsets->segment<6>(kFirstBaseParameter));
@@ -75,9 +105,23 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   }
   MovingFrame<double> frame = moving(base);
   std::array<LinkAxes<double>, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
-  pass_along<kWithOffsets, kWithJacobian>(
-      links_, count, [&](int joint) { return q[joint]; },
-      [&](int parameter) { return (*offsets)[parameter]; }, frame, axes);
+  const auto encoder = [&](int joint) { return q[joint]; };
+  const auto offset = [&](int parameter) { return (*offsets)[parameter]; };
+  Motions<double> motions;
+  if constexpr (kFixedCount > 0) {
+    pass_along<kWithOffsets, kWithJacobian>(
+        links_, count,
+        [&](int j) {
+          const Trigonometry& link = links_[static_cast<size_t>(j)];
+          return link.sign * encoder(link.joint);
+        },
+        offset, frame, axes);
+  } else {
+    find_motions<kWithOffsets>(encoder, offset, motions);
+    pass_along<kWithOffsets, kWithJacobian>(
+        links_, count, [&](int j) { return motions.of_link[static_cast<size_t>(j)]; }, offset,
+        frame, axes);
+  }
   const Pose a_from_measured = pose_of(frame) * tool;
   if constexpr (kWithJacobian) {
     jacobian->resize(Eigen::NoChange, layout.geometric);
@@ -85,6 +129,8 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
                     [&](int column, const Vector3d& moved, const Vector3d& turned) {
                       set_column(*jacobian, column, moved, turned);
                     });
+    if constexpr (kFixedCount == 0)
+      follow(motions, [&](int parameter) { return JacobianColumn{jacobian->col(parameter).data()}; });
   }
   return a_from_measured;
 }
@@ -92,7 +138,7 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
 template <bool kWithOffsets, bool kWithJacobian>
 Pose ChainEvaluator::dispatch(const JointVector& q, const ParameterOffsets* offsets,
                               PoseJacobian* jacobian) const {
-  return count_ == kUsualLinks
+  return count_ == kUsualLinks && couplings_.empty()
              ? evaluate<kWithOffsets, kWithJacobian, kUsualLinks>(q, offsets, jacobian)
              : evaluate<kWithOffsets, kWithJacobian, 0>(q, offsets, jacobian);
 }
@@ -117,10 +163,12 @@ Pose ChainEvaluator::pose(const JointVector& q, const ParameterOffsets& offsets,
 LinkFrames ChainEvaluator::link_frames(const JointVector& q) const {
   LinkFrames frames(count_);
   MovingFrame<double> frame = moving(Pose{});
+  Motions<double> motions;
+  find_motions<false>([&](int joint) { return q[joint]; }, [](int) { return 0.0; }, motions);
   for (int j = 0; j < count_; ++j) {
     const Trigonometry& link = links_[j];
     double theta = link.theta, r = link.r;
-    if (link.joint >= 0) (link.slides ? r : theta) += link.sign * q[link.joint];
+    if (link.moves) (link.slides ? r : theta) += motions.of_link[static_cast<size_t>(j)];
     frame.rotate_y({link.cos_beta, link.sin_beta});
     frame.rotate_x({link.cos_alpha, link.sin_alpha});
     frame.origin += link.d * frame.x + r * frame.z;

@@ -37,9 +37,7 @@ JointColumns<kJoints> joint_columns(const KinematicChain& chain, const PoseJacob
   int joint = 0;
   for (int j = 0; j < link_count(chain); ++j) {
     const Link& link = chain.links[static_cast<size_t>(j)];
-    if (link.joint == JointKind::fixed) continue;
-    const LinkParameter zero = is_prismatic(link) ? LinkParameter::r : LinkParameter::theta;
-    columns.col(joint++) = link.sign * jacobian.col(link_parameter(j, zero));
+    if (is_driven(link)) columns.col(joint++) = link.sign * jacobian.col(zero_of_link(chain, j));
   }
   return columns;
 }
@@ -137,7 +135,7 @@ std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
       if (!is_prismatic(link)) q = centre + std::remainder(q - centre, 2 * std::numbers::pi);
       distance = std::max(distance, std::abs(q - centre));
     }
-    if (joint_beyond_travel(chain, found.q) >= 0) continue;
+    if (beyond_travel(chain, found.q)) continue;
     if (best && distance >= least) continue;
     best = found.q;
     least = distance;

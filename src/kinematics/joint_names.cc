@@ -20,7 +20,7 @@ std::vector<JointName> joint_names(const KinematicChain& chain) {
   std::vector<JointName> names;
   int of_arm = 0;
   for (const Link& link : chain.links) {
-    if (link.joint == JointKind::fixed) continue;
+    if (!is_driven(link)) continue;
     JointName& name = names.emplace_back();
     const bool external = is_external(link.name);
     name.axis = external ? link.name : std::to_string(++of_arm);

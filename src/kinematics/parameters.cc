@@ -35,11 +35,15 @@ Names component_names(Owner owner) {
       return kAnchorNames;
     case Owner::contact:
       return kContactNames;
+    case Owner::coupling:
     case Owner::several:
       break;
   }
   return {};
 }
+
+// Between the names of the links of a coupling.
+constexpr std::string_view kFollows = ".follows.";
 
 // The word before the name of an owner, of which there are several.
 struct OwnerWord {
@@ -110,9 +114,12 @@ std::vector<int> of_contact(ContactKind kind) {
 }
 
 int zero_offset(const KinematicChain& chain, int joint) {
-  const int link = link_of_joint(chain, joint);
-  const bool slides = is_prismatic(chain.links[static_cast<size_t>(link)]);
-  return link_parameter(link, slides ? LinkParameter::r : LinkParameter::theta);
+  return zero_of_link(chain, link_of_joint(chain, joint));
+}
+
+std::string coupling_name(const KinematicChain& chain, const Coupling& coupling) {
+  return chain.links[static_cast<size_t>(coupling.follower)].name + std::string(kFollows) +
+         chain.links[static_cast<size_t>(coupling.followed)].name;
 }
 
 bool is_zero_offset(const KinematicChain& chain, int index) {
@@ -121,9 +128,16 @@ bool is_zero_offset(const KinematicChain& chain, int index) {
   return joint >= 0 && index == zero_offset(chain, joint);
 }
 
+double coefficient_unit(const KinematicChain& chain, const Coupling& coupling) {
+  const auto unit = [&](int link) {
+    return is_prismatic(chain.links[static_cast<size_t>(link)]) ? kMillimetre : 1.0;
+  };
+  return unit(coupling.follower) / unit(coupling.followed);
+}
+
 ParameterUnit parameter_unit(const KinematicChain& chain, int index) {
   const ParameterLayout layout = layout_of(chain);
-  if (index == layout.instrument_scale) return ParameterUnit::one;
+  if (index == layout.instrument_scale || layout.is_of_couplings(index)) return ParameterUnit::one;
   if (const int k = index - first_contact_parameter(chain); k >= 0) {
     const int which = k % kParametersOfContact;
     return which >= 3 && which < 6 ? ParameterUnit::radian : ParameterUnit::metre;
@@ -154,6 +168,9 @@ namespace {
 
 Parameter parse(std::string_view text) {
   const auto [before, last] = at_last_dot(text);
+  if (const size_t at = text.find(kFollows);
+      at != std::string_view::npos && at > 0 && at + kFollows.size() < text.size())
+    return {Owner::coupling, std::string(text), 0};
   if (const auto which = component_of(Owner::link, last))
     return {Owner::link, std::string(before), *which};
   for (const auto& [single, word] : kSingle) {
@@ -204,7 +221,7 @@ std::string to_string(const Parameter& parameter) {
     if (owner == parameter.owner) text = std::string(word) + (text.empty() ? "" : " " + text);
   for (const auto& [owner, word] : kSingle)
     if (owner == parameter.owner) text = word;
-  if (parameter.component != Parameter::kWhole) {
+  if (parameter.component != Parameter::kWhole && parameter.owner != Owner::coupling) {
     const std::string name =
         component_names(parameter.owner)[static_cast<size_t>(parameter.component)];
     return text.empty() ? name : text + "." + name;
@@ -223,7 +240,11 @@ Parameter parameter_of(const KinematicChain& chain, int index) {
   if (index < layout.tool)
     return {Owner::link, chain.links[static_cast<size_t>(link_of_parameter(index))].name,
             static_cast<int>(kind_of_parameter(index))};
-  if (index < layout.instrument_scale) return {Owner::tool, "", index - layout.tool};
+  if (index < layout.couplings) return {Owner::tool, "", index - layout.tool};
+  if (layout.is_of_couplings(index))
+    return {Owner::coupling,
+            coupling_name(chain, chain.couplings[static_cast<size_t>(index - layout.couplings)]),
+            0};
   if (layout.is_of_instrument(index))
     return {Owner::instrument, "", index - layout.instrument_scale};
   if (const int k = index - first_contact_parameter(chain); k >= 0)
@@ -255,6 +276,13 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
       return place(chain.links, kFirstLinkParameter, kParametersPerLink);
     case Owner::tool:
       return layout.tool + parameter.component;
+    case Owner::coupling: {
+      const auto found = std::ranges::find_if(chain.couplings, [&](const Coupling& one) {
+        return coupling_name(chain, one) == parameter.of;
+      });
+      if (found == chain.couplings.end()) return std::nullopt;
+      return layout.couplings + static_cast<int>(found - chain.couplings.begin());
+    }
     case Owner::instrument:
       return layout.instrument_scale + parameter.component;
     case Owner::target:
@@ -290,7 +318,11 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
     *members[static_cast<int>(kind_of_parameter(index))] += delta;
     return;
   }
-  if (index < layout.instrument_scale) return move_pose(chain.tool, index - layout.tool, delta);
+  if (index < layout.couplings) return move_pose(chain.tool, index - layout.tool, delta);
+  if (layout.is_of_couplings(index)) {
+    chain.couplings[static_cast<size_t>(index - layout.couplings)].coefficient += delta;
+    return;
+  }
   if (layout.is_of_instrument(index)) return;
   if (const int k = index - first_contact_parameter(chain); k >= 0)
     return move_contact(chain.contacts[static_cast<size_t>(k / kParametersOfContact)],

@@ -81,6 +81,19 @@ inline void write_column(const std::array<Lanes, 6>& rows, double* out) {
   }
 }
 
+struct LaneColumn {
+  double* entries;
+
+  Lanes get(int row) const {
+    Values values;
+    std::memcpy(&values, entries + Lanes::kCount * row, sizeof(Values));
+    return Lanes(values);
+  }
+  void set(int row, const Lanes& value) {
+    std::memcpy(entries + Lanes::kCount * row, &value.values(), sizeof(Values));
+  }
+};
+
 }  // namespace
 
 static_assert(LaneJacobians::kCount == Lanes::kCount);
@@ -91,20 +104,34 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
                                     std::span<Pose> a_from_measured, LaneJacobians* jacobians,
                                     const ColumnSet& columns) const {
   const int count = kFixedCount > 0 ? kFixedCount : count_;
-  const ParameterLayout layout(count);
+  const ParameterLayout layout(count, static_cast<int>(couplings_.size()));
   const OfLanes<const JointVector> encoders = of_lanes(q);
   const OfLanes<const ParameterOffsets> moved = of_lanes(offsets);
   const OfLanes<Pose> poses = of_lanes(a_from_measured);
   MovingFrame<Lanes> last = end_frames<kWithOffsets>(base_, moved, kFirstBaseParameter);
   const LaneVector base_origin = last.origin;
   std::array<LinkAxes<Lanes>, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
-  pass_along<kWithOffsets, kWithJacobian>(
-      links_, count,
-      [&](int joint) { return gathered([&](size_t lane) { return (*encoders[lane])[joint]; }); },
-      [&](int parameter) {
-        return gathered([&](size_t lane) { return (*moved[lane])[parameter]; });
-      },
-      last, axes);
+  const auto encoder = [&](int joint) {
+    return gathered([&](size_t lane) { return (*encoders[lane])[joint]; });
+  };
+  const auto offset = [&](int parameter) {
+    return gathered([&](size_t lane) { return (*moved[lane])[parameter]; });
+  };
+  Motions<Lanes> motions;
+  if constexpr (kFixedCount > 0) {
+    pass_along<kWithOffsets, kWithJacobian>(
+        links_, count,
+        [&](int j) {
+          const Trigonometry& link = links_[static_cast<size_t>(j)];
+          return link.sign * encoder(link.joint);
+        },
+        offset, last, axes);
+  } else {
+    find_motions<kWithOffsets>(encoder, offset, motions);
+    pass_along<kWithOffsets, kWithJacobian>(
+        links_, count, [&](int j) { return motions.of_link[static_cast<size_t>(j)]; }, offset, last,
+        axes);
+  }
   const MovingFrame<Lanes> tool = end_frames<kWithOffsets>(tool_, moved, layout.tool);
   const auto turned = [&](const LaneVector& v) {
     return v.x * last.x + v.y * last.y + v.z * last.z;
@@ -126,6 +153,8 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
                                     of_rotation.y, of_rotation.z},
                                    jacobians->entries(0, column));
                     });
+    if constexpr (kFixedCount == 0)
+      follow(motions, [&](int parameter) { return LaneColumn{jacobians->entries(0, parameter)}; });
   }
 }
 
@@ -150,13 +179,15 @@ void ChainEvaluator::poses(std::span<const JointVector> q,
     return jacobians.empty() ? &ChainEvaluator::evaluate_lanes<true, false, kFixedCount>
                              : &ChainEvaluator::evaluate_lanes<true, true, kFixedCount>;
   };
-  const auto of_lanes = count_ == kUsualLinks ? evaluate.template operator()<kUsualLinks>()
+  const ColumnSet written = with_followers(columns);
+  const bool is_usual = count_ == kUsualLinks && couplings_.empty();
+  const auto of_lanes = is_usual ? evaluate.template operator()<kUsualLinks>()
                                               : evaluate.template operator()<0>();
   for (size_t first = 0; first < q.size(); first += kCount) {
     const size_t count = std::min(kCount, q.size() - first);
     const auto part = [&](auto all) { return all.empty() ? all : all.subspan(first, count); };
     (this->*of_lanes)(part(q), part(offsets), part(a_from_measured),
-                      jacobians.empty() ? nullptr : &jacobians[first / kCount], columns);
+                      jacobians.empty() ? nullptr : &jacobians[first / kCount], written);
   }
 }
 

@@ -51,13 +51,13 @@ void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Inde
 }
 
 void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Index i) {
-  const int j = joint_beyond_travel(chain, q);
-  if (j < 0) return;
-  const Link& link = joint_link(chain, j);
+  const std::optional<BeyondTravel> beyond = beyond_travel(chain, q);
+  if (!beyond) return;
+  const Link& link = chain.links[static_cast<size_t>(beyond->link)];
   const auto shown = [&](double value) {
     return is_prismatic(link) ? text(value / kMillimetre, "mm") : degrees(value);
   };
-  throw UnreachableSample(i, "joint " + link.name + " would stand at " + shown(q[j]) +
+  throw UnreachableSample(i, "joint " + link.name + " would stand at " + shown(beyond->value) +
                                  ", outside its travel of " + shown(link.min) + " to " +
                                  shown(link.max) +
                                  "; move the part, turn the tool or start on another branch");

@@ -124,7 +124,7 @@ std::vector<PlannedPose> random_touches(const PoseCloud& cloud, int count, std::
       if (moved.touch[row].axis > 0) continue;
       PlannedPose pose = drawn[static_cast<size_t>(moved.line[row])];
       pose.q = moved.q[row];
-      if (joint_beyond_travel(cloud.robot.chain, pose.q) < 0 && is_above_floor(cloud, pose.q) &&
+      if (!beyond_travel(cloud.robot.chain, pose.q) && is_above_floor(cloud, pose.q) &&
           sides.is_reachable(pose))
         poses.push_back(std::move(pose));
     }

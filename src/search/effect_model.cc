@@ -36,6 +36,7 @@ auto place_of(const Parameter& parameter, const KinematicChain& chain) {
       case Owner::contact:
         return number_among(chain.contacts);
       case Owner::base:
+      case Owner::coupling:
       case Owner::instrument:
       case Owner::several:
       case Owner::tool:
@@ -45,7 +46,9 @@ auto place_of(const Parameter& parameter, const KinematicChain& chain) {
   }();
   return std::tuple(parameter.owner, number,
                     to_string(Parameter(parameter.owner, "", parameter.component)),
-                    parameter.owner == Owner::several ? parameter.of : "");
+                    parameter.owner == Owner::several || parameter.owner == Owner::coupling
+                        ? parameter.of
+                        : "");
 }
 
 // Order among candidates that explain alike: fewer choices first, then joint angles (bending about

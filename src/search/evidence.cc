@@ -309,6 +309,7 @@ Moved moved_by(const Effect& effect) {
     case Owner::target:
       return Moved::fastened;
     case Owner::link:
+    case Owner::coupling:
     case Owner::several:
       break;
   }

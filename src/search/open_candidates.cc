@@ -60,7 +60,7 @@ class OpenSearch {
 
   // Every other parameter, one at a time.
   void add_other_parameters() {
-    for (int k = 0; k < layout_.geometric; ++k) {
+    for (int k = 0; k < layout_.couplings; ++k) {
       if (is_zero_offset(robot_.chain, k)) continue;
       for (int d = 0; d < joints_; ++d) add_angle_shapes(named(k), d);
       for (int d = 0; d < joints_; ++d)

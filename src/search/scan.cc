@@ -70,7 +70,7 @@ std::vector<int> contexts_of(const Campaign& campaign, int part, ScanValues& val
 CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
                              const Campaign& campaign)
     : candidates_(candidates),
-      links_(link_count(robot.chain)),
+      layout_(layout_of(robot.chain)),
       max_scale_(campaign.has_distances() ? kMaxVariation : 1e-3) {
   std::vector<Source> sources;
   std::array<int, kParts> value_count{};
@@ -238,11 +238,10 @@ double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& co
     share[k] = static_cast<double>(part.readings_of_context[static_cast<size_t>(k)]) /
                static_cast<double>(part.context_of_reading.size());
   double largest = 0;
-  const ParameterLayout layout(links_);
   for (const auto& [parameter, offset] : offsets) {
     // The model fits no constants of the instrument, so their mean counts as variation.
-    const double constant = layout.is_of_instrument(parameter) ? 0 : offset.dot(share);
-    const double most = parameter == layout.instrument_scale ? max_scale_ : kMaxVariation;
+    const double constant = layout_.is_of_instrument(parameter) ? 0 : offset.dot(share);
+    const double most = parameter == layout_.instrument_scale ? max_scale_ : kMaxVariation;
     const double square = share.dot((offset.array() - constant).square().matrix());
     largest = std::max(largest, std::sqrt(square) / most);
   }

@@ -126,7 +126,7 @@ class CandidateScan {
                    const Campaign& campaign, const std::vector<int>& readings);
 
   std::vector<Candidate> candidates_;
-  int links_;  // number of the links
+  ParameterLayout layout_;
   double max_scale_;
   std::vector<std::vector<Term>> terms_;
   std::vector<int> coefficient_count_;

@@ -125,20 +125,22 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
     result.kind = ChainJoint::Kind::prismatic;
   else if (!is_fixed(joint))
     result.kind = ChainJoint::Kind::other;
-  if (joint.mimic)
-    throw InputError(fmt::format(
-        "{}: the joint '{}' follows '{}' (mimic), but each joint of a chain moves by itself; "
-        "--base and --tip name links between which no joint follows another",
-        file, joint.name, joint.mimic->joint_name));
+  if (joint.mimic && result.moves()) {
+    result.has_encoder = false;
+    result.follows.push_back(
+        {joint.mimic->joint_name, joint.mimic->multiplier, joint.mimic->offset});
+    check_size(joint.mimic->multiplier, joint, file);
+    check_size(joint.mimic->offset, joint, file);
+  }
   if (result.kind != ChainJoint::Kind::fixed && result.backwards)
     throw InputError(file + ": the joint '" + joint.name +
                      "' lies behind the base; --base names a link before all driven joints");
-  if (result.is_driven()) {
+  if (result.moves()) {
     set_axis(joint, file, result);
     set_limits(joint, file, result);
   }
   check_size(result.origin.translation.norm(), joint, file);
-  if (const double away = result.origin.translation.norm(); result.is_driven() && away > kMaxOffset)
+  if (const double away = result.origin.translation.norm(); result.moves() && away > kMaxOffset)
     throw InputError(fmt::format(
         "{}: the joint '{}' stands {:.4g} m from the one before it; a URDF counts in m: divide "
         "lengths in mm by 1000",
@@ -170,7 +172,7 @@ std::vector<std::string> fixed_elsewhere(const urdf::ModelInterface& model,
       if (joint->name != next.name && !moves(*joint, model))
         beside.emplace_back(joint->child_link_name,
                             frame * from_kdl(kdl_frame(joint->parent_to_joint_origin_transform)));
-    if (next.is_driven() || next.backwards) break;
+    if (next.moves() || next.backwards) break;
     frame = frame * next.origin;
     link = next.link;
     on_the_way.emplace_back(link, frame);
@@ -202,7 +204,7 @@ void find_fixed_links(const urdf::Link& link, const Pose& frame,
 std::string tool0_elsewhere(const urdf::ModelInterface& model, const UrdfChain& chain) {
   const auto last =
       std::find_if(chain.joints.rbegin(), chain.joints.rend(),
-                   [](const ChainJoint& joint) { return joint.is_driven(); });
+                   [](const ChainJoint& joint) { return joint.moves(); });
   if (last == chain.joints.rend()) return "";
   std::map<std::string, Pose> frames;
   find_fixed_links(*model.getLink(last->link), Pose{}, frames);

@@ -9,19 +9,28 @@
 
 namespace armtrue {
 
+/// The joint that another one follows (mimic).
+struct ChainMimic {
+  std::string joint;
+  double multiplier = 1, offset = 0;  ///< [rad or m]
+};
+
 /// One joint between base and tip.
 struct ChainJoint {
   enum class Kind { fixed, revolute, prismatic, other };
 
-  bool is_driven() const { return kind == Kind::revolute || kind == Kind::prismatic; }
+  bool moves() const { return kind == Kind::revolute || kind == Kind::prismatic; }
+  bool is_driven() const { return moves() && has_encoder; }
 
   std::string name, link;  ///< link: the one behind it
   Kind kind = Kind::fixed;
+  bool has_encoder = true;          ///< false: it only follows others
+  std::vector<ChainMimic> follows;  ///< of a URDF one; more where joints on one axis are one
   /// The frame of `link` in the frame before it, where the joint angle is 0. From child to parent
   /// (`backwards`) it is the inverse of the joint's origin.
   Pose origin;
   bool backwards = false;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a driven joint in its frame, unit
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a joint that moves in its frame, unit
   bool limited = false;
   bool lacks_travel = false;  ///< it is limited, but the document does not say how
   double min = 0, max = 0;    ///< [rad or m]

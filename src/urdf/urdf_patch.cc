@@ -40,7 +40,7 @@ std::vector<Pose> frames_at_zero(const KinematicChain& chain) {
   Pose frame = chain.base;
   for (const Link& link : chain.links) {
     frame = frame * link_transform(link);
-    if (link.joint != JointKind::fixed) frames.push_back(frame);
+    if (is_driven(link)) frames.push_back(frame);
   }
   return frames;
 }
@@ -239,6 +239,10 @@ void require_same_arm(const Robot& wanted, const Robot& written, const std::stri
 PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
                             const std::string& file, const UrdfEnds& ends, const UrdfKept& kept) {
   const UrdfChain chain = read_urdf_chain(document, file, ends);
+  const auto follows = [](const ChainJoint& joint) { return !joint.follows.empty(); };
+  if (!robot.chain.couplings.empty() || std::ranges::any_of(chain.joints, follows))
+    throw InputError(file + ": joints follow others (mimic), and the origins of a document hold no "
+                            "errors of these; write a document of its own: --to urdf alone");
   const ChainPatch patch = patch_of(chain, robot_of(chain, document, file), robot, kept, file);
   PatchedUrdf result{with_origins(document, patch.origins, file), patch.base, patch.tool};
   require_same_arm(patch.robot, parse_urdf(result.text, file, ends), file);

@@ -7,7 +7,9 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <utility>
 
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/utf8.h"
@@ -22,9 +24,17 @@ namespace {
 
 using Eigen::Vector3d;
 
+// A link entry that write_urdf left. A link that follows several others is several joints on one
+// axis, all but the first without lengths.
+struct ExactLink {
+  Link link;
+  bool on_same_axis = false;
+  std::optional<double> from;  // see Coupling
+};
+
 // The exact link entries that write_urdf left, by joint name.
-std::map<std::string, Link> exact_links(const std::string& text) {
-  std::map<std::string, Link> links;
+std::map<std::string, ExactLink> exact_links(const std::string& text) {
+  std::map<std::string, ExactLink> links;
   TiXmlDocument document;
   document.Parse(text.c_str());
   const TiXmlElement* robot = document.FirstChildElement("robot");
@@ -44,7 +54,11 @@ std::map<std::string, Link> exact_links(const std::string& text) {
     link.theta = value("theta_deg", kDegree);
     link.r = value("r_mm", kMillimetre);
     link.beta = value("beta_deg", kDegree);
-    links[name] = link;
+    ExactLink& exact = links[name];
+    exact.link = link;
+    exact.on_same_axis = own->Attribute("same_axis");
+    if (own->Attribute("from_deg")) exact.from = value("from_deg", kDegree);
+    if (own->Attribute("from_mm")) exact.from = value("from_mm", kMillimetre);
   }
   return links;
 }
@@ -61,6 +75,7 @@ JointKind kind_of(const ChainJoint& joint) {
 void copy_joint(const ChainJoint& from, Link& link) {
   link.name = from.link;
   link.joint = kind_of(from);
+  link.has_encoder = from.has_encoder;
   if (!from.limited) return;
   link.min = from.min;
   link.max = from.max;
@@ -73,7 +88,7 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
 // Whether the chain leads from `world` to `tool` of write_urdf: both ends are fixed, and the joints
 // between them have exact entries. Not so where --tip names a link within the arm.
 bool is_own_document(const std::vector<ChainJoint>& chain,
-                     const std::map<std::string, Link>& exact) {
+                     const std::map<std::string, ExactLink>& exact) {
   if (chain.size() < 3 || chain.size() > kMaxLinks + 2) return false;
   const auto is_fixed_end = [&](const ChainJoint& joint) {
     return joint.kind == ChainJoint::Kind::fixed && !exact.contains(joint.name);
@@ -85,23 +100,37 @@ bool is_own_document(const std::vector<ChainJoint>& chain,
 
 // Reads world, base_link, the links and tool in the order of write_urdf.
 std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
-                                const std::map<std::string, Link>& exact) {
+                                const std::map<std::string, ExactLink>& exact) {
   if (!is_own_document(chain, exact)) return std::nullopt;
   Robot robot;
   robot.chain.base = chain.front().origin;
   robot.chain.tool = chain.back().origin;
+  std::map<std::string, int> link_of;  // by joint
   for (size_t j = 0; j + 2 < chain.size(); ++j) {
     const ChainJoint& joint = chain[j + 1];
+    const ExactLink& entry = exact.at(joint.name);
     if (joint.kind == ChainJoint::Kind::other) return std::nullopt;
-    Link& link = robot.chain.links.emplace_back(exact.at(joint.name));
-    if (!agree(link_transform(link), joint.origin))
+    std::vector<Link>& links = robot.chain.links;
+    const bool goes_on = entry.on_same_axis && !links.empty();
+    if (!agree(link_transform(entry.link), joint.origin))
       return std::nullopt;  // somebody changed the origin: that counts
+    if (!goes_on) links.push_back(entry.link);
+    Link& link = links.back();
     copy_joint(joint, link);
-    if (joint.is_driven()) {
+    if (joint.moves()) {
       if (joint.axis.x() != 0 || joint.axis.y() != 0) return std::nullopt;
       link.sign = joint.axis.z() < 0 ? -1 : 1;
     }
-    copy_mass(joint, static_cast<int>(j), Pose{}, robot);
+    const int own = link_count(robot.chain) - 1;
+    for (const ChainMimic& mimic : joint.follows) {
+      const auto followed = link_of.find(mimic.joint);
+      if (followed == link_of.end()) return std::nullopt;
+      const double zero = zero_of(std::as_const(links[static_cast<size_t>(followed->second)]));
+      robot.chain.couplings.push_back(
+          {own, followed->second, mimic.multiplier, entry.from.value_or(zero)});
+    }
+    link_of[joint.name] = own;
+    copy_mass(joint, own, Pose{}, robot);
   }
   if (joint_count(robot.chain) < 1 || joint_count(robot.chain) > kMaxJoints) return std::nullopt;
   return robot;
@@ -125,10 +154,19 @@ void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) 
       throw InputError(file + ": the joint '" + joint.name +
                        "' is neither revolute, prismatic nor fixed; --base and --tip name links "
                        "between which there is no such joint");
-    if (joint.kind == ChainJoint::Kind::prismatic && !joint.limited)
+    if (joint.kind == ChainJoint::Kind::prismatic && !joint.limited && joint.has_encoder)
       throw InputError(file + ": the prismatic joint '" + joint.name +
                        "' has no limit; add <limit lower=... upper=...>, in m");
     driven += joint.is_driven();
+    for (const ChainMimic& mimic : joint.follows) {
+      const auto leader = std::ranges::find(chain, mimic.joint, &ChainJoint::name);
+      if (leader == chain.end() || !leader->moves())
+        throw InputError(fmt::format(
+            "{}: the joint '{}' follows '{}' (mimic), which {}; --base and --tip name links between "
+            "which both stand",
+            file, joint.name, mimic.joint,
+            leader == chain.end() ? "does not stand between base and tip" : "does not move"));
+    }
   }
   if (driven < 1 || driven > kMaxJoints)
     throw InputError(
@@ -139,35 +177,106 @@ void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) 
 
 // Parameters are named after links, so each link needs a name of its own: that of the link in the
 // URDF, or of its joint. A rail, for one, moves a link called base_link.
-void name_links(const std::vector<const ChainJoint*>& driven, std::vector<Link>& links) {
+void name_links(const std::vector<const ChainJoint*>& moving, std::vector<Link>& links) {
   const auto is_free = [&](const std::string& name, size_t count) {
     return !is_reserved_link_name(name) && name != links.back().name &&
            std::none_of(links.begin(), links.begin() + static_cast<long>(count),
                         [&](const Link& link) { return link.name == name; });
   };
-  for (size_t j = 0; j < driven.size(); ++j) {
-    std::string name = driven[j]->link;
-    if (!is_free(name, j)) name = driven[j]->name;
+  for (size_t j = 0; j < moving.size(); ++j) {
+    std::string name = moving[j]->link;
+    if (!is_free(name, j)) name = moving[j]->name;
     while (!is_free(name, j)) name += '_';
     links[j].name = name;
   }
 }
 
-Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
-  require_arm(chain, file);
+// Whether the second joint turns about the axis of the first, or against it: 1, -1; 0 if not.
+int turns_on_same_axis(const ChainJoint& first, const ChainJoint& second) {
+  constexpr double kSame = 1e-9;  // [m], of unit vectors
+  if (first.kind != ChainJoint::Kind::revolute || second.kind != ChainJoint::Kind::revolute) return 0;
+  const Vector3d axis = second.origin.rotation * second.axis, &own = first.axis;
+  if (own.cross(axis).norm() > kSame || own.cross(second.origin.translation).norm() > kSame) return 0;
+  return own.dot(axis) < 0 ? -1 : 1;
+}
+
+// A mimic follows one joint, so a joint that follows several stands in a URDF as several joints on
+// one axis: they become one again. Not where another joint follows one of them, or where a body
+// moves with the first alone.
+std::vector<ChainJoint> with_axes_merged(const std::vector<ChainJoint>& chain) {
+  const auto is_followed = [&](const ChainJoint& joint) {
+    return std::ranges::any_of(chain, [&](const ChainJoint& other) {
+      return std::ranges::find(other.follows, joint.name, &ChainMimic::joint) != other.follows.end();
+    });
+  };
+  std::vector<ChainJoint> merged;
+  for (const ChainJoint& next : chain) {
+    if (merged.empty() || (merged.back().follows.empty() && next.follows.empty())) {
+      merged.push_back(next);
+      continue;
+    }
+    ChainJoint& last = merged.back();
+    const int turn = turns_on_same_axis(last, next);
+    if (turn == 0 || (last.is_driven() && next.is_driven()) || last.mass_kg > 0 || is_followed(last) ||
+        is_followed(next)) {
+      merged.push_back(next);
+      continue;
+    }
+    ChainJoint both = last.is_driven() ? last : next;
+    both.origin = last.origin * next.origin;
+    both.axis = last.is_driven() ? Vector3d(turn * next.axis) : next.axis;
+    both.mass_kg = next.mass_kg;
+    both.centre = next.centre;
+    both.follows.clear();
+    // In the direction of `both`.
+    const double of_last = last.is_driven() ? 1 : turn, of_next = last.is_driven() ? turn : 1;
+    const auto add = [&](const std::vector<ChainMimic>& follows, double direction) {
+      for (const ChainMimic& mimic : follows)
+        both.follows.push_back(
+            {mimic.joint, direction * mimic.multiplier, direction * mimic.offset});
+    };
+    add(last.follows, of_last);
+    add(next.follows, of_next);
+    both.has_encoder = last.is_driven() || next.is_driven();
+    if (!both.has_encoder) both.limited = false;  // each has its own, their sum none
+    last = both;
+  }
+  return merged;
+}
+
+// How the links of the joints that move, in their order, follow each other.
+void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain& chain) {
+  std::vector<double> offsets(moving.size(), 0.0);
+  for (size_t j = 0; j < moving.size(); ++j)
+    for (const ChainMimic& mimic : moving[j]->follows) {
+      const auto leader = std::ranges::find(moving, mimic.joint,
+                                            [](const ChainJoint* joint) { return joint->name; });
+      const auto followed = static_cast<int>(leader - moving.begin());
+      chain.couplings.push_back(
+          {static_cast<int>(j), followed, mimic.multiplier,
+           zero_of(std::as_const(chain.links[static_cast<size_t>(followed)]))});
+      offsets[j] += mimic.offset;
+    }
+  for (size_t j = 0; j < moving.size(); ++j)
+    if (offsets[j] != 0) zero_of(chain.links[j]) += chain.links[j].sign * offsets[j];
+}
+
+Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) {
+  require_arm(joints, file);
+  const std::vector<ChainJoint> chain = with_axes_merged(joints);
   std::vector<JointAxis> axes;
-  std::vector<const ChainJoint*> driven;
+  std::vector<const ChainJoint*> moving;
   std::vector<Pose> urdf_frames;  // of the link behind every joint, at zero
-  std::vector<int> link_of;       // driven joints before and at each joint
+  std::vector<int> link_of;       // joints that move before and at each joint
   Pose frame;
   for (const ChainJoint& joint : chain) {
     frame = frame * joint.origin;
-    if (joint.is_driven()) {
+    if (joint.moves()) {
       axes.push_back({frame.translation, frame.rotation * joint.axis});
-      driven.push_back(&joint);
+      moving.push_back(&joint);
     }
     urdf_frames.push_back(frame);
-    link_of.push_back(static_cast<int>(driven.size()) - 1);
+    link_of.push_back(static_cast<int>(moving.size()) - 1);
   }
   Robot robot;
   Pose previous = foot_of(axes.front());
@@ -181,14 +290,15 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
     const Pose next = j + 1 < axes.size() ? frame_towards(axes[j], axes[j + 1], previous)
                                           : frame_towards(axes[j], tip, frame);
     robot.chain.links[j] = link_between(previous, next);
-    copy_joint(*driven[j], robot.chain.links[j]);
+    copy_joint(*moving[j], robot.chain.links[j]);
     frames.push_back(next);
     previous = next;
   }
   robot.chain.links.back() = link_between(previous, frame);
   robot.chain.links.back().name = "flange";
-  name_links(driven, robot.chain.links);
+  name_links(moving, robot.chain.links);
   robot.chain.links.back().joint = JointKind::fixed;
+  add_couplings(moving, robot.chain);
   for (size_t k = 0; k < chain.size(); ++k)
     if (link_of[k] >= 0) {
       const auto link = static_cast<size_t>(link_of[k]);
@@ -200,7 +310,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
 }  // namespace
 
 Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file) {
-  const std::map<std::string, Link> exact = exact_links(text);
+  const std::map<std::string, ExactLink> exact = exact_links(text);
   Robot robot;
   if (std::optional<Robot> written = as_written(chain.joints, exact)) {
     robot = std::move(*written);

@@ -2,7 +2,10 @@
 #include <tinyxml.h>
 
 #include <cmath>
+#include <limits>
+#include <vector>
 
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/urdf/urdf_io.h"
@@ -52,12 +55,12 @@ std::string inertial_xml(const Robot& robot, int link) {
 }
 
 // The numbers of the robot file, exact, as attributes that other readers ignore.
-std::string link_attributes(const Link& link) {
+std::string link_attributes(const Link& link, const std::string& others = "") {
   return fmt::format(
-      "    <armtrue alpha_deg=\"{}\" d_mm=\"{}\" theta_deg=\"{}\" r_mm=\"{}\" beta_deg=\"{}\"/>\n",
+      "    <armtrue alpha_deg=\"{}\" d_mm=\"{}\" theta_deg=\"{}\" r_mm=\"{}\" beta_deg=\"{}\"{}/>\n",
       number_text(link.alpha, kDegree), number_text(link.d, kMillimetre),
       number_text(link.theta, kDegree), number_text(link.r, kMillimetre),
-      number_text(link.beta, kDegree));
+      number_text(link.beta, kDegree), others);
 }
 
 std::string fixed_joint_xml(const std::string& name, const std::string& parent,
@@ -69,12 +72,13 @@ std::string fixed_joint_xml(const std::string& name, const std::string& parent,
       attribute(name), attribute(parent), attribute(child), origin_xml(pose), attributes);
 }
 
-std::string driven_joint_xml(const Link& link, const std::string& parent) {
+std::string moving_joint_xml(const Link& link, const std::string& parent,
+                             const std::string& others = "", const std::string& mimic = "") {
   const bool limited = std::isfinite(link.min) && std::isfinite(link.max);
   return fmt::format(
       "  <joint name=\"joint_{}\" type=\"{}\">\n    <parent link=\"{}\"/>\n    <child "
       "link=\"{}\"/>\n"
-      "    {}\n    <axis xyz=\"0 0 {}\"/>\n{}{}  </joint>\n",
+      "    {}\n    <axis xyz=\"0 0 {}\"/>\n{}{}{}  </joint>\n",
       attribute(link.name),
       is_prismatic(link) ? "prismatic"
       : limited          ? "revolute"
@@ -84,7 +88,64 @@ std::string driven_joint_xml(const Link& link, const std::string& parent) {
       limited ? fmt::format("    <limit lower=\"{}\" upper=\"{}\" effort=\"0\" velocity=\"0\"/>\n",
                             number_text(link.min), number_text(link.max))
               : "",
-      link_attributes(link));
+      mimic, link_attributes(link, others));
+}
+
+std::vector<const Coupling*> couplings_of(const KinematicChain& chain, int link) {
+  std::vector<const Coupling*> own;
+  for (const Coupling& coupling : chain.couplings)
+    if (coupling.follower == link) own.push_back(&coupling);
+  return own;
+}
+
+// Whether a link is more than one joint in a URDF: one for each that it follows, and one with its
+// own encoder.
+bool is_several_joints(const KinematicChain& chain, int link) {
+  return couplings_of(chain, link).size() +
+             (chain.links[static_cast<size_t>(link)].has_encoder ? 1 : 0) >
+         1;
+}
+
+// Adds the joints of a link that follows others, one behind the other on its axis.
+void add_following_joints(const KinematicChain& chain, int index, std::string parent,
+                          std::string& links, std::string& joints) {
+  const Link& own = chain.links[static_cast<size_t>(index)];
+  const std::vector<const Coupling*> couplings = couplings_of(chain, index);
+  Link part = own;
+  std::string others;
+  const auto goes_on = [&](const std::string& name) {
+    parent = name;
+    part.alpha = part.d = part.theta = part.r = part.beta = 0;
+    others = " same_axis=\"1\"";
+  };
+  for (size_t k = 0; k < couplings.size(); ++k) {
+    const Coupling& coupling = *couplings[k];
+    const Link& followed = chain.links[static_cast<size_t>(coupling.followed)];
+    const bool is_last = k + 1 == couplings.size() && !own.has_encoder;
+    part.name = is_last ? own.name : own.name + "_follows_" + followed.name;
+    // A sum of joints has no travel of its own.
+    if (couplings.size() > 1 || own.has_encoder) {
+      part.max = std::numeric_limits<double>::infinity();
+      part.min = -part.max;
+    }
+    const double shift = zero_of(followed) - coupling.from;
+    std::string from;
+    if (shift != 0)
+      from = fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
+                         number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
+    joints += moving_joint_xml(
+        part, parent, others + from,
+        fmt::format("    <mimic joint=\"joint_{}\" multiplier=\"{}\" offset=\"{}\"/>\n",
+                    attribute(followed.name), number_text(coupling.coefficient),
+                    number_text(coupling.coefficient * followed.sign * shift)));
+    if (!is_last) links += link_xml(part.name);
+    goes_on(part.name);
+  }
+  if (!own.has_encoder) return;
+  part.name = own.name;
+  part.min = own.min;
+  part.max = own.max;
+  joints += moving_joint_xml(part, parent, others);
 }
 
 }  // namespace
@@ -96,14 +157,19 @@ std::string write_urdf(const Robot& robot) {
     xml += link_xml(robot.chain.links[j].name, inertial_xml(robot, j));
   xml += link_xml("tool");
   xml += fixed_joint_xml("base", "world", "base_link", robot.chain.base);
-  std::string parent = "base_link";
-  for (const Link& link : robot.chain.links) {
-    xml += link.joint != JointKind::fixed
-               ? driven_joint_xml(link, parent)
-               : fixed_joint_xml("joint_" + link.name, parent, link.name, link_transform(link),
-                                 link_attributes(link));
+  std::string parent = "base_link", links, joints;
+  for (int j = 0; j < link_count(robot.chain); ++j) {
+    const Link& link = robot.chain.links[static_cast<size_t>(j)];
+    if (!couplings_of(robot.chain, j).empty())
+      add_following_joints(robot.chain, j, parent, links, joints);
+    else
+      joints += link.joint != JointKind::fixed
+                    ? moving_joint_xml(link, parent)
+                    : fixed_joint_xml("joint_" + link.name, parent, link.name, link_transform(link),
+                                      link_attributes(link));
     parent = link.name;
   }
+  xml += links + joints;
   xml += fixed_joint_xml("tool_mount", parent, "tool", robot.chain.tool);
   return xml + "</robot>\n";
 }
@@ -124,6 +190,15 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.effects.empty()) lost.emplace_back("effects");
   if (robot.instrument) lost.emplace_back("instrument_mm");
   if (robot.uncertainty) lost.emplace_back("uncertainty");
+  // Where a link is several joints, each of them holds a part of its value.
+  for (const Coupling& coupling : robot.chain.couplings)
+    if (is_several_joints(robot.chain, coupling.followed))
+      lost.push_back(coupling_name(robot.chain, coupling));
+  for (int j = 0; j < link_count(robot.chain); ++j) {
+    const Link& link = robot.chain.links[static_cast<size_t>(j)];
+    if (!link.has_encoder && is_several_joints(robot.chain, j) && std::isfinite(link.max))
+      lost.push_back("travel of " + link.name);
+  }
   // A revolute joint of a URDF has both limits, a continuous one has none.
   for (const Link& link : robot.chain.links)
     if (std::isfinite(link.min) != std::isfinite(link.max))

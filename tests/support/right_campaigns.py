@@ -3,7 +3,7 @@
 a robot of config/robots with or without its masses; R_A tilted against the foot by 0 to 180 deg, in three of ten by less
 than 3, and known to the robot file or entered some degrees off; mounted on floor, wall or ceiling; a tool of up to
 500 mm; nothing hidden, or joints that sag, gears that are uneven, a floor that gives way; poses, points, or distances
-from four anchors.
+from four anchors. Robots whose joints follow others have a cell of their own (palletiser_cell.py).
 
     right_campaigns.py BIN CONFIG [--count N] [--seed N] [--loops SHARE]
 
@@ -53,7 +53,7 @@ def pose_line(key, rotation, place):
 class Campaign:
     def __init__(self, seed, config, folder):
         rng = self.rng = random.Random(seed)
-        robots = sorted((config / "robots").glob("*.yaml"))
+        robots = sorted(path for path in (config / "robots").glob("*.yaml") if "follows:" not in path.read_text())
         source = robots[seed % len(robots)]
         text = re.sub(r"\s+#.*", "", source.read_text())
         self.words, self.folder = [source.stem], folder

@@ -53,6 +53,8 @@ class Kinematics(unittest.TestCase):
         for path in sorted((vc.ROOT / "config" / "robots").glob("*.yaml")):
             if "\npositioner:" in path.read_text():
                 continue  # of these the cell is any_arm_cell.py
+            if "follows:" in path.read_text():
+                continue  # and of these palletiser_cell.py
             with self.subTest(path.name):
                 # What a file declares as effects is no part of the comparison.
                 self.agrees(re.sub(r"^effects:.*\Z", "effects: []\n", path.read_text(), flags=re.M | re.S))

@@ -18,6 +18,9 @@ struct ProgramJoints {
     double si = 1;   ///< [m] or [rad] of the unit of the program, mm or deg
   };
   std::array<External, 6> external{};
+  /// What the chain adds to the encoder of axis 3 per radian of axis 2, though the angles of the
+  /// program, such as FANUC's (program_values.h), contain it already; mostly 0.
+  double third_by_second = 0;
 
   bool has_external() const { return count() > kProgramAxes; }
   /// Of all joints.
@@ -33,7 +36,9 @@ struct ProgramJoints {
 };
 
 /// Nothing if the chain is no arm of six revolute joints that follow one another, beside external
-/// axes.
-std::optional<ProgramJoints> program_joints(const KinematicChain& chain);
+/// axes. `from_upper_arm`: whether the angles of axis 3 count from the upper arm, whatever the
+/// encoder of the chain does.
+std::optional<ProgramJoints> program_joints(const KinematicChain& chain,
+                                            bool from_upper_arm = false);
 
 }  // namespace armtrue

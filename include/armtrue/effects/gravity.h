@@ -24,6 +24,9 @@ using ArmFrames = LinkFrames;
 /// turns of the base share one basis, which does not depend on the place of R_A; the values of one
 /// on which gravity does no work, such as rz of an upright arm, are 0.
 ///
+/// Links that follow the joint of a parameter move with it: the last link of a parallelogram, which
+/// keeps its orientation, loads the joints by its weight wherever its centre is.
+///
 /// A positioner (Robot::ground_link) carries the part, which no file knows: its loads are always a
 /// basis, the first moments of all frames before the joint in the chain. Gravity keeps its
 /// direction in the frame of that link, and turns in R_0.
@@ -44,7 +47,15 @@ class GravityLoad {
     bool by_travel = false;  // times the way of the link along its z axis
   };
   struct Motion;  // motion by the parameter: its axis, a point on it, and whether it is a rotation
+  // A link that follows the joint of the parameter, by `factor` of its motion.
+  struct Follower {
+    int link;
+    double factor;
+    bool turns;
+  };
   Motion motion(const ArmFrames& frames) const;
+  Eigen::Vector3d velocity(const Motion& moved, const ArmFrames& frames, int link,
+                           const Eigen::Vector3d& point) const;
   double arm_of(const FirstMoment& moment, const ArmFrames& frames) const;
   std::vector<Motion> motions_of_basis(const ArmFrames& frames) const;
   double first_moment_value(const FirstMoment& moment, const Motion& moved,
@@ -57,6 +68,7 @@ class GravityLoad {
   int parameter_;
   int links_;  // number of the links
   int link_;   // first link that moves with the parameter; links_ for the tool
+  std::vector<Follower> followers_;
   Eigen::Matrix3d base_rotation_;
   std::array<double, kMaxLinks> beta_{};
   Eigen::Vector3d gravity_;  // in R_0 or the frame of ground_

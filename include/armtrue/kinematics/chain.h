@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace armtrue {
 /// Bounds of the chains that fit, so that vectors by joint and Jacobians need no allocation.
 inline constexpr int kMaxJoints = 10;
 inline constexpr int kMaxLinks = 16;
+inline constexpr int kMaxCouplings = 8;
 
 /// Encoder values of the driven joints in the order of the chain, as the controller shows them:
 /// [rad] of a revolute joint, [m] of a prismatic one. Empty unless a size is given.
@@ -38,7 +40,26 @@ struct Link {
   double min = -std::numeric_limits<double>::infinity();  ///< travel of the encoder [rad or m]
   double max = std::numeric_limits<double>::infinity();
   JointKind joint = JointKind::revolute;
+  bool has_encoder = true;  ///< false: the joint only follows others, see Coupling
 };
+
+/// A joint moves another, as the rods of a parallelogram or a screw do. What a joint adds to theta
+/// (r of a prismatic one), in the direction of `sign`, is its encoder value, if it has one, and
+///     sum of coefficient * v   over the couplings of its link as `follower`,
+/// where v is the value of the joint of the link `followed`: how far that link has moved,
+///     v = sign * (theta_j - from)   (r_j of a prismatic one),
+/// the encoder value of an exact arm. So whatever moves the followed link moves the follower as
+/// well: an error of the zero, a compliance, a backlash.
+struct Coupling {
+  int follower = 0, followed = 0;  ///< links, 0-based
+  double coefficient = 0;          ///< [rad or m of the follower per rad or m of the followed]
+  double from = 0;                 ///< theta or r of the followed link where v is 0 [rad or m]
+};
+
+/// Whether a link has a joint with an encoder: a driven one, which is counted.
+inline bool is_driven(const Link& link) {
+  return link.joint != JointKind::fixed && link.has_encoder;
+}
 
 /// Whether the encoder of a joint shows a length and not an angle.
 inline bool is_prismatic(const Link& link) { return link.joint == JointKind::prismatic; }
@@ -89,7 +110,7 @@ struct Contact {
   bool is_placed = true;
 };
 
-/// A chain of links, driven and fixed in any order, between the frame R_A of the instrument and the
+/// A chain of links, driven, following and fixed in any order, between the frame R_A of the instrument and the
 /// measured frame on the tool. At most kMaxLinks links, kMaxJoints of them driven.
 struct KinematicChain {
   Pose base;                ///< R_A from R_0
@@ -98,6 +119,7 @@ struct KinematicChain {
   std::vector<Target> targets;
   std::vector<Anchor> anchors;
   std::vector<Contact> contacts;
+  std::vector<Coupling> couplings;  ///< at most kMaxCouplings
 };
 
 inline int link_count(const KinematicChain& chain) { return static_cast<int>(chain.links.size()); }
@@ -111,11 +133,30 @@ inline const Link& joint_link(const KinematicChain& chain, int joint) {
   return chain.links[static_cast<size_t>(link_of_joint(chain, joint))];
 }
 
-/// The joint (0-based) that drives a link; -1 of a fixed link.
+/// The joint (0-based) that drives a link; -1 of a link without an encoder.
 int joint_of_link(const KinematicChain& chain, int link);
 
-/// The first joint (0-based) outside the travel that its link states; -1 if there is none.
-int joint_beyond_travel(const KinematicChain& chain, const JointVector& q);
+/// A joint outside the travel that its link states.
+struct BeyondTravel {
+  int link = 0;      ///< 0-based
+  double value = 0;  ///< encoder value, or the value of a joint that only follows others [rad or m]
+};
+
+/// The first such joint, of the driven ones before those that follow others.
+std::optional<BeyondTravel> beyond_travel(const KinematicChain& chain, const JointVector& q);
+
+/// The couplings, as indices, in an order in which the value of a joint is complete before others
+/// follow it. Throws std::invalid_argument if a joint follows itself through others, or if a
+/// coupling is not between two links that move.
+std::vector<int> coupling_order(const KinematicChain& chain);
+
+/// How far each link moves, in the direction of its constant theta or r, per unit of that of
+/// `link`, which moves by 1 [rad or m per rad or m].
+std::vector<double> moved_with(const KinematicChain& chain, int link);
+
+/// How far each link has moved from its constants at encoder values q, in the direction of its
+/// `sign` [rad or m]; 0 of a fixed one.
+std::vector<double> joint_values(const KinematicChain& chain, const JointVector& q);
 
 /// Whether the chain is the usual arm: six revolute joints, then one fixed link.
 bool is_six_axis_arm(const KinematicChain& chain);

@@ -4,6 +4,7 @@
 #include <array>
 #include <bitset>
 #include <span>
+#include <vector>
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/parameters.h"
@@ -103,10 +104,34 @@ class ChainEvaluator {
   struct Trigonometry {
     double cos_alpha, sin_alpha, cos_beta, sin_beta;
     double alpha, d, theta, r, beta, sign;
-    int joint;    // -1: fixed
+    int joint;    // -1: without encoder
     bool slides;  // prismatic
+    bool moves;   // with an encoder or others
+    int zero;     // parameter to which the joint adds
   };
-  // kFixedCount: number of the links, if known when compiled; otherwise 0.
+  // A coupling with the number of its coefficient among the parameters.
+  struct BoundCoupling : Coupling {
+    int parameter = 0;
+  };
+  // Of each link what its joint adds to its constant, and of each coupling what the derivatives
+  // need.
+  template <typename Number>
+  struct Motions {
+    std::array<Number, kMaxLinks> of_link;
+    std::array<Number, kMaxCouplings> of_followed;  // value of the joint that is followed
+    std::array<Number, kMaxCouplings> factor;  // of the follower's motion by that of the followed
+  };
+  template <bool kWithOffsets, typename Number, typename Encoder, typename Offset>
+  void find_motions(const Encoder& encoder, const Offset& offset, Motions<Number>& motions) const;
+  // Adds to the columns of followed joints those of their followers, and sets those of
+  // coefficients. `column(parameter)` gives six Numbers to read and write.
+  template <typename Number, typename Column>
+  void follow(const Motions<Number>& motions, const Column& column) const;
+  // The columns that these are made of.
+  ColumnSet with_followers(ColumnSet columns) const;
+
+  // kFixedCount: number of the links, if known when compiled and no joint follows another;
+  // otherwise 0.
   template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
   Pose evaluate(const JointVector& q, const ParameterOffsets* offsets,
                 PoseJacobian* jacobian) const;
@@ -121,7 +146,8 @@ class ChainEvaluator {
 
   Pose base_, tool_;
   std::array<Trigonometry, kMaxLinks> links_;
-  int count_ = 0;  // of the links
+  int count_ = 0;                         // of the links
+  std::vector<BoundCoupling> couplings_;  // in the order of coupling_order()
   bool is_six_axis_arm_ = false;
 };
 

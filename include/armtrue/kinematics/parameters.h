@@ -17,6 +17,7 @@ namespace armtrue {
 ///     0..5       base   x y z rx ry rz
 ///     6..5+5n    links  alpha d theta r beta, link by link
 ///     6+5n..     tool   x y z rx ry rz
+///     then       the coefficients of the couplings
 ///     then       instrument.scale (relative error of the instrument's lengths)
 ///     then       instrument.range .azimuth .elevation (errors along and across its line of sight)
 ///     then       targets, x y z each
@@ -30,15 +31,16 @@ inline constexpr int kParametersPerPose = 6;  ///< of base and tool
 inline constexpr int kFirstLinkParameter = kFirstBaseParameter + kParametersPerPose;
 inline constexpr int kParametersPerLink = 5;
 inline constexpr int kMaxGeometricParameters =
-    2 * kParametersPerPose + kParametersPerLink * kMaxLinks;
+    2 * kParametersPerPose + kParametersPerLink * kMaxLinks + kMaxCouplings;
 
-/// Index of the first parameter of each kind for a chain of so many links.
+/// Index of the first parameter of each kind for a chain of so many links and couplings.
 struct ParameterLayout {
-  int tool, geometric, instrument_scale, instrument_range, instrument_elevation, targets;
+  int tool, couplings, geometric, instrument_scale, instrument_range, instrument_elevation, targets;
 
-  explicit constexpr ParameterLayout(int links)
+  explicit constexpr ParameterLayout(int links, int coupling_count = 0)
       : tool(kFirstLinkParameter + kParametersPerLink * links),
-        geometric(tool + kParametersPerPose),  // number of the columns of the Jacobian
+        couplings(tool + kParametersPerPose),
+        geometric(couplings + coupling_count),  // number of the columns of the Jacobian
         instrument_scale(geometric),
         instrument_range(geometric + 1),
         instrument_elevation(geometric + 3),
@@ -51,10 +53,14 @@ struct ParameterLayout {
   constexpr bool is_of_links(int index) const {
     return index >= kFirstLinkParameter && index < tool;
   }
+  constexpr bool is_of_tool(int index) const { return index >= tool && index < couplings; }
+  constexpr bool is_of_couplings(int index) const {
+    return index >= couplings && index < geometric;
+  }
 };
 
 inline ParameterLayout layout_of(const KinematicChain& chain) {
-  return ParameterLayout(link_count(chain));
+  return ParameterLayout(link_count(chain), static_cast<int>(chain.couplings.size()));
 }
 
 /// The link that a parameter of the links belongs to.
@@ -83,8 +89,15 @@ int zero_offset(const KinematicChain& chain, int joint);
 /// link_of_parameter(index).
 bool is_zero_offset(const KinematicChain& chain, int index);
 
-/// The value of the zero offset of a driven link [rad or m].
+/// The constant of a link to which its joint adds [rad or m]: of a driven one its zero offset.
 inline double& zero_of(Link& link) { return is_prismatic(link) ? link.r : link.theta; }
+inline double zero_of(const Link& link) { return is_prismatic(link) ? link.r : link.theta; }
+
+/// The index of that constant.
+inline int zero_of_link(const KinematicChain& chain, int link) {
+  const bool slides = is_prismatic(chain.links[static_cast<size_t>(link)]);
+  return link_parameter(link, slides ? LinkParameter::r : LinkParameter::theta);
+}
 
 /// Index of the first anchor's x.
 inline int first_anchor_parameter(const KinematicChain& chain) {
@@ -108,7 +121,13 @@ inline int parameter_count(const KinematicChain& chain) {
 /// sphere.
 std::vector<int> of_contact(ContactKind kind);
 
-/// SI unit of a parameter.
+/// The name of a coupling as a parameter: `A5.follows.A2`.
+std::string coupling_name(const KinematicChain& chain, const Coupling& coupling);
+
+/// The unit of a coefficient in files, in SI: rad/rad, mm/rad, rad/mm or mm/mm.
+double coefficient_unit(const KinematicChain& chain, const Coupling& coupling);
+
+/// SI unit of a parameter; of a coefficient `one`, also where it is m/rad or rad/m.
 enum class ParameterUnit { metre, radian, one };
 ParameterUnit parameter_unit(const KinematicChain& chain, int index);
 /// Unit of the encoder value of a joint (0-based).
@@ -124,18 +143,19 @@ struct DisplayUnit {
 DisplayUnit display_unit(ParameterUnit unit);
 
 /// What a parameter belongs to. `several`: no single thing; of the effects of a family.
-enum class Owner { link, anchor, base, contact, instrument, several, target, tool };
+enum class Owner { link, anchor, base, contact, coupling, instrument, several, target, tool };
 
 /// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
 /// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
-/// 2.x`, `anchor 1.zero`, `contact table.z`; `base`, `tool`, `target 2` for all of them and
-/// `instrument.point` for the three coordinates of every reading. The owner has a name and no
+/// 2.x`, `anchor 1.zero`, `contact table.z`, `A5.follows.A2` for the coefficient of a coupling;
+/// `base`, `tool`, `target 2` for all of them and `instrument.point` for the three coordinates of every reading. The owner has a name and no
 /// number, because a catalogue names parameters of links that not every chain has.
 struct Parameter {
   static constexpr int kWhole = -1;
 
   Owner owner = Owner::several;
-  std::string of;          ///< name of the link, target, anchor, contact or family; else empty
+  /// Name of the link, target, anchor, contact, coupling (`A5.follows.A2`) or family; else empty.
+  std::string of;
   int component = kWhole;  ///< in the order of the layout, from 0 for each owner
   /// In a catalogue: that of every link, target or anchor. `of` is then empty.
   bool of_each = false;

@@ -26,7 +26,10 @@ void refuse_parameters(YamlMap& document, const std::string& why) {
 KinematicChain read_chain(YamlMap& map) {
   KinematicChain chain;
   chain.base = read_pose(map.map("base"));
-  chain.links = read_links(map);
+  read_links(map, chain);
+  if (!chain.couplings.empty())
+    map.fail("links", "the axes of a positioner each have an encoder and move by themselves; leave "
+                      "out 'follows' and 'coupled'");
   chain.tool = read_pose(map.map("part"));
   map.finish();
   return chain;
@@ -46,7 +49,12 @@ void begin_with_positioner(YamlMap& document, const KinematicChain& positioner, 
       document.fail("positioner", "its link '" + link.name +
                                       "' has the name of a link of the arm; name it otherwise");
   robot.ground_link = static_cast<int>(way.links.size()) - 1;
-  for (Body& body : robot.bodies) body.link += static_cast<int>(way.links.size());
+  const auto before_arm = static_cast<int>(way.links.size());
+  for (Body& body : robot.bodies) body.link += before_arm;
+  for (Coupling& coupling : robot.chain.couplings) {
+    coupling.follower += before_arm;
+    coupling.followed += before_arm;
+  }
   robot.chain.base = way.base;
   links.insert(links.begin(), way.links.begin(), way.links.end());
   if (std::ssize(links) > kMaxLinks)
@@ -70,12 +78,12 @@ void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& r
 
 }  // namespace
 
-std::vector<Link> read_links(YamlMap& map) {
+void read_links(YamlMap& map, KinematicChain& chain) {
   std::vector<YamlMap> entries = map.maps("links");
   if (entries.empty() || entries.size() > kMaxLinks)
     map.fail("links",
              fmt::format("has {} entries; a chain has from 1 to {}", entries.size(), kMaxLinks));
-  std::vector<Link> links;
+  std::vector<Link>& links = chain.links;
   for (YamlMap& entry : entries) {
     const Link link = read_link(entry);
     if (std::ranges::find(links, link.name, &Link::name) != links.end())
@@ -84,7 +92,15 @@ std::vector<Link> read_links(YamlMap& map) {
       entry.fail("name", "'" + link.name + "' means something else; name the link otherwise");
     links.push_back(link);
   }
-  return links;
+  for (size_t j = 0; j < entries.size(); ++j) {
+    read_couplings(entries[j], static_cast<int>(j), chain);
+    entries[j].finish();
+  }
+  try {
+    coupling_order(chain);
+  } catch (const std::invalid_argument& error) {
+    map.fail("links", std::string(error.what()) + " through others; leave one of them out");
+  }
 }
 
 namespace {

@@ -1,14 +1,13 @@
 #pragma once
 
-#include <vector>
-
 #include "armtrue/effects/robot.h"
 #include "io/yaml/yaml_map.h"
 
 namespace armtrue {
 
-/// The entry `links`, from one to kMaxLinks links of different names. Throws InputError.
-std::vector<Link> read_links(YamlMap& map);
+/// The entry `links`, from one to kMaxLinks links of different names, and how they follow each
+/// other. Throws InputError.
+void read_links(YamlMap& map, KinematicChain& chain);
 
 /// Reads the key `convention`: rows of the standard convention become links of the modified one.
 /// The chain and the masses are read already. Throws InputError.

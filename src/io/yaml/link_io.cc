@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/yaml/yaml_text.h"
@@ -33,13 +35,15 @@ JointKind read_joint_kind(YamlMap& map) {
   map.fail("joint", "'" + joint + "' is none of revolute, prismatic and fixed");
 }
 
-// The travel of a joint. One that slides has both ends: nothing else says how far it goes.
+// The travel of a joint. One that slides by itself has both ends: nothing else says how far it
+// goes.
 void read_travel(YamlMap& map, Link& link) {
   const bool slides = is_prismatic(link);
   const std::string unit = slides ? "_mm" : "_deg";
   const double si = slides ? kMillimetre : kDegree;
-  if (slides || map.has("min" + unit)) link.min = map.number("min" + unit) * si;
-  if (slides || map.has("max" + unit)) link.max = map.number("max" + unit) * si;
+  const bool needs_both = slides && link.has_encoder;
+  if (needs_both || map.has("min" + unit)) link.min = map.number("min" + unit) * si;
+  if (needs_both || map.has("max" + unit)) link.max = map.number("max" + unit) * si;
   if (link.min >= link.max) map.fail("max" + unit, "must be above min" + unit);
 }
 
@@ -83,7 +87,7 @@ YAML::Node pose_node(const Pose& pose) {
                    {"c_deg", c}});
 }
 
-Link read_link(YamlMap map) {
+Link read_link(YamlMap& map) {
   Link link;
   link.name = map.name("name");
   if (link.name.empty()) map.fail("name", "is empty; parameters are named after links");
@@ -95,12 +99,100 @@ Link read_link(YamlMap map) {
   link.beta = map.number("beta_deg", 0) * kDegree;
   link.sign = map.number("sign", 1);
   if (link.sign != 1 && link.sign != -1) map.fail("sign", "must be 1 or -1");
+  link.has_encoder = !map.has("follows");
+  for (const char* key : {"follows", "coupled"})
+    if (map.has(key) && link.joint == JointKind::fixed)
+      map.fail(key, "is of a joint that moves, and this one is fixed: make it revolute or prismatic");
+  if (!link.has_encoder && map.has("coupled"))
+    map.fail("coupled", "stands beside 'follows'; 'follows' is of a joint without an encoder of its "
+                        "own, 'coupled' of one with it: keep one");
   read_travel(map, link);
-  map.finish();
   return link;
 }
 
-YAML::Node link_node(const Link& link) {
+namespace {
+
+// Keys of a link that follows: with an encoder or without, and where values of others are zero.
+const char* key_of_couplings(const Link& link) { return link.has_encoder ? "coupled" : "follows"; }
+const char* key_of_zeros(const Link& followed) {
+  return is_prismatic(followed) ? "from_mm" : "from_deg";
+}
+
+int followed_link(const YamlMap& map, const std::string& name, int own,
+                  const KinematicChain& chain) {
+  const auto found = std::ranges::find(chain.links, name, &Link::name);
+  if (found == chain.links.end()) map.fail(name, "the robot has no link '" + name + "'");
+  if (found->joint == JointKind::fixed)
+    map.fail(name, "the link '" + name + "' is fixed: nothing follows it");
+  const auto link = static_cast<int>(found - chain.links.begin());
+  if (link == own) map.fail(name, "the joint of this link follows itself");
+  return link;
+}
+
+}  // namespace
+
+void read_couplings(YamlMap& map, int link, KinematicChain& chain) {
+  const Link& own = chain.links[static_cast<size_t>(link)];
+  const char* const key = key_of_couplings(own);
+  if (!map.has(key)) return;
+  YamlMap entries = map.map(key);
+  const size_t first = chain.couplings.size();
+  for (const std::string& name : entries.keys()) {
+    Coupling coupling{link, followed_link(entries, name, link, chain)};
+    coupling.coefficient = entries.number(name) * coefficient_unit(chain, coupling);
+    coupling.from = zero_of(chain.links[static_cast<size_t>(coupling.followed)]);
+    chain.couplings.push_back(coupling);
+  }
+  if (chain.couplings.size() == first)
+    map.fail(key, "is empty; it names the links that this one follows, such as {J2: -1}");
+  if (chain.couplings.size() > kMaxCouplings)
+    map.fail(key, fmt::format("the joints of the robot follow others {} times; at most {} are "
+                              "possible",
+                              chain.couplings.size(), kMaxCouplings));
+  for (const char* zeros : {"from_deg", "from_mm"}) {
+    if (!map.has(zeros)) continue;
+    YamlMap from = map.map(zeros);
+    for (const std::string& name : from.keys()) {
+      const int followed = followed_link(from, name, link, chain);
+      const auto found = std::find_if(
+          chain.couplings.begin() + static_cast<long>(first), chain.couplings.end(),
+          [&](const Coupling& coupling) { return coupling.followed == followed; });
+      if (found == chain.couplings.end())
+        from.fail(name, std::string("is not among the links of '") + key + "'");
+      const Link& of = chain.links[static_cast<size_t>(followed)];
+      if (zeros != std::string(key_of_zeros(of)))
+        from.fail(name, std::string("belongs to '") + key_of_zeros(of) + "'");
+      found->from = from.number(name) * (is_prismatic(of) ? kMillimetre : kDegree);
+    }
+  }
+}
+
+namespace {
+
+void add_couplings(const KinematicChain& chain, int link, std::vector<FlowEntry>& entries) {
+  std::vector<FlowEntry> coefficients, angles, lengths;
+  for (const Coupling& coupling : chain.couplings) {
+    if (coupling.follower != link) continue;
+    const Link& followed = chain.links[static_cast<size_t>(coupling.followed)];
+    const bool slides = is_prismatic(followed);
+    coefficients.emplace_back(followed.name, number_text(coupling.coefficient,
+                                                         coefficient_unit(chain, coupling)));
+    if (coupling.from != zero_of(followed))
+      (slides ? lengths : angles)
+          .emplace_back(followed.name,
+                        number_text(coupling.from, slides ? kMillimetre : kDegree));
+  }
+  if (coefficients.empty()) return;
+  entries.emplace_back(key_of_couplings(chain.links[static_cast<size_t>(link)]),
+                       flow_map(coefficients));
+  if (!angles.empty()) entries.emplace_back("from_deg", flow_map(angles));
+  if (!lengths.empty()) entries.emplace_back("from_mm", flow_map(lengths));
+}
+
+}  // namespace
+
+YAML::Node link_node(const KinematicChain& chain, int index) {
+  const Link& link = chain.links[static_cast<size_t>(index)];
   std::vector<FlowEntry> entries{
       {"name", link.name},
       {"joint", joint_word(link.joint)},
@@ -116,6 +208,7 @@ YAML::Node link_node(const Link& link) {
     if (std::isfinite(link.min)) entries.emplace_back("min" + unit, number_text(link.min, si));
     if (std::isfinite(link.max)) entries.emplace_back("max" + unit, number_text(link.max, si));
   }
+  add_couplings(chain, index, entries);
   return flow_map(entries);
 }
 

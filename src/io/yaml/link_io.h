@@ -20,8 +20,12 @@ std::array<NumberText, 3> rotation_texts(const Eigen::Matrix3d& rotation);
 Pose read_pose(YamlMap map);
 YAML::Node pose_node(const Pose& pose);
 
-/// One entry of the robot file's `links`. Throws InputError.
-Link read_link(YamlMap map);
-YAML::Node link_node(const Link& link);
+/// One entry of the robot file's `links`; read_couplings() reads what it follows. Throws
+/// InputError.
+Link read_link(YamlMap& map);
+/// What the entry of a link of the chain, whose links are known, follows: `follows` of a link
+/// without an encoder, `coupled` of one with its own. Adds it to the chain. Throws InputError.
+void read_couplings(YamlMap& map, int link, KinematicChain& chain);
+YAML::Node link_node(const KinematicChain& chain, int link);
 
 }  // namespace armtrue
