@@ -34,7 +34,7 @@ struct Arguments {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
-  command.add_output();
+  command.add_output(app::ProductKind::document);
   command.file("--robot", arguments.robot, "The nominal robot").required();
   command.option("--identify", arguments.identify,
                  "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; "

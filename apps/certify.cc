@@ -55,7 +55,7 @@ app::Check set_up_only() {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses, each visited several times");
-  command.add_output();
+  command.add_output(app::ProductKind::document);
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The robot whose predictions are the commanded poses")
       .required();

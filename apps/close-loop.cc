@@ -42,7 +42,7 @@ struct Arguments {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
-  command.add_output();
+  command.add_output(app::ProductKind::document);
   command.add_seed();
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The nominal robot").required();
@@ -64,10 +64,12 @@ void add_options(app::Command& command, Arguments& arguments) {
               "whole search in each fold of all measured poses, evaluate it on the poses left out, "
               "and count how often each effect is found again; takes about that many times as long")
       .check(app::in_range(2, 1000));
-  command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here");
+  command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here",
+                     app::ProductKind::document);
   command.add_output(
       "--predictor-out", arguments.predictor_out,
-      "Write the same robot here too: the name of an option that scripts may have");
+      "Write the same robot here too: the name of an option that scripts may have",
+      app::ProductKind::document);
   command.add_output("--residuals", arguments.residuals,
                      "Write the final residual of every reading here");
   app::add_report(command, arguments.page, "with verdict, causes, errors and pictures");
@@ -249,18 +251,18 @@ void write_robots(app::Command& command, const Arguments& arguments, const Measu
                   const LoopResult& result, const Provenance& provenance) {
   if (arguments.robot_out.empty() && arguments.predictor_out.empty()) return;
   const bool has_held_out = !measured.split.held_out.empty();
-  std::string text;
+  Document robot;
   if (has_held_out) {
     command.progress("fitting the result to all poses");
     const FitToAll to_all = fit_to_all(result, measured.all, app::catalogue(arguments.catalogue));
-    text = write_calibration(to_all.fit, to_all.sound, provenance, {.gross = to_all.gross_poses});
+    robot = write_calibration(to_all.fit, to_all.sound, provenance, {.gross = to_all.gross_poses});
   } else {
-    text = write_calibration(result_of(result),
-                             without_gross(measured.training, result.gross_poses), provenance,
-                             {.gross = result.gross_poses});
+    robot = write_calibration(result_of(result),
+                              without_gross(measured.training, result.gross_poses), provenance,
+                              {.gross = result.gross_poses});
   }
   for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
-    if (!path.empty()) write_output(path, text);
+    if (!path.empty()) write_output(path, robot);
 }
 
 int run(app::Command& command, const Arguments& arguments) {

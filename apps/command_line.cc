@@ -142,13 +142,19 @@ void Command::add_input(const std::string& what) {
   file("file", input, what + "; standard input if absent or -");
 }
 
-void Command::add_output() {
-  add_output("-o,--output", output, "File for the product; standard output if absent or -");
+void Command::add_output(ProductKind kind) {
+  add_output("-o,--output", output,
+             kind == ProductKind::document
+                 ? "File for the product, JSON if it ends in .json; standard output if absent or -"
+                 : "File for the product; standard output if absent or -",
+             kind);
 }
 
-Option Command::add_output(const std::string& name, std::string& path, const std::string& what) {
+Option Command::add_output(const std::string& name, std::string& path, const std::string& what,
+                           ProductKind kind) {
   CLI::Option* const option = app_->add_option(name, path, what)->type_name(kFileType);
   outputs_.push_back(option);
+  if (kind == ProductKind::document) documents_.push_back(option);
   return Option(option);
 }
 
@@ -321,6 +327,11 @@ void Command::check_outputs() const {
     }
     if (fs::is_directory(path, none))
       throw CLI::ValidationError(option->get_name(), "'" + path + "' is a folder; name a file");
+    if (is_json_file(path) && std::ranges::find(documents_, option) == documents_.end())
+      throw CLI::ValidationError(option->get_name(),
+                                 "'" + path +
+                                     "': JSON is written of documents of keys, and this product "
+                                     "is a table, a text or a page; give the file another ending");
     refuse_named(path, option->get_name(), option);
     expect_output(path);
     if (is_device_or_pipe(path)) continue;

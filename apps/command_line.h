@@ -39,6 +39,10 @@ inline constexpr int kBadInput = 1;  ///< bad data, or reading or writing failed
 inline constexpr int kBadUsage = 2;
 inline constexpr int kNotReached = 3;  ///< the command ran, but a criterion failed
 
+/// What a product is: a document of keys, which goes to a .json file as JSON, or a table, a program, a
+/// page, which must not be called .json.
+enum class ProductKind { document, other };
+
 /// One command: its options, the options that all commands share, and the files that it reads. It
 /// opens no file before all arguments are parsed and checked.
 class Command : public OptionGroup {
@@ -49,9 +53,10 @@ class Command : public OptionGroup {
 
   /// Options that most commands need, each added on request.
   void add_input(const std::string& what);
-  void add_output();
+  void add_output(ProductKind kind = ProductKind::other);
   /// A further product. Two products may not go to one file, and none to a file that is read.
-  Option add_output(const std::string& name, std::string& path, const std::string& what);
+  Option add_output(const std::string& name, std::string& path, const std::string& what,
+                    ProductKind kind = ProductKind::other);
   /// A folder of products, which is replaced as a whole; it may contain nothing else.
   Option add_output_folder(const std::string& name, std::string& path, const std::string& what);
   void add_seed();
@@ -137,7 +142,7 @@ class Command : public OptionGroup {
   void warn_of_unknown(const std::vector<std::string>& columns);
 
   std::string name_, example_, columns_;
-  std::vector<const CLI::Option*> outputs_, folders_;
+  std::vector<const CLI::Option*> outputs_, documents_, folders_;
   std::vector<std::pair<std::string, std::string>> inputs_;
   std::vector<std::string> warnings_;
   double started_ = 0;

@@ -77,7 +77,8 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::above_zero())
       .needs(program);
   command.add_output("--summary", arguments.summary,
-                     "Write counts, errors and the worst targets here");
+                     "Write counts, errors and the worst targets here",
+                     app::ProductKind::document);
   app::add_report(command, arguments.page, "with errors before and after, notes and a map");
   command.flag("--strict", arguments.strict,
                "Exit with 3 if a target has a note, or an assumption is in doubt");

@@ -25,10 +25,10 @@ struct Arguments {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A robot: YAML, URDF, or calibration of Universal Robots");
-  command.add_output();
-  command.option("--to", arguments.to, "yaml or urdf")
+  command.add_output(app::ProductKind::document);
+  command.option("--to", arguments.to, "yaml, which is JSON in a file that ends in .json, json, or urdf")
       .required()
-      .check(app::one_of({"yaml", "urdf"}));
+      .check(app::one_of({"yaml", "json", "urdf"}));
   command.option("--base", arguments.ends.base,
                  "Link of the URDF whose frame is R_A; its root if absent");
   command.option("--tip", arguments.ends.tip,
@@ -110,6 +110,9 @@ std::string into_urdf(app::Command& command, const Robot& robot, const Arguments
 }
 
 int run(app::Command& command, const Arguments& arguments) {
+  if (arguments.to == "urdf" && is_json_file(command.output))
+    throw app::UsageError("-o: '" + command.output +
+                          "' ends in .json, and a URDF is XML: end it in .urdf, or give --to json");
   Source source(command.input);
   const std::string text = source.read_all();
   const bool is_urdf = is_xml(text);
@@ -123,6 +126,10 @@ int run(app::Command& command, const Arguments& arguments) {
     explain_base(command, text, source.name(), arguments.ends);
     explain_flange(command, robot, text, source.name(), arguments.ends);
     warn_of_travel(command, text, source.name(), arguments.ends);
+  }
+  if (arguments.to == "json") {
+    write_output(command.output, write_robot(robot).json());
+    return app::kSuccess;
   }
   if (arguments.to == "yaml") {
     write_output(command.output, write_robot(robot));

@@ -27,7 +27,7 @@ struct Arguments {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
-  command.add_output();
+  command.add_output(app::ProductKind::document);
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The robot to evaluate").required();
   command.option("--refit", arguments.refit,

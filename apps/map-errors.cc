@@ -86,7 +86,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   add_places(command, arguments);
   app::add_conditions(command, arguments);
   command.add_output("--summary", arguments.summary,
-                     "Write errors by cause, direction and places of the part here");
+                     "Write errors by cause, direction and places of the part here",
+                     app::ProductKind::document);
   command.add_output("--plot", arguments.plot, "Draw the map here, as .svg")
       .check({"", why_no_picture});
   app::add_report(command, arguments.page, "with errors by cause, map and places of the part");

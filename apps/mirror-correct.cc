@@ -106,7 +106,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   add_correction_options(command, arguments, from_force);
   app::add_path_program(command, arguments.program);
   of_passes(command.add_output("--summary", arguments.summary,
-                               "Write clocks, noise, deviation and forecast here"));
+                               "Write clocks, noise, deviation and forecast here",
+                               app::ProductKind::document));
   of_passes(command
                 .option("--goal-mm", arguments.goal_mm,
                         "Largest RMS form error that is wanted, without the noise of the "

@@ -21,7 +21,7 @@ struct Arguments {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
-  command.add_output();
+  command.add_output(app::ProductKind::document);
   command.add_seed();
   command.add_new_sessions();
   app::OptionGroup model = command.group("Model");

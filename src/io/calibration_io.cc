@@ -112,15 +112,15 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
 
 }  // namespace
 
-std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              const Provenance& provenance, const CalibrationFindings& findings) {
+Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                           const Provenance& provenance, const CalibrationFindings& findings) {
   return write_calibration(result, campaign, evaluate(result.robot, campaign), provenance,
                            findings);
 }
 
-std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              Evaluation evaluation, const Provenance& provenance,
-                              const CalibrationFindings& findings) {
+Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                           Evaluation evaluation, const Provenance& provenance,
+                           const CalibrationFindings& findings) {
   Robot robot = result.robot;
   robot.uncertainty = uncertainty_of(result, campaign, evaluation);
   YAML::Node root = robot_node(robot, provenance);

@@ -140,9 +140,9 @@ YAML::Node comparison_node(const Comparison& comparison) {
 
 }  // namespace
 
-std::string write_certificate(const Certificate& certificate,
-                              const std::optional<Comparison>& comparison,
-                              const Provenance& provenance) {
+Document write_certificate(const Certificate& certificate,
+                           const std::optional<Comparison>& comparison,
+                           const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-certificate/1";
   root["provenance"] = provenance_node(provenance);

@@ -189,10 +189,10 @@ std::string write_commands(const ProgramFile& file, const std::vector<CorrectedT
   return text;
 }
 
-std::string write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
-                               const std::optional<BetweenPoints>& between,
-                               const PredictionConditions& conditions,
-                               const Provenance& provenance) {
+Document write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
+                            const std::optional<BetweenPoints>& between,
+                            const PredictionConditions& conditions,
+                            const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-compensation/1";
   root["provenance"] = provenance_node(provenance);

@@ -159,9 +159,9 @@ std::string write_error_map(const ErrorMap& map, const std::vector<JointName>& j
   return text;
 }
 
-std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
-                                    const PredictionConditions& conditions,
-                                    const Provenance& provenance) {
+Document write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
+                                 const PredictionConditions& conditions,
+                                 const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-error-map/1";
   root["provenance"] = provenance_node(provenance);

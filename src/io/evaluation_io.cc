@@ -33,10 +33,10 @@ YAML::Node prediction_node(const Evaluation& evaluation, const Campaign& campaig
 
 }  // namespace
 
-std::string write_summary(const Evaluation& evaluation, const Robot& robot,
-                          const Campaign& campaign, const Provenance& provenance,
-                          const std::vector<Prediction>& predictions,
-                          const std::optional<Robot>& against) {
+Document write_summary(const Evaluation& evaluation, const Robot& robot,
+                       const Campaign& campaign, const Provenance& provenance,
+                       const std::vector<Prediction>& predictions,
+                       const std::optional<Robot>& against) {
   YAML::Node root;
   root["format"] = "armtrue-summary/1";
   root["provenance"] = provenance_node(provenance);

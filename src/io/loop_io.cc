@@ -92,8 +92,8 @@ YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedE
 
 }  // namespace
 
-std::string write_loop(const LoopResult& result, const TraceOptions& options,
-                       const Provenance& provenance, const std::string& next_poses) {
+Document write_loop(const LoopResult& result, const TraceOptions& options,
+                    const Provenance& provenance, const std::string& next_poses) {
   const Robot& robot = result.trace.fit.robot;
   YAML::Node root;
   root["format"] = "armtrue-loop/1";

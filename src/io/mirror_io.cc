@@ -160,7 +160,7 @@ YAML::Node force_node(const ForceLaw& law) {
 
 }  // namespace
 
-std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
+Document write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
   const auto& [result, options, files, lines, accuracy, form, before, form_before, force, robot,
                goal] = findings;
   YAML::Node root;

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "armtrue/io/inputs_stay.h"
+#include "armtrue/text/edit_distance.h"
 #include "io/file_rights.h"
 #include "io/signals_wait.h"
 
@@ -247,6 +248,14 @@ void write_outputs(const std::vector<Product>& products) {
 
 void write_output(const std::string& path, const std::string& text) {
   write_outputs({{path, text}});
+}
+
+void write_output(const std::string& path, const Document& document) {
+  write_outputs({{path, document}});
+}
+
+bool is_json_file(const std::string& path) {
+  return lower_case(fs::path(path).extension().string()) == ".json";
 }
 
 }  // namespace armtrue

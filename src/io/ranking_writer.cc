@@ -4,7 +4,7 @@
 
 namespace armtrue {
 
-std::string write_ranking(const TraceResult& result, const Provenance& provenance) {
+Document write_ranking(const TraceResult& result, const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-ranking/1";
   root["provenance"] = provenance_node(provenance);

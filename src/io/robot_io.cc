@@ -402,7 +402,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   return root;
 }
 
-std::string write_robot(const Robot& robot, const Provenance& provenance) {
+Document write_robot(const Robot& robot, const Provenance& provenance) {
   return print_document(robot_node(robot, provenance));
 }
 

@@ -5,12 +5,15 @@
                                                one command; VALUES is the program of values.cc
     read_back.py --sources ROOT BIN            sentences in the sources
     read_back.py --names BIN CONFIG VALUES     products with names that look like something else
+    read_back.py --json BIN CONFIG VALUES      each kind of document as YAML and as JSON, which the next command reads
+    read_back.py --schemas CONFIG PAGE         config/schemas; PAGE is the source of armtrue-formats(5)
     read_back.py --self-test                   checks this file
 
 YAML is read by yaml-cpp, as armtrue reads it, by PyYAML (YAML 1.1) and by ruamel.yaml (YAML 1.2). All must see the same:
 a quoted scalar and a key are texts; a plain scalar is the same number, truth value, null or text for both. A text that
-looks like a number stands only where a name does: elsewhere it is a number that was quoted. CSV is read by armtrue and
-by Python's csv. Pages are read by html.parser.
+looks like a number stands only where a name does: elsewhere it is a number that was quoted. JSON is read by yaml-cpp and
+by Python's json. Documents hold what the schema of their kind in config/schemas allows, and nothing else. CSV is read by
+armtrue and by Python's csv. Pages are read by html.parser.
 
 A sentence on stderr holds no nan and no inf that the user did not write, no words of a library, and no option that the
 command that says it lacks.
@@ -28,6 +31,7 @@ import subprocess
 import sys
 import tempfile
 
+import jsonschema
 import ruamel.yaml
 import yaml
 
@@ -40,7 +44,28 @@ NAMES = {"pose", "name", "robot", "serial", "date", "calibrated_until", "date_be
          "place", "type", "sessions", "outside_measured", "parameter", "figure", "instrument", "instead_of", "unit"}
 NAMED = {"targets", "anchors", "contacts", "sessions", "points"}
 
+SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "config" / "schemas"
+
 # Documents
+
+def load_schemas():
+    """By the formats that they describe; and all by their files, which refer to each other."""
+    files = {file.as_uri(): json.loads(file.read_text()) for file in sorted(SCHEMAS.glob("*.json"))}
+    by_format = {schema["properties"]["format"]["const"]:
+                     jsonschema.Draft202012Validator(schema, resolver=jsonschema.RefResolver(uri, schema, files))
+                 for uri, schema in files.items() if "properties" in schema}
+    return by_format, files
+
+
+VALIDATORS, SCHEMA_FILES = load_schemas()
+
+
+def schema_mistakes(document):
+    if document["format"] not in VALIDATORS:
+        return [f"{document['format']} has no schema"]
+    return [f"{'/'.join(map(str, error.absolute_path))}: by the schema: {error.message:.200}"
+            for error in VALIDATORS[document["format"]].iter_errors(document)]
+
 
 def typed(text):
     """What a plain scalar of armtrue's documents is: it writes no other forms."""
@@ -100,7 +125,29 @@ def document_mistakes(text, own):
         one_two = ruamel.yaml.YAML(typ="safe", pure=True).load(text) if len(text) < 300_000 else one_one
     except (yaml.YAMLError, ruamel.yaml.error.YAMLError) as error:
         return [f"cannot be read: {error}"]
-    return differences(own, one_one, one_two)
+    return differences(own, one_one, one_two) or schema_mistakes(one_two)
+
+
+def no_number(text):
+    raise ValueError(f"{text} is no JSON")
+
+
+def keys_once(entries):
+    if len(entries) != len(dict(entries)):
+        raise ValueError(f"a key stands twice among {[key for key, _ in entries]}")
+    return dict(entries)
+
+
+def read_json(text):
+    return json.loads(text, parse_constant=no_number, object_pairs_hook=keys_once)
+
+
+def json_mistakes(text, own):
+    try:
+        seen = read_json(text)
+    except ValueError as error:
+        return [f"cannot be read: {error}"]
+    return differences(own, seen, seen) or schema_mistakes(seen)
 
 
 def table_mistakes(text, own):
@@ -140,12 +187,17 @@ class Page(html.parser.HTMLParser):
 def kind_of(text):
     if text.startswith("format: armtrue-"):
         return "document"
+    if re.match(r'\{\s*"format": "armtrue-', text):
+        return "json"
     if text.startswith("<!DOCTYPE html"):
         return "page"
     if text.startswith("<"):
         return "other"
     header = text.split("\n", 1)[0]
     return "table" if re.match(r"[A-Za-z_]\w*[,;]\w", header) else "other"
+
+
+CHECKS = {"document": document_mistakes, "json": json_mistakes, "table": table_mistakes}
 
 
 def product_mistakes(files, values):
@@ -160,7 +212,7 @@ def product_mistakes(files, values):
                 yield file, f"is no UTF-8: {error}"
             continue
         texts[file] = (kind_of(text), text)
-    read = [file for file, (kind, _) in texts.items() if kind in ("document", "table")]
+    read = [file for file, (kind, _) in texts.items() if kind in CHECKS]
     own = {}
     for begin in range(0, len(read), FILES_AT_ONCE):
         part = read[begin:begin + FILES_AT_ONCE]
@@ -177,8 +229,7 @@ def product_mistakes(files, values):
         if kind == "page":
             yield from ((file, line) for line in Page(text).wrong)
         elif file in own:
-            yield from ((file, line) for line in (document_mistakes if kind == "document" else table_mistakes)(
-                text, own[file]))
+            yield from ((file, line) for line in CHECKS[kind](text, own[file]))
 
 
 # Sentences
@@ -350,13 +401,17 @@ def check_names(binaries, config, values):
                 "calibrated.yaml", codes=(0, 3))
             run("evaluate-poses", "--robot", "calibrated.yaml", "m.csv", "-o", "evaluated.yaml")
             run("convert-robot", "--to", "yaml", "calibrated.yaml", "-o", "converted.yaml")
+            run("convert-robot", "--to", "yaml", "calibrated.yaml", "-o", "converted.json")
+            run("convert-robot", "--to", "yaml", "converted.json", "-o", "back.yaml")
+            if (folder / "back.yaml").read_bytes() != (folder / "converted.yaml").read_bytes():
+                wrong.append(f"{name!r}, {target!r}, {session!r}: a robot is another one when it was JSON")
             run("certify", "--robot", "calibrated.yaml", "--about", "about.yaml", "--refit", "base", "m.csv", "-o",
-                "certificate.yaml", codes=(0, 1, 3))
+                "certificate.json", codes=(0, 1, 3))
             if number == 0:
                 run("close-loop", "--robot", "robot.yaml", "--report", "loop.html", "m.csv", "-o", "loop.yaml", codes=(0, 3))
                 run("compensate", "--robot", "calibrated.yaml", "--nominal", "robot.yaml", "--controller", "rough", "m.csv", "-o",
                     "commands.csv", codes=(0, 1, 2, 3))
-            files = [file for file in folder.iterdir() if file.suffix in (".yaml", ".csv", ".html")
+            files = [file for file in folder.iterdir() if file.suffix in (".yaml", ".json", ".csv", ".html")
                      and file.name not in ("robot.yaml", "about.yaml")]
             for file, mistake in product_mistakes(files, values):
                 wrong.append(f"{name!r}, {target!r}, {session!r}: {file.name}: {mistake}")
@@ -372,14 +427,146 @@ def check_names(binaries, config, values):
     return not wrong
 
 
+# JSON
+
+def check_json(binaries, config, values):
+    """Each document once as YAML and once as JSON, and each that a command reads, read from both: the same products."""
+    tests = pathlib.Path(__file__).resolve().parents[1]
+    wrong = []
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+
+        def run(line, codes=(0,)):
+            done = subprocess.run(["bash", "-c", line], cwd=folder, capture_output=True, text=True,
+                                  env=dict(os.environ, PATH=f"{binaries}:{os.environ['PATH']}", CONFIG=config))
+            if done.returncode not in codes:
+                wrong.append(f"{line}: exit {done.returncode}: {done.stderr}")
+
+        def both(line, *documents, codes=(0,)):
+            """`line` with documents NAME.yaml, and with the same as NAME.json."""
+            run(line, codes)
+            as_json = re.sub(r"\b(\w+)\.yaml", lambda name: f"{name[1]}.json" if name[1] in (*documents, *made) else name[0], line)
+            run(as_json, codes)
+            for name in documents:
+                if not all((folder / f"{name}.{ending}").exists() for ending in ("yaml", "json")):
+                    wrong.append(f"{line}: makes no {name}")
+                    continue
+                text = (folder / f"{name}.json").read_text()
+                seen = read_json(text)
+                expected = ruamel.yaml.YAML(typ="safe", pure=True).load((folder / f"{name}.yaml").read_text())
+                for document in (seen, expected):  # the names and sums of inputs are those of other files
+                    document.pop("provenance", None)
+                if json.dumps(seen).replace(".json", ".yaml") != json.dumps(expected):
+                    wrong.append(f"{line}: JSON says something else: {json.dumps(seen):.400}, {json.dumps(expected):.400}")
+                formats.add(expected["format"])
+            made.update(documents)
+
+        made, formats = set(), set()
+        (folder / "about.yaml").write_text((tests / "cli/certify/about.yaml").read_text())
+        about = yaml.load((tests / "cli/certify/about.yaml").read_text(), yaml.SafeLoader)
+        (folder / "about.json").write_text(json.dumps(about, default=str, indent="\t"))
+        made.add("about")
+        catalogue = ruamel.yaml.YAML(typ="safe", pure=True).load(pathlib.Path(config, "effects/catalogue.yaml").read_text())
+        (folder / "catalogue.json").write_text(json.dumps(catalogue))
+        (folder / "catalogue.yaml").write_text(pathlib.Path(config, "effects/catalogue.yaml").read_text())
+        made.add("catalogue")
+        both("convert-robot --to yaml $CONFIG/robots/kr360-spindle.yaml -o robot.yaml", "robot")
+        run("simulate-poses --robot robot.yaml --truth $CONFIG/robots/kr360-table4.yaml --count 30 --repeats 2 --noise-mm 0.05 "
+            "--noise-mrad 0.1 -o m.csv")
+        run("head -31 m.csv > other.csv")
+        both("calibrate -q --robot robot.yaml m.csv -o calibrated.yaml", "calibrated")
+        both("close-loop -q --robot robot.yaml --catalogue catalogue.yaml --only-catalogue m.csv --robot-out closed.yaml -o loop.yaml",
+             "loop", "closed", codes=(0, 3))
+        both("trace-residual -q --robot robot.yaml --only-catalogue m.csv -o ranking.yaml", "ranking")
+        both("trace-residual -q --since calibrated.yaml other.csv -o change.yaml", "change")
+        both("evaluate-poses -q --robot closed.yaml --against robot.yaml other.csv -o summary.yaml", "summary")
+        both("certify -q --robot calibrated.yaml --about about.yaml --refit base,tool m.csv -o certificate.yaml", "certificate")
+        both("certify -q --robot calibrated.yaml --about about.yaml --refit base,tool --against certificate.yaml m.csv -o second.yaml",
+             "second")
+        both("map-errors -q --robot calibrated.yaml --controller robot.yaml --box-mm 1400,2200,-400,400,300,1100 "
+             "--grid 2,2,2 --start 0,-60,90,0,60,0 --summary map.yaml -o map.csv", "map")
+        run("plan-poses --robot robot.yaml --count 12 -q -o targets.csv")
+        both("compensate -q --robot calibrated.yaml --controller robot.yaml targets.csv --summary compensation.yaml -o c.csv",
+             "compensation")
+        run("simulate-path --robot $CONFIG/robots/kr360-roughing.yaml --noise-mm 0.095 $CONFIG/paths/line300.csv -o pass.csv")
+        both("mirror-correct -q --programmed $CONFIG/paths/line300.csv --measured pass.csv --summary mirror.yaml -o x.csv", "mirror")
+        for name in ("loop", "ranking"):  # which these read
+            for ending in ("yaml", "json"):
+                run(f"plan-poses --robot calibrated.{ending} --separate {name}.{ending} --count 3 -q -o {name}-{ending}.csv", (0, 1, 3))
+            plans = [folder / f"{name}-{ending}.csv" for ending in ("yaml", "json")]
+            if len({plan.read_bytes() if plan.exists() else None for plan in plans}) != 1:
+                wrong.append(f"plan-poses --separate plans other poses by {name}.json")
+        files = [file for file in folder.iterdir() if file.suffix == ".json" and file.stem not in ("about", "catalogue")]
+        wrong += [f"{file.name}: {mistake}" for file, mistake in product_mistakes(files, values)]
+        missing = set(VALIDATORS) - formats - {"armtrue-about/1", "armtrue-catalogue/1"}
+        if missing:
+            wrong.append(f"no document of {sorted(missing)} was written")
+    print("\n".join(wrong + [f"{len(formats)} kinds of documents: {len(wrong)} mistakes"]))
+    return not wrong
+
+
+def schema_keys(schema):
+    """The names of all keys that a schema knows."""
+    if isinstance(schema, list):
+        return set().union(*map(schema_keys, schema), set())
+    if not isinstance(schema, dict):
+        return set()
+    own = set(schema["properties"]) if isinstance(schema.get("properties"), dict) else set()
+    return own.union(*map(schema_keys, schema.values()))
+
+
+def check_schemas(config, page):
+    """Schemas are schemas, describe each kind of document of the page and no key that it does not describe, and allow
+    what is shipped."""
+    text = page.read_text()
+    wrong = []
+    for uri, schema in SCHEMA_FILES.items():
+        name = uri.rpartition("/")[2]
+        try:
+            jsonschema.Draft202012Validator.check_schema(schema)
+        except jsonschema.exceptions.SchemaError as error:
+            wrong.append(f"{name}: {error.message}")
+        wrong += [f"{name}: the page describes no key `{key}`" for key in sorted(schema_keys(schema))
+                  if not re.search(rf"`{key}`", text)]
+    described = set(re.findall(r"^# (armtrue-[a-z-]+/\d)$", text, re.M))
+    wrong += [f"{kind}: has no schema, or no section of the page" for kind in described ^ set(VALIDATORS)]
+    shipped = [*config.glob("robots/*.yaml"), *config.glob("effects/*.yaml")]
+    for file in shipped:
+        document = ruamel.yaml.YAML(typ="safe", pure=True).load(file.read_text())
+        wrong += [f"{file.name}: {mistake}" for mistake in schema_mistakes(document)]
+    print("\n".join(wrong + [f"{len(SCHEMA_FILES)} schemas, {len(shipped)} files: {len(wrong)} mistakes"]))
+    return not wrong and len(shipped) > 1
+
+
 def self_test():
     """The checks must fail where they should."""
     def scalar(text, is_text=False):
         return {"text": text, "is_text": is_text}
 
     def mistakes(text, *entries):
-        return document_mistakes(text, {"map": [[scalar(key), value] for key, value in entries]})
+        global schema_mistakes
+        kept, schema_mistakes = schema_mistakes, lambda _: []
+        try:
+            return document_mistakes(text, {"map": [[scalar(key), value] for key, value in entries]})
+        finally:
+            schema_mistakes = kept
 
+    error = {"mean": 1, "rms": 1, "p95": 1, "max": 1}
+    summary = {"format": "armtrue-summary/1", "provenance": {"command": "c", "version": "v"}, "robot": "r", "poses": 1, "rows": 1,
+               "skipped_rows": 0, "noise_floor": {"source": "none", "position_mm": 0}, "floor_mm": 0, "position_mm": error,
+               "axes_mm": {}}
+    assert not schema_mistakes(summary)
+    for key, value in (("robot", 12), ("poses", "1"), ("position_mm", {**error, "mean": None}), ("new_key", 1),
+                       ("position_mm", {**error, "new_key": 1}), ("format", "armtrue-loop/2")):
+        assert schema_mistakes({**summary, key: value}), key
+    assert schema_mistakes({key: value for key, value in summary.items() if key != "rows"})
+    for text in ('{"a": NaN}', '{"a": -Infinity}', '{"a": 1, "a": 2}', '{"a": 1,}', "a: 1"):
+        try:
+            read_json(text)
+        except ValueError:
+            continue
+        raise AssertionError(text)
+    assert json_mistakes('{"pose": 32}', {"map": [[scalar("pose", True), scalar("0032", True)]]})
     assert not mistakes('pose: "0032"\n', ("pose", scalar("0032", True)))
     for name in ("0032", "no", "12:30", "1_000", "2026-11-27", "~", "y: 1", "0o17", "1e3"):
         assert mistakes(f"pose: {name}\n", ("pose", scalar(name, True))), name
@@ -409,6 +596,10 @@ if __name__ == "__main__":
         self_test()
     elif sys.argv[1] == "--sources":
         sys.exit(0 if check_sources(*map(pathlib.Path, sys.argv[2:])) else 1)
+    elif sys.argv[1] == "--json":
+        sys.exit(0 if check_json(*sys.argv[2:]) else 1)
+    elif sys.argv[1] == "--schemas":
+        sys.exit(0 if check_schemas(*map(pathlib.Path, sys.argv[2:])) else 1)
     elif sys.argv[1] == "--names":
         sys.exit(0 if check_names(*sys.argv[2:]) else 1)
     else:

@@ -2,7 +2,7 @@
 //
 //   product_values FILE...
 //
-// A YAML document: maps as lists of [key, value], lists, null, and scalars as {"text": ..., "is_text":
+// A document, YAML or JSON: maps as lists of [key, value], lists, null, and scalars as {"text": ..., "is_text":
 // whether it is quoted}. A CSV table: {"rows": [[cell, ...], ...]}, the header first.
 
 #include <fmt/format.h>
@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
     std::ifstream stream(file, std::ios::binary);
     std::ostringstream text;
     text << stream.rdbuf();
-    const bool is_yaml = text.str().starts_with("format: ");
+    const bool is_yaml = text.str().starts_with("format: ") || text.str().starts_with('{');
     std::cout << (is_yaml ? json_of(YAML::Load(text.str())) : json_of_table(file)) << "\n";
   }
 }

@@ -8,6 +8,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/zone.h"
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
@@ -29,12 +30,12 @@ struct CalibrationFindings {
 /// The calibrated robot as an armtrue-robot/1 document with a `calibration:` map: convergence,
 /// rank, condition, observability, errors, noise, the zone, what was left out, and each absorbed
 /// parameter with the parameters that absorb it.
-std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              const Provenance& provenance, const CalibrationFindings& findings);
+Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                           const Provenance& provenance, const CalibrationFindings& findings);
 /// `evaluation`: evaluate(result.robot, campaign); handed over, because that of many readings is as
 /// large as they are.
-std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              Evaluation evaluation, const Provenance& provenance,
-                              const CalibrationFindings& findings);
+Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                           Evaluation evaluation, const Provenance& provenance,
+                           const CalibrationFindings& findings);
 
 }  // namespace armtrue

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "armtrue/certification/certificate.h"
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
@@ -18,9 +19,9 @@ struct AboutFile {
 AboutFile read_about(const std::string& path);
 
 /// armtrue-certificate/1. `comparison`: with an older certificate, if there is one.
-std::string write_certificate(const Certificate& certificate,
-                              const std::optional<Comparison>& comparison,
-                              const Provenance& provenance);
+Document write_certificate(const Certificate& certificate,
+                           const std::optional<Comparison>& comparison,
+                           const Provenance& provenance);
 
 struct CertificateFile {
   CertifiedValues values;

@@ -10,6 +10,7 @@
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/move_division.h"
 #include "armtrue/compensation/prediction_conditions.h"
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/quantity_column.h"
 #include "armtrue/kinematics/joint_names.h"
@@ -56,10 +57,10 @@ std::string write_commands(const ProgramFile& file, const std::vector<CorrectedT
 
 /// An armtrue-compensation/1 document. `between`: of a robot program whose moves were to be
 /// divided.
-std::string write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
-                               const std::optional<BetweenPoints>& between,
-                               const PredictionConditions& conditions,
-                               const Provenance& provenance);
+Document write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
+                            const std::optional<BetweenPoints>& between,
+                            const PredictionConditions& conditions,
+                            const Provenance& provenance);
 
 /// The summary for a terminal: the sentence and the worst three targets.
 std::string compensation_table(const std::vector<CorrectedTarget>& targets, const Program& program);

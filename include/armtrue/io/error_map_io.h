@@ -5,6 +5,7 @@
 
 #include "armtrue/compensation/error_map.h"
 #include "armtrue/compensation/prediction_conditions.h"
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/kinematics/joint_names.h"
 
@@ -16,9 +17,9 @@ std::string write_error_map(const ErrorMap& map,
                             const std::vector<JointName>& joints = six_axis_names());
 
 /// An armtrue-error-map/1 document.
-std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
-                                    const PredictionConditions& conditions,
-                                    const Provenance& provenance);
+Document write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
+                                 const PredictionConditions& conditions,
+                                 const Provenance& provenance);
 
 /// The summary for a terminal: a sentence, errors by cause, the main direction, the best and worst
 /// place of a part.

@@ -2,7 +2,10 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "armtrue/io/document.h"
 
 namespace armtrue {
 
@@ -28,6 +31,11 @@ bool same_file(const std::string& a, const std::string& b);
 void check_writable(const std::string& path);
 
 struct Product {
+  Product(std::string to, std::string what) : path(std::move(to)), text(std::move(what)) {}
+  /// A document is written as JSON if is_json_file(), else as YAML.
+  Product(std::string to, const Document& document)
+      : path(std::move(to)), text(is_json_file(path) ? document.json() : document) {}
+
   std::string path;  ///< "-" or "" is standard output
   std::string text;
 };
@@ -46,5 +54,6 @@ void write_outputs(const std::vector<Product>& products);
 
 /// The same with one product.
 void write_output(const std::string& path, const std::string& text);
+void write_output(const std::string& path, const Document& document);
 
 }  // namespace armtrue

@@ -3,13 +3,14 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/search/trace.h"
 
 namespace armtrue {
 
 /// armtrue-ranking/1: the found effects, and the best candidates that were not added.
-std::string write_ranking(const TraceResult& result, const Provenance& provenance);
+Document write_ranking(const TraceResult& result, const Provenance& provenance);
 
 /// The effects of an armtrue-ranking/1 or armtrue-loop/1 document, each with the effects that
 /// cannot be distinguished from it; ignores other keys of the documents. Throws InputError.

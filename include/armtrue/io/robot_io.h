@@ -8,6 +8,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/campaign/training_rows.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
@@ -31,6 +32,6 @@ RobotFile read_robot(const std::string& path);
 Robot parse_robot(const std::string& text, const std::string& file);
 
 /// The document, with provenance if that names a command. Numbers read back exactly.
-std::string write_robot(const Robot& robot, const Provenance& provenance = {});
+Document write_robot(const Robot& robot, const Provenance& provenance = {});
 
 }  // namespace armtrue

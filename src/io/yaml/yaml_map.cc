@@ -7,6 +7,7 @@
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/text/utf8.h"
+#include "io/yaml/json_text.h"
 #include "io/yaml/yaml_bounds.h"
 
 namespace armtrue {
@@ -159,7 +160,7 @@ YamlMap read_document(const std::string& bytes, const std::string& file,
   for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
   expected += "'";
   check_text(bytes, file);
-  const std::string text = as_utf8(bytes);
+  const std::string text = with_whole_characters(as_utf8(bytes));
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<')
     throw InputError(file + ":1: is XML, and a YAML document should stand here; " + expected +

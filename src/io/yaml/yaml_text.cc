@@ -7,6 +7,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/utf8.h"
 #include "io/yaml/effect_io.h"
+#include "io/yaml/json_text.h"
 #include "io/yaml/plain_text.h"
 
 namespace armtrue {
@@ -261,7 +262,7 @@ void print(const YAML::Node& node, YAML::Emitter& emitter) {
     emitter << YAML::EndSeq;
   } else if (!node.IsScalar()) {
     emitter << YAML::Null;
-  } else if (node.Tag() == kPlain) {
+  } else if (is_value(node)) {
     emitter << node.Scalar();
   } else {
     print_text(node.Scalar(), emitter);
@@ -270,11 +271,13 @@ void print(const YAML::Node& node, YAML::Emitter& emitter) {
 
 }  // namespace
 
-std::string print_document(const YAML::Node& root) {
+bool is_value(const YAML::Node& scalar) { return scalar.Tag() == kPlain; }
+
+Document print_document(const YAML::Node& root) {
   YAML::Emitter emitter;
   emitter.SetIndent(2);
   print(root, emitter);
-  return std::string(emitter.c_str()) + "\n";
+  return {std::string(emitter.c_str()) + "\n", json_text(root) + "\n"};
 }
 
 }  // namespace armtrue

@@ -10,6 +10,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/number_text.h"
@@ -73,8 +74,11 @@ YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);
 
-/// The whole document. The tags of its nodes are not written.
-std::string print_document(const YAML::Node& root);
+/// Whether a scalar is a number or a truth value, and not a text.
+bool is_value(const YAML::Node& scalar);
+
+/// The whole document, as YAML and as JSON. The tags of its nodes are not written.
+Document print_document(const YAML::Node& root);
 
 }  // namespace armtrue
 
