@@ -34,11 +34,32 @@ KrlStarts::KrlStarts(const KrlSyntax& syntax, const KrlSetUps::List& set_ups, Ta
     : syntax_(syntax),
       set_ups_(set_ups),
       parts_(parts),
+      runs_(syntax.moves.size(), false),
       starts_(syntax.moves.size()),
       ends_(syntax.nodes.size()) {
   ends_[KrlFlow::kElsewhere].is_reached = true;
   while (follow_ways()) {
   }
+  find_what_runs();
+}
+
+// A way comes from outside, from a label or along the text; only a loop leads back.
+void KrlStarts::find_what_runs() {
+  std::vector<char> runs(syntax_.nodes.size(), false);
+  runs[KrlFlow::kElsewhere] = true;
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    for (size_t i = KrlFlow::kElsewhere + 1; i < runs.size(); ++i) {
+      if (runs[i]) continue;
+      const KrlNode& node = syntax_.nodes[i];
+      runs[i] = std::ranges::any_of(
+          node.from, [&](int from) -> bool { return runs[static_cast<size_t>(from)]; });
+      is_changed |= runs[i];
+    }
+  }
+  for (size_t i = 0; i < runs.size(); ++i)
+    if (const int move = syntax_.nodes[i].move; move >= 0)
+      runs_[static_cast<size_t>(move)] = runs[i];
 }
 
 // Returns whether anything has changed.

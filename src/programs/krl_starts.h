@@ -24,6 +24,8 @@ class KrlStarts {
   const std::vector<int>& moves_before(size_t move) const { return starts_[move].moves; }
   /// Whether the arm always comes from the move before in the text, which is not left alone.
   bool follows(size_t move) const;
+  /// Whether a way through the text leads to a move.
+  bool runs(size_t move) const { return runs_[move]; }
   /// Why a move is left alone; empty if it is not.
   std::string why_left_alone(size_t move) const { return why_left_alone(move, before(move)); }
 
@@ -35,6 +37,7 @@ class KrlStarts {
     std::vector<int> moves{};
   };
 
+  void find_what_runs();
   bool follow_ways();
   Start end_of(size_t move) const;
   static void meet(const Start& way, Start& here);
@@ -46,6 +49,7 @@ class KrlStarts {
   const KrlSyntax& syntax_;
   const KrlSetUps::List& set_ups_;
   const TargetParts parts_;
+  std::vector<char> runs_;     // of the moves
   std::vector<Start> starts_;  // of the moves
   std::vector<Start> ends_;    // of the nodes
 };

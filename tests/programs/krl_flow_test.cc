@@ -33,7 +33,8 @@ std::vector<std::string> targets(const std::string& moves) {
       result.push_back(fmt::format("{}{}: {:g} {:g} {:g}", target.follows_target ? "> " : "",
                                    target.line, mm[0], mm[1], mm[2]));
   }
-  EXPECT_EQ(program.left_alone > 0, !program.warnings.empty());
+  // A move that never runs gives a warning alone.
+  EXPECT_TRUE(program.left_alone == 0 || !program.warnings.empty());
   return result;
 }
 

@@ -118,6 +118,9 @@ struct ProgramTarget {
   /// KUKA: the targets at which its move may start; none if one of them is not known.
   std::vector<size_t> starts;
   bool is_in_loop = false;      ///< KUKA
+  /// No way through the text leads here: behind RETURN or a jump, in a local routine that nothing
+  /// calls.
+  bool never_runs = false;
   bool ends_elsewhere = false;  ///< KUKA: a circle whose angle says where it ends
   bool is_room_tool = false;    ///< KUKA: the tool stands in the room, and the robot holds the part
   /// Distance before the target at which the arm may leave its path [m], if the program states it
@@ -162,7 +165,7 @@ struct RobotProgram {
   std::vector<ProgramName> names;
   int absolute_accuracy_line = 0;  ///< KUKA: the first one that uses $ABS_ACCUR; 0: none does
   size_t declarations_end = 0;     ///< FANUC: where the positions of /POS end, in texts[0]
-  int left_alone = 0;              ///< moves that the parser does not understand
+  int left_alone = 0;              ///< moves that the parser does not understand, and that may run
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
 };
@@ -190,6 +193,10 @@ enum class TargetParts { pose, position };
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known, TargetParts parts = TargetParts::pose,
                            std::vector<ProgramText> others = {});
+
+/// Leaves the moves to targets alone: an arc with either of its points. `why`: by the index of the
+/// target. They are no targets any more; what they use of declared points stays as it is.
+void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why);
 
 /// The command that replaces a target.
 struct ProgramCommand {
