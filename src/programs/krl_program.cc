@@ -114,6 +114,8 @@ class KrlReader {
 
   void read_move(size_t index) {
     const KrlMove& move = syntax_.moves[index];
+    if (move.target.kind == KrlTargetKind::here && move.motion != KrlMotion::circle)
+      return;  // the arm does not move
     if (const std::string reason = starts_.why_left_alone(index); !reason.empty())
       return leave(index, reason);
     if (move.circle_angle)
@@ -162,7 +164,7 @@ class KrlReader {
                          const KrlValues& given) const {
     if (syntax_.circles_turn_with_path && target.motion == MotionKind::arc)
       target.obstacle = "$CIRC_TYPE is #PATH in this program";
-    if (move.target.is_product || move.auxiliary.is_product)
+    if (move.target.is_expression || move.auxiliary.is_expression)
       target.obstacle = "its point is an expression";
     if (move.circle_angle) target.obstacle = "its angle says where it ends";
     if (move.spline_block) target.obstacle = "it stands in a spline block";
@@ -211,11 +213,12 @@ class KrlReader {
     const KrlFrame& frame = is_axes ? syntax_.axes[static_cast<size_t>(target.axes)]
                                     : syntax_.frames[static_cast<size_t>(target.frame)];
     const KrlValues before = is_auxiliary ? starts_.before(index) : starts_.before_end(index);
-    const KrlValues values = inherit(before, frame.values);
+    const KrlValues values = is_auxiliary ? inherit(before, frame.values) : starts_.reached(index);
     ProgramTarget result;
     result.line = move.line;
     result.begin = target.begin;
     result.end = target.end;
+    result.is_relative = move.relative != KrlRelative::none;
     result.is_in_loop = move.in_loop;
     result.ends_elsewhere = move.circle_angle && !is_auxiliary;
     result.is_room_tool = set_up.is_external_tcp;
@@ -306,17 +309,27 @@ class KrlReader {
     point.end = frame.end;
     point.is_shared = target.shared;
     point.is_of_others = target.is_global || static_cast<size_t>(text) >= program_.own_texts;
-    point.is_expression = target.is_product;
+    point.is_expression = target.is_expression;
     if (point.is_expression) {
-      for (int i = 0; i < 6; ++i) {
-        const double value = values[i] / unit_of(static_cast<size_t>(i));
-        point.numbers.push_back({text, frame.end, frame.end, value, ""});
+      point.before = target.before;
+      point.behind = target.behind;
+      const bool is_axes = target.kind == KrlTargetKind::axes;
+      const auto number = [&](double value, const std::string& prefix) {
+        return ProgramNumber{text, frame.end, frame.end, value, prefix};
+      };
+      if (is_axes) point.kind = TargetKind::joints;
+      for (size_t i = 0; i < 6; ++i)
+        point.numbers.push_back(
+            number(is_axes ? frame.axes[i] : values[static_cast<int>(i)] / unit_of(i), ""));
+      if (frame.turn && frame.status)
+        point.configuration = {number(*frame.turn, ""), number(*frame.status, "")};
+      for (int i = 6; i < kKrlComponents; ++i) {
+        const bool is_stated = std::isfinite(frame.values[i]);
+        point.external.push_back(number(values[i], is_stated ? fmt::format(",E{} ", i - 5) : ""));
       }
-      for (int i = 6; i < kKrlComponents; ++i)
-        point.external.push_back({text, frame.end, frame.end, values[i], ""});
       if (target.starts_from >= 0)
         starts_of_points_.emplace_back(program_.points.size(), target.starts_from);
-      return keep(point, target.frame);
+      return keep(point, is_axes ? -1 : target.frame);
     }
     const auto place = [&](const KrlFrame::Number& number) {
       return ProgramNumber{text, frame.begin + number.begin, frame.begin + number.end, 0, ""};
