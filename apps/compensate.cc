@@ -154,19 +154,12 @@ void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& ta
 DividedProgram compensate_file(const Robot& robot, const Robot& controller, const ProgramFile& file,
                                const RobotProgram* text, const Arguments& arguments) {
   const CompensationOptions options = compensation_options(arguments, controller);
-  try {
-    if (text && arguments.spacing_mm)
-      return divide_moves(robot, controller, *text, file.program, options,
-                          *arguments.spacing_mm * kMillimetre);
-    DividedProgram found;
-    found.targets = compensate(robot, controller, file.program, options);
-    return found;
-  } catch (const UnreachableTarget& error) {
-    const auto row = static_cast<size_t>(error.row);
-    throw InputError(fmt::format("{}:{}: target '{}': {}", file.source,
-                                 file.program.visits.line[row], file.program.visits.pose_ids[row],
-                                 error.what()));
-  }
+  if (text && arguments.spacing_mm)
+    return divide_moves(robot, controller, *text, file.program, options,
+                        *arguments.spacing_mm * kMillimetre);
+  DividedProgram found;
+  found.targets = compensate(robot, controller, file.program, options);
+  return found;
 }
 
 // Names the moves whose error between points stays too large, those of one cause together.
@@ -288,37 +281,72 @@ void warn_of_hints(app::Command& command, const Arguments& arguments, const Robo
   if (!doubt.empty()) command.warn(file.source + ": " + doubt);
 }
 
+// Leaves the moves of a program alone that the controller's model does not reach. Nothing is left
+// alone, and the result is false, if it reaches none: then it is the frames, or the arm.
+bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program) {
+  const auto is_pose = [](const ProgramTarget& target) {
+    return target.kind == TargetKind::cartesian;
+  };
+  const auto poses = static_cast<size_t>(std::ranges::count_if(program.targets, is_pose));
+  if (error.out_of_reach.empty() || error.out_of_reach.size() == poses) return false;
+  std::map<size_t, std::string> why;
+  for (const auto& [row, reason] : error.out_of_reach) {
+    const ProgramTarget& target = program.targets[static_cast<size_t>(row)];
+    const auto name = [&](int frame) {
+      return frame < 0 ? std::string("of this command")
+                       : program.frames[static_cast<size_t>(frame)].name;
+    };
+    why[static_cast<size_t>(row)] =
+        fmt::format("{} (frame {}, tool {})", reason, name(target.base), name(target.tool));
+  }
+  leave_alone(program, why);
+  return true;
+}
+
 // Commands for all targets of a file, or of a program with the joints `joints`.
-DividedProgram correct(app::Command& command, const app::Models& models,
-                       const RobotProgram* program, const ProgramJoints& joints,
-                       ProgramFile& file, const Arguments& arguments) {
+DividedProgram correct(app::Command& command, const app::Models& models, RobotProgram* program,
+                       const ProgramJoints& joints, ProgramFile& file, const Arguments& arguments) {
   const Robot &robot = models.robot, &controller = models.controller;
+  const CompensationOptions options = compensation_options(arguments, controller);
+  const auto read = [&] {
+    if (program)
+      file.program = with_warnings(command, program,
+                                   [&] { return program_targets(*program, options, joints); });
+    app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
+  };
+  read();
   warn_of_targets(command, arguments, controller, program, file);
   if (file.program.is_cartesian() ||
       (!program && command_kind(arguments, file.program) == CommandKind::cartesian))
     app::require_flange(controller, arguments);
-  app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
   for (const Robot* of : {&robot, &controller})
     app::require_conditions(file.program.visits, *of, arguments,
                             program ? app::HasColumns::no : app::HasColumns::yes);
-  DividedProgram divided;
-  try {
-    divided = with_warnings(command, program, [&] {
-      return compensate_file(robot, controller, file, program, arguments);
-    });
-  } catch (const InputError&) {
-    warn_of_hints(command, arguments, controller, file);
-    throw;
-  }
+  std::optional<DividedProgram> divided;
+  while (!divided) try {
+      divided = compensate_file(robot, controller, file, program, arguments);
+    } catch (const UnreachableTarget& error) {
+      if (program && leave_what_is_out_of_reach(error, *program)) {
+        read();
+        continue;
+      }
+      if (program)
+        for (const std::string& warning : program->warnings) command.warn(warning);
+      warn_of_hints(command, arguments, controller, file);
+      const auto row = static_cast<size_t>(error.row);
+      throw InputError(fmt::format("{}:{}: target '{}': {}", file.source,
+                                   file.program.visits.line[row], file.program.visits.pose_ids[row],
+                                   error.what()));
+    }
   const auto nearest = std::ranges::min_element(
-      divided.targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
+      divided->targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
   warn_of_hints(command, arguments, controller, file);
   refuse_corrected(file.source,
-                   program ? find_round_where_reached(*program, divided.targets, joints)
-                           : find_round_where_reached(controller, divided.targets),
+                   program ? find_round_where_reached(*program, divided->targets, joints)
+                           : find_round_where_reached(controller, divided->targets),
                    file.program.visits, arguments);
-  return divided;
+  return std::move(*divided);
 }
 
 // What is said of several programs is said once.
@@ -343,13 +371,11 @@ int run_project(app::Command& command, const app::Models& models, Arguments& arg
   bool is_reached = true;
   std::vector<std::string> in_doubt;
   const bool is_whole = app::correct_project(
-      command, arguments.project, arguments.program, [&](const RobotProgram& program) {
+      command, arguments.project, arguments.program, [&](RobotProgram& program) {
         refuse_two_tools(program, arguments);
         ProgramFile file;
         file.source = program.texts[0].name;
         const ProgramJoints joints = joints_of_program(controller, program, arguments);
-        file.program =
-            program_targets(program, compensation_options(arguments, controller), joints);
         std::vector<CorrectedTarget> targets =
             correct(command, models, &program, joints, file, arguments).targets;
         add_new(doubts(robot, controller, targets, file.program.visits, arguments), in_doubt);
@@ -385,13 +411,10 @@ int run(app::Command& command, Arguments& arguments) {
     refuse_two_tools(*read, arguments);
     file.source = read->texts[0].name;
     joints = joints_of_program(controller, *read, arguments);
-    file.program = with_warnings(command, &*read, [&] {
-      return program_targets(*read, compensation_options(arguments, controller), joints);
-    });
   } else {
     file = command.read_program(command.input, controller);
   }
-  const RobotProgram* const program = read ? &*read : nullptr;
+  RobotProgram* const program = read ? &*read : nullptr;
   DividedProgram divided = correct(command, models, program, joints, file, arguments);
   std::vector<CorrectedTarget>& targets = divided.targets;
 

@@ -54,9 +54,10 @@ class Project {
     refuse_corrected_texts(texts_);
   }
 
-  bool correct(const std::function<ProjectCommands(const RobotProgram&)>& commands_for) {
+  bool correct(const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
     for (const ProgramText& text : texts_)
-      if (const auto dialect = dialect_of_file(text.name)) correct(*dialect, text, commands_for);
+      if (const auto dialect = dialect_of_file(text.name); dialect && !is_of_controller(text.name))
+        correct(*dialect, text, commands_for);
     if (rows_.empty())
       throw InputError(files_.folder + ": none of its programs has a move to a point with plain "
                        "numbers");
@@ -71,7 +72,7 @@ class Project {
 
  private:
   void correct(Dialect dialect, const ProgramText& text,
-               const std::function<ProjectCommands(const RobotProgram&)>& commands_for) {
+               const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
     std::vector<ProgramText> own{text};
     if (dialect == Dialect::krl)
       if (const ProgramText* const dat = dat_of(text.name)) own.push_back(*dat);
@@ -93,6 +94,7 @@ class Project {
       refuse_corrected_points(program);
       refuse_frames_of_callers(program);
       ProjectCommands found = commands_for(program);
+      for (const std::string& warning : program.warnings) command_.warn(warning);
       for (const std::string& warning : found.commands.warnings) command_.warn(warning);
       rows_.push_back({text.name, found.moves});
       programs_.push_back({std::move(program), std::move(found.commands.list)});
@@ -210,7 +212,7 @@ void add_project(Command& command, ProjectFiles& files) {
 }
 
 bool correct_project(Command& command, const ProjectFiles& project, const RobotProgramFiles& files,
-                     const std::function<ProjectCommands(const RobotProgram&)>& commands_for) {
+                     const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
   if (command.input != "-")
     throw UsageError("'" + command.input +
                      "' and --project are given; correct one of them at a time");

@@ -30,6 +30,6 @@ struct ProjectCommands {
 /// table of the programs to -o: program, moves, corrected, left, why. Returns whether every move is
 /// corrected. Throws CorrectedAlready if one of the programs is.
 bool correct_project(Command& command, const ProjectFiles& project, const RobotProgramFiles& files,
-                     const std::function<ProjectCommands(const RobotProgram&)>& commands_for);
+                     const std::function<ProjectCommands(RobotProgram&)>& commands_for);
 
 }  // namespace armtrue::app

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <iterator>
 #include <numeric>
 
 #include "armtrue/kinematics/evaluator.h"
@@ -66,8 +67,10 @@ class Compensation {
 
   bool motion_matters() const { return motion_matters_; }
 
+  // Throws UnreachableTarget once all rows are done, so that it names all that are out of reach.
   std::vector<CorrectedTarget> run(const Robot& identified) {
-    for (int row = 0; row < program_.rows(); ++row) targets_.push_back(target_at(row));
+    for (int row = 0; row < program_.rows(); ++row) try_row(row);
+    if (unreachable_) throw *unreachable_;
     for (int row = 0; row < program_.rows(); ++row)
       visits_.q[static_cast<size_t>(row)] = targets_[static_cast<size_t>(row)].programmed;
     if (identified.uncertainty)
@@ -84,6 +87,20 @@ class Compensation {
   const Arms& arms(size_t row) const { return arms_[set_up_of(program_, row)]; }
   const ProgramArm& arm() const { return arms_now_->identified; }
   const ProgramArm& controller() const { return arms_now_->controller; }
+
+  void try_row(int row) {
+    try {
+      targets_.push_back(target_at(row));
+      reached_ = targets_.back().programmed;
+    } catch (const OutOfReach& error) {
+      if (!unreachable_) unreachable_.emplace(row, error.what());
+      unreachable_->out_of_reach.emplace_back(row, error.what());
+      targets_.emplace_back();
+    } catch (const UnreachableTarget&) {
+      if (unreachable_) throw *unreachable_;  // it may be why
+      throw;
+    }
+  }
 
   CorrectedTarget target_at(int row) {
     arms_now_ = &arms(static_cast<size_t>(row));
@@ -165,8 +182,7 @@ class Compensation {
 
   JointVector programmed_at(int row, Context context) const {
     const auto r = static_cast<size_t>(row);
-    const std::optional<JointVector> previous =
-        targets_.empty() ? std::nullopt : std::optional(targets_.back().programmed);
+    const std::optional<JointVector>& previous = reached_;
     if (program_.is_cartesian(r) && !program_.configurations.empty() && !program_.hinted[r])
       if (const Configuration& stated = program_.configurations[r];
           stated.is_stated() && !(stated.continues && previous))
@@ -186,7 +202,7 @@ class Compensation {
     const PostureSearch search(controller(), context, wanted, stated, before);
     if (const auto q = search.find()) return q;
     if (search.is_reached() && stated.is_weak && previous) return std::nullopt;
-    throw UnreachableTarget(
+    throw OutOfReach(
         row, search.is_reached()
                  ? "the controller's model reaches it, but not in the configuration that the "
                    "program states (KUKA S and T, ABB confdata, FANUC CONFIG); check the frames, "
@@ -242,6 +258,8 @@ class Compensation {
   bool motion_matters_ = false;
   CommandedMotion motion_;
   std::vector<CorrectedTarget> targets_;
+  std::optional<JointVector> reached_;  // joint angles of the last row that is reached
+  std::optional<UnreachableTarget> unreachable_;
 };
 
 // The rows of a program on all threads of the machine, if none depends on another.
@@ -251,22 +269,37 @@ std::vector<CorrectedTarget> compensate_rows(const Robot& identified, const Robo
   Compensation whole(identified, controller, program, options);
   if (program.rows() < 2 * kRowsPerBlock || whole.motion_matters() || !states_joints(program))
     return whole.run(identified);
+  struct Block {
+    std::vector<CorrectedTarget> targets;
+    std::optional<UnreachableTarget> unreachable;
+  };
   std::vector<CorrectedTarget> targets;
-  for_ordered_blocks<std::vector<CorrectedTarget>>(
+  std::optional<UnreachableTarget> unreachable;
+  for_ordered_blocks<Block>(
       program.rows(), kRowsPerBlock,
       [&](int begin, int end) {
         std::vector<int> rows(static_cast<size_t>(end - begin));
         std::iota(rows.begin(), rows.end(), begin);
         const Program block = select(program, rows);
         try {
-          return Compensation(identified, controller, block, options).run(identified);
+          return Block{Compensation(identified, controller, block, options).run(identified), {}};
         } catch (const UnreachableTarget& error) {
-          throw UnreachableTarget(begin + error.row, error.what());
+          UnreachableTarget of_program(begin + error.row, error.what());
+          for (const auto& [row, why] : error.out_of_reach)
+            of_program.out_of_reach.emplace_back(begin + row, why);
+          return Block{{}, of_program};
         }
       },
-      [&](const std::vector<CorrectedTarget>& block) {
-        targets.insert(targets.end(), block.begin(), block.end());
+      [&](const Block& block) {
+        targets.insert(targets.end(), block.targets.begin(), block.targets.end());
+        if (!block.unreachable) return;
+        if (!unreachable)
+          unreachable = block.unreachable;
+        else
+          std::ranges::copy(block.unreachable->out_of_reach,
+                            std::back_inserter(unreachable->out_of_reach));
       });
+  if (unreachable) throw *unreachable;
   return targets;
 }
 

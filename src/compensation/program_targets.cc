@@ -69,6 +69,8 @@ void finish(CorrectedMoves& moves) {
   for (size_t i = 0; i < moves.reasons.size(); ++i)
     moves.sentence += fmt::format("{}{} ({})", i == 0 ? "; left alone: " : ", ",
                                   moves.reasons[i].second, moves.reasons[i].first);
+  if (moves.never_run > 0)
+    moves.sentence += fmt::format("; {} more never run, as no way leads to them", moves.never_run);
   moves.sentence += '.';
 }
 
@@ -191,7 +193,7 @@ CorrectedMoves moves_left_alone(const std::vector<std::string>& why) {
 CorrectedMoves moves_left_alone(const RobotProgram& program, const std::string& why) {
   CorrectedMoves moves = moves_left_alone(program.why_left_alone);
   for (const ProgramTarget& target : program.targets)
-    if (target.motion != MotionKind::via) leave(why, moves);
+    if (target.motion != MotionKind::via && !target.never_runs) leave(why, moves);
   finish(moves);
   return moves;
 }
@@ -201,6 +203,10 @@ CorrectedMoves corrected_moves(const RobotProgram& program,
   CorrectedMoves moves = moves_left_alone(program.why_left_alone);
   std::string why;  // the move, with the auxiliary point of an arc
   for (size_t k = 0; k < targets.size(); ++k) {
+    if (program.targets[k].never_runs) {
+      moves.never_run += program.targets[k].motion != MotionKind::via;
+      continue;
+    }
     if (!targets[k].is_corrected)
       why = targets[k].notes.empty() ? "another turn" : to_string(targets[k].notes.front());
     if (program.targets[k].motion == MotionKind::via) continue;

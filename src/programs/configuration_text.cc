@@ -57,7 +57,8 @@ std::vector<std::string> configuration_texts(Dialect dialect, const ProgramPoint
   std::vector<std::string> texts(point.configuration.size());
   const auto change = [&](size_t i, int now) {
     const ProgramNumber& number = point.configuration[i];
-    if (number.is_written() && now != number.value) texts[i] = fmt::format("{}", now);
+    if ((number.is_written() || point.is_expression) && now != number.value)
+      texts[i] = fmt::format("{}", now);
   };
   if (dialect == Dialect::krl && !texts.empty()) {
     int turn = static_cast<int>(point.configuration[0].value);

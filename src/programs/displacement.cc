@@ -144,10 +144,10 @@ class Displacement {
       const ProgramTarget& here = target(k);
       if (here.kind == TargetKind::joints) continue;
       Pose pose = here.pose;
-      const std::vector<ProgramNumber>& numbers =
-          program_.points[static_cast<size_t>(here.point)].numbers;
+      const ProgramPoint& point = program_.points[static_cast<size_t>(here.point)];
+      const bool is_moved = !is_found(k) && !point.is_expression;
       for (int i = 0; i < 3; ++i)
-        if (!is_found(k) && !numbers[static_cast<size_t>(i)].is_written())
+        if (is_moved && !point.numbers[static_cast<size_t>(i)].is_written())
           pose.translation[i] = commanded_before(k, i).value_or(pose.translation[i]);
       pose.translation += displacement_of(k);
       commands_[k] = {true, here.q, here.q, pose, {}};

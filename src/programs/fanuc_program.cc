@@ -149,21 +149,28 @@ class FanucReader {
   void read_statement(const std::string& part, const Statement& statement) {
     TextCursor cursor(part, statement.begin, statement.end);
     const std::string word = cursor.take_name();
+    if (word == "JMP" || word == "END" || word == "ABORT")
+      is_dead_ = true;
+    else if (word == "LBL" || word == "ELSE" || word == "ENDIF" || word == "ENDFOR")
+      is_dead_ = false;
     if (!is_move(word) || cursor.done()) {
       follows_ = follows_ && stands_between_fanuc_moves(word);
       return;
     }
-    const int left_alone = program_.left_alone;
+    is_left_ = false;
     const size_t targets = program_.targets.size();
     line_begin_ = line_begin(part, statement.begin);
     ends_at_target_ = true;
     read_move(part, statement, word);
-    follows_ =
-        ends_at_target_ && program_.left_alone == left_alone && program_.targets.size() > targets;
+    follows_ = ends_at_target_ && !is_left_ && program_.targets.size() > targets;
+    for (size_t k = targets; k < program_.targets.size(); ++k)
+      program_.targets[k].never_runs = is_dead_;
   }
 
   void leave(int line, const std::string& reason) {
     warnings_.add(line, "left alone: " + reason);
+    is_left_ = true;
+    if (is_dead_) return;
     ++program_.left_alone;
     program_.why_left_alone.push_back(reason);
   }
@@ -522,6 +529,8 @@ class FanucReader {
   std::optional<FanucRegisters> registers_;
   size_t line_begin_ = 0;       // of the move that is read
   bool ends_at_target_ = true;  // the move that is read
+  bool is_left_ = false;        // the move that is read is left alone
+  bool is_dead_ = false;        // behind a jump or the end, before another label
   bool follows_ = false;        // the arm stands at the last target
 };
 

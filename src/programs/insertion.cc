@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -75,7 +76,7 @@ class Inserter {
     for (const OwnPoint& point : own) {
       const ProgramTarget& target = program_.targets[point.target];
       add(target.begin, target.end,
-          point.text.empty() ? written(point.target, point.changes) : placed(point.text));
+          point.text.empty() ? own_point(target, point.changes) : placed(point.text));
     }
     std::string via;
     for (size_t i = 0; i < between_.size(); ++i) {
@@ -125,8 +126,20 @@ class Inserter {
   std::string written(size_t target, const std::vector<TextEdit>& changes) {
     const ProgramPoint& point =
         program_.points[static_cast<size_t>(program_.targets[target].point)];
-    return program_.dialect == Dialect::fanuc ? new_position(point, changes)
+    return program_.dialect == Dialect::fanuc ? new_position(point, changes, "]")
                                               : on_one_line(changed(point, changes));
+  }
+
+  // The same in the move of the target: of FANUC with the name that it has there.
+  std::string own_point(const ProgramTarget& target, const std::vector<TextEdit>& changes) {
+    const ProgramPoint& point = program_.points[static_cast<size_t>(target.point)];
+    if (program_.dialect != Dialect::fanuc) return on_one_line(changed(point, changes));
+    const std::string head = text_.substr(point.begin, point.declaration.open - point.begin);
+    const std::string in_move =
+        new_position(point, changes, head.substr(std::min(head.find_first_of(":]"), head.size())));
+    const size_t colon = text_.find(':', target.begin);
+    if (colon >= target.end) return in_move;
+    return in_move.substr(0, in_move.find_first_of(":]")) + text_.substr(colon, target.end - colon);
   }
 
   // The text of a declared point after the edits of its numbers.
@@ -151,11 +164,17 @@ class Inserter {
   // A point that is written out: in the move, or of FANUC as a position, with its name in the move.
   std::string placed(const std::string& text) {
     if (program_.dialect != Dialect::fanuc) return on_one_line(text);
-    const std::string name = fmt::format("P[{}]", ++number_);
-    positions_ += name;
-    for (const char c : text) positions_ += c == '\n' ? line_end(text_, 0) : std::string(1, c);
-    positions_ += ";" + line_end(text_, 0);
-    return name;
+    std::string whole;
+    for (const char c : text) whole += c == '\n' ? line_end(text_, 0) : std::string(1, c);
+    return position("]", whole + ";" + line_end(text_, 0));
+  }
+
+  // A position of /POS in the move, P[4]: a new one, unless it is among them. `name`: behind its
+  // number, `:"name"]`; `rest`: behind that.
+  std::string position(const std::string& name, const std::string& rest) {
+    const auto [known, is_new] = numbers_.try_emplace(name + rest, number_ + 1);
+    if (is_new) positions_ += fmt::format("P[{}", ++number_) + name + rest;
+    return fmt::format("P[{}]", known->second);
   }
 
   std::string ending(const ProgramPointBetween& point) const {
@@ -179,12 +198,12 @@ class Inserter {
     count_lines();
   }
 
-  // Declares a position as another one is, but for its name and these edits, and returns its name.
-  std::string new_position(const ProgramPoint& as, std::vector<TextEdit> edits) {
-    const std::string name = fmt::format("P[{}]", ++number_);
-    edits.push_back({0, as.begin, as.declaration.open, name});
-    positions_ += changed(as, edits) + ";" + line_end(text_, as.begin);
-    return name;
+  // Declares a position as another one is, but for its number, what stands behind that, `name`, and
+  // these edits. Returns it as it stands in a move, without its name.
+  std::string new_position(const ProgramPoint& as, std::vector<TextEdit> edits,
+                           const std::string& name) {
+    edits.push_back({0, as.begin, as.declaration.open, ""});
+    return position(name, changed(as, edits) + ";" + line_end(text_, as.begin));
   }
 
   void number_lines() {
@@ -222,6 +241,7 @@ class Inserter {
   const std::string& text_;
   std::vector<Move> inserted_;  // of FANUC
   double number_ = 0;           // of the last position
+  std::map<std::string, double> numbers_;  // of new ones, by their texts behind the number
   std::string positions_;       // new ones
   std::vector<TextEdit> edits_;
 };

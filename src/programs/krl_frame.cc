@@ -16,10 +16,6 @@ namespace {
 constexpr const char* kComponentNames[kKrlComponents] = {"X",  "Y",  "Z",  "A",  "B",  "C",
                                                          "E1", "E2", "E3", "E4", "E5", "E6"};
 
-double unit_of(int component) {
-  return component < 3 ? kMillimetre : component < 6 ? kDegree : 1.0;
-}
-
 KrlFrame::Number place_from(const KrlFrame& frame, size_t begin, const TextCursor& cursor) {
   return {static_cast<unsigned>(begin - frame.begin),
           static_cast<unsigned>(cursor.at() - frame.begin)};
@@ -68,6 +64,16 @@ void take_axis(TextCursor cursor, size_t axis, KrlFrame& frame) {
 
 }  // namespace
 
+int krl_component(std::string_view name) {
+  const auto* const found = std::find(std::begin(kComponentNames), std::end(kComponentNames), name);
+  return found == std::end(kComponentNames) ? -1
+                                            : static_cast<int>(found - std::begin(kComponentNames));
+}
+
+double krl_unit(int component) {
+  return component < 3 ? kMillimetre : component < 6 ? kDegree : 1.0;
+}
+
 bool is_krl_point_type(std::string_view name) {
   return name == "POS" || name == "E6POS" || name == "FRAME" || name == "AXIS" || name == "E6AXIS";
 }
@@ -87,15 +93,13 @@ KrlAggregate take_krl_aggregate(TextCursor& cursor) {
       frame.entries = cursor.at();
       name = cursor.take_name();
     }
-    const auto* const component =
-        std::find(std::begin(kComponentNames), std::end(kComponentNames), name);
-    const auto index = component - std::begin(kComponentNames);
-    if (index < kKrlComponents) {
+    const int index = krl_component(name);
+    if (index >= 0) {
       cursor.next();
       const size_t begin = cursor.at();
       const auto value = cursor.take_number();
       if (!value || std::isfinite(frame.values[index])) return result;
-      frame.values[index] = *value * unit_of(static_cast<int>(index));
+      frame.values[index] = *value * krl_unit(index);
       frame.numbers[static_cast<size_t>(index)] = {
           static_cast<unsigned>(begin - frame.begin),
           static_cast<unsigned>(cursor.at() - frame.begin)};

@@ -40,6 +40,11 @@ struct KrlAggregate {
   KrlFrame frame;
 };
 
+/// The component of KrlValues with a name in capitals; -1 if there is none.
+int krl_component(std::string_view name);
+/// The unit of a component in SI; of an external axis 1.
+double krl_unit(int component);
+
 /// POS, E6POS, FRAME, AXIS or E6AXIS; `name` in capitals.
 bool is_krl_point_type(std::string_view name);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -64,6 +65,7 @@ class KrlReader {
 
   void read() {
     program_.absolute_accuracy_line = syntax_.absolute_accuracy_line;
+    find_what_runs();
     for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
     find_starts();
     for (const auto& [point, frame] : starts_of_points_)
@@ -76,10 +78,35 @@ class KrlReader {
   }
 
  private:
-  void leave(const KrlMove& move, const std::string& reason) {
+  // A local subprogram is called in this text or never. The first one has the name of the file.
+  void find_what_runs() {
+    const std::string text = masked(program_.texts[0].text, ';', "\"");
+    std::map<std::string, int> words;
+    each_word(text, {0, 0, text.size()},
+              [&](const std::string& word, size_t, const TextCursor&) { ++words[word]; });
+    bool is_main = true, is_called = true;
+    size_t next = 0;
+    for (size_t i = 0; i < syntax_.moves.size(); ++i) {
+      for (; next < syntax_.moves[i].set_ups; ++next) {
+        const KrlSetUp& definition = syntax_.set_ups[next];
+        if (definition.word != "DEF" && definition.word != "DEFFCT") continue;
+        TextCursor cursor(text, definition.begin, definition.end);
+        const bool is_global = cursor.take_name() == "GLOBAL";
+        if (is_global) cursor.take_name();
+        if (definition.word == "DEFFCT") cursor.take_name();  // its type
+        is_called = std::exchange(is_main, false) || is_global || words[cursor.take_name()] > 1;
+      }
+      runs_.push_back(is_called && starts_.runs(i));
+    }
+  }
+
+  void leave(size_t index, const std::string& reason) {
+    const KrlMove& move = syntax_.moves[index];
     warnings_.add(move.line, "left alone: " + reason);
-    ++program_.left_alone;
-    program_.why_left_alone.push_back(reason);
+    if (runs_[index]) {
+      ++program_.left_alone;
+      program_.why_left_alone.push_back(reason);
+    }
     for (const KrlTarget* target : {&move.auxiliary, &move.target})
       for (const int frame : {target->frame, target->starts_from})
         if (frame >= 0) is_left_alone_[static_cast<size_t>(frame)] = true;
@@ -87,8 +114,10 @@ class KrlReader {
 
   void read_move(size_t index) {
     const KrlMove& move = syntax_.moves[index];
+    if (move.target.kind == KrlTargetKind::here && move.motion != KrlMotion::circle)
+      return;  // the arm does not move
     if (const std::string reason = starts_.why_left_alone(index); !reason.empty())
-      return leave(move, reason);
+      return leave(index, reason);
     if (move.circle_angle)
       warnings_.add(move.line,
                     "a circle with an angle does not end at its target: only its points are "
@@ -96,6 +125,8 @@ class KrlReader {
     if (move.motion == KrlMotion::circle) read_target(index, true);
     read_target(index, false);
     end_of_move_[index] = static_cast<int>(program_.targets.size()) - 1;
+    for (size_t k = move_of_target_.size(); k < program_.targets.size(); ++k)
+      program_.targets[k].never_runs = !runs_[index];
     move_of_target_.resize(program_.targets.size(), index);
   }
 
@@ -133,7 +164,7 @@ class KrlReader {
                          const KrlValues& given) const {
     if (syntax_.circles_turn_with_path && target.motion == MotionKind::arc)
       target.obstacle = "$CIRC_TYPE is #PATH in this program";
-    if (move.target.is_product || move.auxiliary.is_product)
+    if (move.target.is_expression || move.auxiliary.is_expression)
       target.obstacle = "its point is an expression";
     if (move.circle_angle) target.obstacle = "its angle says where it ends";
     if (move.spline_block) target.obstacle = "it stands in a spline block";
@@ -182,11 +213,12 @@ class KrlReader {
     const KrlFrame& frame = is_axes ? syntax_.axes[static_cast<size_t>(target.axes)]
                                     : syntax_.frames[static_cast<size_t>(target.frame)];
     const KrlValues before = is_auxiliary ? starts_.before(index) : starts_.before_end(index);
-    const KrlValues values = inherit(before, frame.values);
+    const KrlValues values = is_auxiliary ? inherit(before, frame.values) : starts_.reached(index);
     ProgramTarget result;
     result.line = move.line;
     result.begin = target.begin;
     result.end = target.end;
+    result.is_relative = move.relative != KrlRelative::none;
     result.is_in_loop = move.in_loop;
     result.ends_elsewhere = move.circle_angle && !is_auxiliary;
     result.is_room_tool = set_up.is_external_tcp;
@@ -277,17 +309,27 @@ class KrlReader {
     point.end = frame.end;
     point.is_shared = target.shared;
     point.is_of_others = target.is_global || static_cast<size_t>(text) >= program_.own_texts;
-    point.is_expression = target.is_product;
+    point.is_expression = target.is_expression;
     if (point.is_expression) {
-      for (int i = 0; i < 6; ++i) {
-        const double value = values[i] / unit_of(static_cast<size_t>(i));
-        point.numbers.push_back({text, frame.end, frame.end, value, ""});
+      point.before = target.before;
+      point.behind = target.behind;
+      const bool is_axes = target.kind == KrlTargetKind::axes;
+      const auto number = [&](double value, const std::string& prefix) {
+        return ProgramNumber{text, frame.end, frame.end, value, prefix};
+      };
+      if (is_axes) point.kind = TargetKind::joints;
+      for (size_t i = 0; i < 6; ++i)
+        point.numbers.push_back(
+            number(is_axes ? frame.axes[i] : values[static_cast<int>(i)] / unit_of(i), ""));
+      if (frame.turn && frame.status)
+        point.configuration = {number(*frame.turn, ""), number(*frame.status, "")};
+      for (int i = 6; i < kKrlComponents; ++i) {
+        const bool is_stated = std::isfinite(frame.values[i]);
+        point.external.push_back(number(values[i], is_stated ? fmt::format(",E{} ", i - 5) : ""));
       }
-      for (int i = 6; i < kKrlComponents; ++i)
-        point.external.push_back({text, frame.end, frame.end, values[i], ""});
       if (target.starts_from >= 0)
         starts_of_points_.emplace_back(program_.points.size(), target.starts_from);
-      return keep(point, target.frame);
+      return keep(point, is_axes ? -1 : target.frame);
     }
     const auto place = [&](const KrlFrame::Number& number) {
       return ProgramNumber{text, frame.begin + number.begin, frame.begin + number.end, 0, ""};
@@ -385,6 +427,7 @@ class KrlReader {
   std::vector<int> point_of_frame_, point_of_axes_;
   std::vector<int> frame_of_point_;  // -1: joint angles
   std::vector<std::pair<size_t, int>> starts_of_points_;  // expressions, and frames of their points
+  std::vector<char> runs_;                                // of each move: a way leads to it
   std::vector<char> is_left_alone_;  // of each frame: a move to it is
   std::vector<std::pair<size_t, int>> counted_;  // of each text: place, line
 };

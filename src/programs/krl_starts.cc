@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/kinematics/pose.h"
+
 namespace armtrue {
 namespace {
 
@@ -11,6 +13,10 @@ const char* reason_of(KrlTargetKind kind) {
     case KrlTargetKind::undeclared:
       return "its point is declared neither here nor in the .dat of the program; give the data "
              "list that declares it, or a folder with it: --with";
+    case KrlTargetKind::home:
+      return "HOME, which $config.dat declares and other programs use; give it: --with";
+    case KrlTargetKind::here:
+      return "it goes where the arm stands";
     case KrlTargetKind::reassigned:
       return "its point is given several values, or changed at run time";
     case KrlTargetKind::frame:
@@ -20,6 +26,11 @@ const char* reason_of(KrlTargetKind kind) {
       break;
   }
   return "its target is an expression or has no plain numbers";
+}
+
+// Joint angles are the same in all frames.
+bool is_joints(const KrlMove& move) {
+  return move.motion != KrlMotion::circle && move.target.kind == KrlTargetKind::axes;
 }
 
 bool is_same(const KrlValues& a, const KrlValues& b) {
@@ -34,11 +45,32 @@ KrlStarts::KrlStarts(const KrlSyntax& syntax, const KrlSetUps::List& set_ups, Ta
     : syntax_(syntax),
       set_ups_(set_ups),
       parts_(parts),
+      runs_(syntax.moves.size(), false),
       starts_(syntax.moves.size()),
       ends_(syntax.nodes.size()) {
   ends_[KrlFlow::kElsewhere].is_reached = true;
   while (follow_ways()) {
   }
+  find_what_runs();
+}
+
+// A way comes from outside, from a label or along the text; only a loop leads back.
+void KrlStarts::find_what_runs() {
+  std::vector<char> runs(syntax_.nodes.size(), false);
+  runs[KrlFlow::kElsewhere] = true;
+  for (bool is_changed = true; is_changed;) {
+    is_changed = false;
+    for (size_t i = KrlFlow::kElsewhere + 1; i < runs.size(); ++i) {
+      if (runs[i]) continue;
+      const KrlNode& node = syntax_.nodes[i];
+      runs[i] = std::ranges::any_of(
+          node.from, [&](int from) -> bool { return runs[static_cast<size_t>(from)]; });
+      is_changed |= runs[i];
+    }
+  }
+  for (size_t i = 0; i < runs.size(); ++i)
+    if (const int move = syntax_.nodes[i].move; move >= 0)
+      runs_[static_cast<size_t>(move)] = runs[i];
 }
 
 // Returns whether anything has changed.
@@ -71,7 +103,7 @@ KrlStarts::Start KrlStarts::end_of(size_t move) const {
   end.moves = {static_cast<int>(move)};
   if (syntax_.moves[move].circle_angle) return end;
   const KrlTarget& target = syntax_.moves[move].target;
-  end.values = inherit(before_end(move), frame_of(target).values);
+  end.values = reached(move);
   if (target.kind == KrlTargetKind::axes) end.values.head<6>() = unknown_krl_values().head<6>();
   return end;
 }
@@ -111,12 +143,12 @@ KrlValues KrlStarts::before_end(size_t move, const KrlValues& before) const {
 
 std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) const {
   const KrlMove& move = syntax_.moves[index];
-  if (move.relative) return "a relative move; it starts from the corrected point before it";
   if (set_ups_.of_moves[index].is_external_tcp && parts_ == TargetParts::pose)
     return "its tool stands in the room (#TCP), and the robot holds the part";
-  if (set_ups_.of_moves[index].is_uncertain && parts_ == TargetParts::pose)
+  if (set_ups_.of_moves[index].is_uncertain && parts_ == TargetParts::pose && !is_joints(move))
     return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on calls, branches or "
            "loops; state them before the move";
+  if (move.relative != KrlRelative::none) return why_left_alone(move, before);
   const bool is_circle = move.motion == KrlMotion::circle;
   for (const KrlTarget* target : {&move.auxiliary, &move.target})
     if (target == &move.target || is_circle)
@@ -125,6 +157,33 @@ std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) con
     if (const std::string reason = why_left_alone(move.auxiliary, before); !reason.empty())
       return reason;
   return why_left_alone(move.target, before_end(index, before));
+}
+
+// The pose from which a relative move starts must be known, also where positions suffice: it is
+// written out. A controller adds angles in ways that its manual does not state.
+std::string KrlStarts::why_left_alone(const KrlMove& move, const KrlValues& before) const {
+  const std::string a_relative_move =
+      "a relative move; it starts from the corrected point before it";
+  if (move.target.kind != KrlTargetKind::frame) return a_relative_move;
+  const KrlValues& by = frame_of(move.target).values;
+  if ((by.segment<3>(3).array().abs() > 0).any())
+    return "a relative move that turns the tool; it starts from the corrected point before it";
+  if (by.tail<6>().array().isFinite().any())
+    return "a relative move of an external axis; it starts from the corrected point before it";
+  return before.head<6>().array().isFinite().all() ? "" : a_relative_move;
+}
+
+KrlValues KrlStarts::reached(size_t index) const {
+  const KrlMove& move = syntax_.moves[index];
+  const KrlValues before = before_end(index);
+  const KrlValues& given = frame_of(move.target).values;
+  if (move.relative == KrlRelative::none) return inherit(before, given);
+  Eigen::Vector3d by = given.head<3>().array().isFinite().select(given.head<3>(), 0.0);
+  if (move.relative == KrlRelative::tool)
+    by = rotation_from_abc(before[3], before[4], before[5]) * by;
+  KrlValues result = before;
+  result.head<3>() += by;
+  return result;
 }
 
 // All numbers of a point must be known.

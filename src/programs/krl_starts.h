@@ -20,10 +20,14 @@ class KrlStarts {
   const KrlValues& before(size_t move) const { return starts_[move].values; }
   /// The same of its last point: of a circle what the auxiliary point does not change.
   KrlValues before_end(size_t move) const { return before_end(move, before(move)); }
+  /// What the end of a move has then, all that it leaves out among it.
+  KrlValues reached(size_t move) const;
   /// The moves after which the arm comes to a move; none if one of them is not known.
   const std::vector<int>& moves_before(size_t move) const { return starts_[move].moves; }
   /// Whether the arm always comes from the move before in the text, which is not left alone.
   bool follows(size_t move) const;
+  /// Whether a way through the text leads to a move.
+  bool runs(size_t move) const { return runs_[move]; }
   /// Why a move is left alone; empty if it is not.
   std::string why_left_alone(size_t move) const { return why_left_alone(move, before(move)); }
 
@@ -35,17 +39,20 @@ class KrlStarts {
     std::vector<int> moves{};
   };
 
+  void find_what_runs();
   bool follow_ways();
   Start end_of(size_t move) const;
   static void meet(const Start& way, Start& here);
   KrlValues before_end(size_t move, const KrlValues& before) const;
   std::string why_left_alone(size_t move, const KrlValues& before) const;
+  std::string why_left_alone(const KrlMove& move, const KrlValues& before) const;
   std::string why_left_alone(const KrlTarget& target, const KrlValues& before) const;
   const KrlFrame& frame_of(const KrlTarget& target) const;
 
   const KrlSyntax& syntax_;
   const KrlSetUps::List& set_ups_;
   const TargetParts parts_;
+  std::vector<char> runs_;     // of the moves
   std::vector<Start> starts_;  // of the moves
   std::vector<Start> ends_;    // of the nodes
 };

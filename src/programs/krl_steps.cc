@@ -15,8 +15,8 @@ std::optional<Step> step_of(const std::string& word) {
       {"DEF", Step::routine},        {"DEFFCT", Step::routine},      {"END", Step::end_routine},
       {"ENDFCT", Step::end_routine}, {"IF", Step::branch},           {"SWITCH", Step::branch},
       {"ELSE", Step::alternative},   {"CASE", Step::alternative},    {"DEFAULT", Step::alternative},
-      {"ENDIF", Step::end_block},    {"ENDSWITCH", Step::end_block}, {"EXIT", Step::jump},
-      {"GOTO", Step::jump},          {"RETURN", Step::jump},         {"RESUME", Step::jump}};
+      {"ENDIF", Step::end_block},    {"ENDSWITCH", Step::end_block}, {"EXIT", Step::exit_loop},
+      {"GOTO", Step::go_to},         {"RETURN", Step::leave},        {"RESUME", Step::jump}};
   if (begins_krl_loop(word)) return Step::loop;
   if (ends_krl_loop(word)) return Step::end_block;
   const auto found = kSteps.find(word);
@@ -40,12 +40,13 @@ void KrlSteps::pass(const std::string& word, size_t at, TextCursor rest) {
     interrupts_.insert(called_behind_do(rest));
   } else if (const auto step = step_of(word)) {
     if (word == "DEFFCT") rest.take_name();  // its type
-    flow_.add(*step, at, *step == Step::routine ? rest.take_name() : "");
+    const bool is_named = *step == Step::routine || *step == Step::go_to;
+    flow_.add(*step, at, is_named ? rest.take_name() : "");
   } else if (!word.empty() && rest.next() == '(') {
     called_.insert(word);
     flow_.add(Step::call, at, word);
   } else if (!word.empty() && rest.take(':') && rest.done()) {
-    flow_.add(Step::label, at);
+    flow_.add(Step::label, at, word);
   }
 }
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "armtrue/kinematics/pose.h"
+#include "programs/krl_variables.h"
 #include "programs/krl_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -23,6 +24,14 @@ struct KrlStatement {
   int line;
   size_t line_begin, begin, end;
 };
+
+// XHOME, XHOME1 to XHOME5 of $config.dat; HOME of a program that declares its own.
+bool is_home(std::string_view name) {
+  if (name.starts_with("X")) name.remove_prefix(1);
+  if (!name.starts_with("HOME")) return false;
+  name.remove_prefix(4);
+  return name.empty() || (name.size() == 1 && name[0] >= '1' && name[0] <= '5');
+}
 
 // What the texts say about the name of a point.
 struct Declaration {
@@ -59,6 +68,18 @@ class KrlParser {
   struct NamedUse {
     std::string_view name;
     bool only_reads, in_set_up;
+  };
+  // What the texts say about the type of a variable.
+  struct Type {
+    std::string name;
+    int declarations = 0;  // in the own texts
+    bool is_of_others = false;
+  };
+  // What changes a variable in the .src.
+  struct Changes {
+    std::vector<KrlChange> list;
+    bool is_beyond_main = false;  // in another routine than the first
+    bool is_at_any_time = false;  // of an interrupt; or a parameter, which is another variable
   };
   struct NamedTarget {
     size_t move;
@@ -122,13 +143,17 @@ class KrlParser {
     if (is_of_others()) {
       if (word == "DEFDAT") return begin_list_of_others(cursor);
       is_source_ |= word == "DEF" || word == "DEFFCT";
+      has_sources_of_others_ |= is_source_;
       if (is_source_)
         return note_assignment_of_others({statement.line, statement.begin, statement.end});
       if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
     }
-    if (is_krl_point_type(word)) return read_declaration(cursor, global);
+    if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
+    if (word == "REAL" || word == "INT") return read_numbers(statement, cursor, global, word);
     if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
     if (declares) return;
+    routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
+    has_function_ |= index_ == 0 && word == "DEFFCT";
     if (read_definition(statement, word)) return;
     if (index_ > 0) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
@@ -150,12 +175,56 @@ class KrlParser {
         (!word.empty() && !stays && cursor.next() == '('))
       syntax_.set_ups.push_back({statement.line, statement.begin, statement.end, word});
     const size_t changed = stays ? changed_until(statement, word) : statement.end;
+    note_changes(statement, changed, word);
     note_names(statement.begin, changed, false);
     note_names(changed, statement.end, true);
     in_set_up_ = false;
   }
 
   bool is_of_others() const { return index_ >= own_; }
+
+  // The variables that a statement of the .src may change.
+  void note_changes(const KrlStatement& statement, size_t until, const std::string& word) {
+    if (in_set_up_ && word != "DEF" && word != "DEFFCT") return;
+    const bool is_assignment =
+        until < statement.end && text_[until] == '=' && !in_set_up_ && !contains({"FOR"}, word);
+    bool is_component = false;
+    each_word(text_, {statement.line, statement.begin, until},
+              [&](const std::string& name, size_t at, const TextCursor&) {
+                is_component = at > statement.begin && text_[at - 1] == '.';
+                if (is_component || name[0] == '$') return;
+                Changes& changes = changes_[name];
+                changes.list.push_back(
+                    {statement.begin, statement.end, is_assignment && at == statement.begin});
+                changes.is_beyond_main |= routines_ > 1;
+                changes.is_at_any_time |= contains({"DEF", "DEFFCT", "INTERRUPT", "TRIGGER"}, word);
+              });
+  }
+
+  // REAL LENGTH=50.0,WIDTH
+  void read_numbers(const KrlStatement& statement, TextCursor& cursor, bool global,
+                    const std::string& type) {
+    do {
+      const std::string name = cursor.take_name();
+      if (name.empty() || cursor.next() == '[') break;
+      note_type(name, type);
+      if (!cursor.take('=')) continue;
+      const auto number = cursor.take_number();
+      if (index_ == 0)
+        changes_[name].list.push_back({statement.begin, statement.end, false});
+      else if (number && !is_of_others() && !global && (cursor.done() || cursor.next() == ','))
+        numbers_[name] = *number;
+      cursor.skip_to(",");
+    } while (cursor.take(','));
+    if (index_ == 0) note_names(statement.begin, statement.end, false);
+  }
+
+  void note_type(const std::string& name, const std::string& type) {
+    Type& of = types_[name];
+    of.declarations += !is_of_others();
+    of.is_of_others |= is_of_others();
+    of.name = of.name.empty() || of.name == type ? type : "?";
+  }
 
   // DEFDAT $CONFIG or DEFDAT NAME PUBLIC: what $config.dat declares is global, and of other lists
   // what they say so of.
@@ -230,10 +299,11 @@ class KrlParser {
   }
 
   // Reads the names behind a type, each with or without a value.
-  void read_declaration(TextCursor& cursor, bool global) {
+  void read_declaration(TextCursor& cursor, bool global, const std::string& type) {
     do {
       const std::string name = take_variable(cursor);
       if (name.empty()) return;
+      note_type(name, type);
       declared(name).is_declared = true;
       if (cursor.take('=')) {
         if (cursor.next() != '{') return;
@@ -253,6 +323,7 @@ class KrlParser {
     const KrlAggregate aggregate = take_krl_aggregate(cursor);
     if (aggregate.kind == KrlAggregateKind::other || !cursor.done()) return false;
     define(name, aggregate, false);
+    if (index_ == 0) note_changes(statement, text_.find('=', statement.begin), word);
     return true;
   }
 
@@ -265,7 +336,6 @@ class KrlParser {
     move.keyword_end = cursor.at();
     move.motion = keyword.motion;
     move.spline = keyword.spline;
-    move.relative = keyword.relative;
     move.spline_block = spline_block_;
     move.in_loop = flow_.is_in_loop();
     move.in_inline_form = inline_forms_ > 0;
@@ -274,7 +344,7 @@ class KrlParser {
     move.set_ups = syntax_.set_ups.size();
     trigger_ = false;
     if (keyword.relative) {
-      note_names(move.keyword_end, move.end, true);
+      read_relative(cursor, move);
     } else {
       bool plain = true;
       if (move.motion == KrlMotion::circle) {
@@ -293,6 +363,42 @@ class KrlParser {
       }
     }
     syntax_.moves.push_back(move);
+  }
+
+  // LIN_REL {Z 50} C_DIS #TOOL. Written out, it is LIN with a point in $BASE.
+  void read_relative(TextCursor& cursor, KrlMove& move) {
+    note_names(move.keyword_end, move.end, true);
+    move.relative = KrlRelative::base;
+    KrlTarget& target = move.target;
+    if (move.motion == KrlMotion::circle || cursor.next() != '{') return;
+    target.begin = move.keyword_end - std::string_view("_REL").size();
+    target.before = text_.substr(move.keyword_end, cursor.at() - move.keyword_end);
+    if (target.before.empty()) target.before = " ";
+    const KrlAggregate aggregate = take_krl_aggregate(cursor);
+    const size_t behind = target.end = cursor.at();
+    while (!cursor.done()) {
+      const size_t at = cursor.at();
+      if (cursor.take('#')) {
+        const std::string name = cursor.take_name();
+        if ((name != "BASE" && name != "TOOL") || target.end > behind) return;
+        if (name == "TOOL") move.relative = KrlRelative::tool;
+        target.end = cursor.at();
+        target.behind = text_.substr(behind, at - behind);
+        target.behind.erase(target.behind.find_last_not_of(" \t") + 1);
+      } else if (const std::string word = cursor.take_name(); word == "WITH") {
+        if (text_.substr(at, move.end - at).find("#TOOL") != std::string_view::npos) return;
+        break;
+      } else if (!word.starts_with("C_")) {
+        return;
+      }
+    }
+    target.frame = keep(aggregate);
+    if (target.frame < 0) return;
+    KrlFrame& frame = syntax_.frames.back();
+    frame.begin = target.begin;
+    frame.end = target.end;
+    target.kind = KrlTargetKind::frame;
+    target.is_expression = true;
   }
 
   // Reads a frame, axis angles or a name that ends at a separator or at a word. Returns false if
@@ -372,7 +478,7 @@ class KrlParser {
     syntax_.frames.push_back(result);
     target.frame = static_cast<int>(syntax_.frames.size()) - 1;
     target.kind = KrlTargetKind::frame;
-    target.is_product = true;
+    target.is_expression = true;
   }
 
   std::optional<Pose> pose_of(const Product& product) const {
@@ -468,12 +574,15 @@ class KrlParser {
         syntax_.frame_names[name] = declaration.frame;
     }
     for (const Product& product : products_) resolve(product);
+    const KrlVariables variables = follow_variables();
     for (const NamedTarget& named : named_) {
       KrlMove& move = syntax_.moves[named.move];
       KrlTarget& target = named.auxiliary ? move.auxiliary : move.target;
       const auto found = declarations_.find(named.name);
       if (found == declarations_.end()) {
-        target.kind = KrlTargetKind::undeclared;
+        target.kind = named.name == "$POS_ACT" || named.name == "$AXIS_ACT" ? KrlTargetKind::here
+                      : is_home(named.name)                                 ? KrlTargetKind::home
+                                            : KrlTargetKind::undeclared;
         continue;
       }
       const Declaration& declaration = found->second;
@@ -486,7 +595,65 @@ class KrlParser {
                     : declaration.axes >= 0  ? KrlTargetKind::axes
                     : declaration.frame >= 0 ? KrlTargetKind::frame
                                              : KrlTargetKind::expression;
+      if (target.kind == KrlTargetKind::reassigned) take_value(variables, named.name, move, target);
     }
+  }
+
+  // The variables that only the .src changes, and only where its flow shows when: with the
+  // constants from which they take their values. A name that is declared twice is two variables.
+  KrlVariables follow_variables() const {
+    KrlVariables variables(texts_[0].text, syntax_.steps);
+    const bool comes_any_time = has_function_ || !syntax_.steps.interrupts().empty();
+    for (const auto& [name, type] : types_) {
+      const auto found = declarations_.find(name);
+      const Declaration* const declared = found == declarations_.end() ? nullptr : &found->second;
+      const bool is_seen_by_others = type.declarations == 0 || (declared && declared->is_global);
+      if (type.name == "?" || type.declarations + type.is_of_others != 1) continue;
+      if (is_seen_by_others && (!has_sources_of_others_ || set_by_others_.contains(name))) continue;
+      const auto changed = changes_.find(name);
+      if (changed == changes_.end()) {
+        if (const auto number = numbers_.find(name); number != numbers_.end())
+          variables.add_constant(name, type.name, {number->second, {}, false});
+        else if (declared && declared->values == 1 && !declared->used &&
+                 (declared->frame >= 0 || declared->axes >= 0))
+          variables.add_constant(name, type.name,
+                                 {std::nullopt, value_of(*declared), declared->axes >= 0});
+        continue;
+      }
+      const Changes& changes = changed->second;
+      if (changes.is_at_any_time || (changes.is_beyond_main && comes_any_time)) continue;
+      variables.add(name, type.name, changes.list, declared ? value_of(*declared) : KrlFrame{});
+    }
+    variables.follow();
+    return variables;
+  }
+
+  KrlFrame value_of(const Declaration& declaration) const {
+    if (declaration.axes >= 0) return syntax_.axes[static_cast<size_t>(declaration.axes)];
+    if (declaration.frame >= 0) return syntax_.frames[static_cast<size_t>(declaration.frame)];
+    return {};
+  }
+
+  // The point that a variable is at a move: written out in the move, if that needs another one.
+  void take_value(const KrlVariables& variables, const std::string& name, const KrlMove& move,
+                  KrlTarget& target) {
+    const bool is_free = move.motion == KrlMotion::point_to_point;
+    const std::optional<KrlValue> value = variables.value_at(name, move.begin);
+    if (!value || value->number || variables.may_keep_more(name, *value, is_free)) return;
+    KrlFrame point = value->point;
+    if (point.status.has_value() != point.turn.has_value()) {
+      if (is_free) return;
+      point.status.reset();
+      point.turn.reset();
+    }
+    point.text = 0;
+    point.begin = target.begin;
+    point.end = target.end;
+    std::vector<KrlFrame>& list = value->is_axes ? syntax_.axes : syntax_.frames;
+    (value->is_axes ? target.axes : target.frame) = static_cast<int>(list.size());
+    list.push_back(point);
+    target.kind = value->is_axes ? KrlTargetKind::axes : KrlTargetKind::frame;
+    target.is_expression = true;
   }
 
   enum class Gives { nothing, global, all };  // declarations that the program sees
@@ -498,6 +665,12 @@ class KrlParser {
   size_t index_ = 0;  // of the text that is read
   Gives gives_ = Gives::all;
   bool is_source_ = false;                         // of others
+  bool has_sources_of_others_ = false;
+  int routines_ = 0;           // of the .src, so far
+  bool has_function_ = false;  // DEFFCT: a condition may call it
+  std::unordered_map<std::string, Type> types_;
+  std::unordered_map<std::string, Changes> changes_;
+  std::unordered_map<std::string, double> numbers_;  // that the own data list declares
   std::unordered_set<std::string> set_by_others_;  // names to which their sources give values
   std::vector<bool> folds_;  // open ones; true: an inline form of the pendant
   int inline_forms_ = 0;     // of these

@@ -20,7 +20,9 @@ enum class KrlTargetKind {
   frame,       ///< a position, written out or by a name with one known value
   axes,        ///< joint angles
   undeclared,  ///< a name that no text gives a value
+  home,        ///< of these, one of the home positions of $config.dat
   reassigned,  ///< a name that is given several values, or one in a way that is not understood
+  here,        ///< where the arm stands: $POS_ACT, $AXIS_ACT
   expression,  ///< anything else
 };
 
@@ -32,11 +34,15 @@ struct KrlTarget {
   int axes = -1;        ///< in KrlSyntax::axes, of joint angles
   bool shared = false;  ///< the name is declared, and not only moves of this program use it
   bool is_global = false;  ///< the name is declared so
-  /// Displaced by constant frames: XP1:{Z 50,..}. Then `frame` is what comes out, in the .src and
-  /// without written numbers.
-  bool is_product = false;
+  /// Displaced by constant frames, XP1:{Z 50,..}, or relative. Then `frame` is what comes out, or
+  /// of a relative move by how much it moves, in the .src and without written numbers.
+  bool is_expression = false;
   int starts_from = -1;  ///< in KrlSyntax::frames: the named point of a product; -1: none
+  std::string before, behind;  ///< what stands beside the point where it is written out
 };
+
+/// LIN_REL and its like: the frame that they count in.
+enum class KrlRelative { none, base, tool };
 
 enum class KrlMotion { point_to_point, line, circle, spline_point };
 
@@ -48,7 +54,7 @@ struct KrlMove {
   size_t keyword_end = 0;
   KrlMotion motion = KrlMotion::line;
   bool spline = false;                    ///< SPTP, SLIN, SCIRC
-  bool relative = false;                  ///< LIN_REL and its like; then the targets are not read
+  KrlRelative relative = KrlRelative::none;
   bool circle_angle = false;              ///< CIRC with an angle: it does not end at its target
   std::optional<Statement> spline_block;  ///< it stands in: the line SPLINE or PTP_SPLINE
   bool in_loop = false;

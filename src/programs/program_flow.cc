@@ -63,6 +63,8 @@ class FlowOfValue {
     std::string name;
     bool is_interrupt = false, is_called = false;
     int entry = kUnreached, end = kUnreached, jumped = kUnreached, seen = kUnreached;
+    int left = kUnreached;                 // by Step::leave
+    std::map<std::string, int> gone_to{};  // labels, by Step::go_to
     std::vector<size_t> events{};   // its own, in their order
     std::vector<size_t> callers{};  // routines that call it by name
     bool is_stale = true;           // a value that it depends on has changed
@@ -70,13 +72,20 @@ class FlowOfValue {
   };
   struct Block {
     std::optional<size_t> loop;  // the event that begins it
-    int entry = kUnreached, ended = kUnreached;
+    int entry = kUnreached, ended = kUnreached;  // kUnreached: no way leads there
   };
   // A routine that is followed.
   struct Walk {
     size_t routine = 0;
     int value = kUnreached;
     std::vector<Block> blocks{};
+    bool is_dead = false;  // no way leads here; then the value is that of the text before
+
+    int alive() const { return is_dead ? kUnreached : value; }
+    void come_from(int all_ways) {
+      is_dead &= all_ways == kUnreached;
+      if (all_ways != kUnreached) value = all_ways;
+    }
   };
 
   static bool begins_routine(const Event& event) {
@@ -195,7 +204,7 @@ class FlowOfValue {
       see(index, walk.value);
       event.value = walk.value;
     }
-    end(routine, joined(walk.value, routine.jumped));
+    end(routine, joined(joined(walk.alive(), routine.jumped), routine.left));
   }
 
   void see(size_t index, int value) {
@@ -236,16 +245,18 @@ class FlowOfValue {
         call(event, walk);
         break;
       case Step::branch:
-        blocks.push_back({std::nullopt, value, kUnreached});
+        blocks.push_back({std::nullopt, walk.alive(), kUnreached});
         break;
       case Step::loop:
-        value = joined(value, passed_back_.try_emplace(index, kUnreached).first->second);
-        blocks.push_back({index, value, kUnreached});
+        walk.come_from(
+            joined(walk.alive(), passed_back_.try_emplace(index, kUnreached).first->second));
+        blocks.push_back({index, walk.alive(), kUnreached});
         break;
       case Step::alternative:
         if (blocks.empty()) break;
-        blocks.back().ended = joined(blocks.back().ended, value);
-        value = blocks.back().entry;
+        blocks.back().ended = joined(blocks.back().ended, walk.alive());
+        walk.is_dead = true;
+        walk.come_from(blocks.back().entry);
         break;
       case Step::end_block:
         if (!blocks.empty()) end_block(walk);
@@ -253,23 +264,51 @@ class FlowOfValue {
       case Step::jump:
         if (merge(routine.jumped, value)) make_stale(walk.routine);
         break;
-      case Step::label:
-        value = joined(value, routine.jumped);
+      case Step::go_to:
+        pass_on(routine.gone_to.try_emplace(event.place.name, kUnreached).first->second, walk);
         break;
+      case Step::leave:
+        pass_on(routine.left, walk);
+        break;
+      case Step::exit_loop:
+        exit_loop(walk);
+        break;
+      case Step::label: {
+        const auto gone = routine.gone_to.find(event.place.name);
+        const int from = gone == routine.gone_to.end() ? kUnreached : gone->second;
+        walk.come_from(joined(joined(walk.alive(), routine.jumped), from));
+        break;
+      }
       case Step::handler:
         value = joined(value, routine.seen);
         break;
     }
   }
 
+  // Nothing behind it comes from here.
+  void pass_on(int& into, Walk& walk) {
+    if (merge(into, walk.alive())) make_stale(walk.routine);
+    walk.is_dead = true;
+  }
+
+  void exit_loop(Walk& walk) {
+    const auto is_loop = [](const Block& block) { return block.loop.has_value(); };
+    const auto loop = std::ranges::find_if(walk.blocks.rbegin(), walk.blocks.rend(), is_loop);
+    if (loop == walk.blocks.rend()) return;
+    loop->ended = joined(loop->ended, walk.alive());
+    walk.is_dead = true;
+  }
+
   void end_block(Walk& walk) {
     Routine& routine = routines_[walk.routine];
     const Block& block = walk.blocks.back();
+    int value = walk.alive();
     if (block.loop) {
-      walk.value = joined(walk.value, routine.jumped);
-      if (merge(passed_back_[*block.loop], walk.value)) make_stale(walk.routine);
+      value = joined(value, routine.jumped);
+      if (merge(passed_back_[*block.loop], value)) make_stale(walk.routine);
     }
-    walk.value = joined(joined(walk.value, block.ended), block.entry);
+    walk.is_dead = true;
+    walk.come_from(joined(joined(value, block.ended), block.entry));
     walk.blocks.pop_back();
   }
 

@@ -22,6 +22,9 @@ class ProgramFlow {
     loop,
     end_block,  ///< of a branch or loop
     jump,       ///< perhaps: to a label, out of a loop or out of the routine
+    go_to,      ///< always, to the label with this name
+    exit_loop,  ///< always, out of the innermost loop
+    leave,      ///< always, out of the routine
     label,
     handler  ///< of errors: comes from any place of its routine
   };

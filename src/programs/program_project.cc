@@ -25,9 +25,6 @@ std::string name_in_folder(const std::string& path) {
 
 bool is_config(const std::string& path) { return name_in_folder(path) == "$CONFIG.DAT"; }
 
-// A part of the controller. It sets XHOME where nobody has taught it, of deltas and palletizers.
-bool is_bas(const std::string& path) { return name_in_folder(path) == "BAS.SRC"; }
-
 std::string ending_of(const std::string& path) {
   const size_t point = path.rfind('.');
   return point == std::string::npos ? "" : upper(std::string_view(path).substr(point));
@@ -219,7 +216,7 @@ class ProjectRewriter {
     const std::string name = plain_name(shared.name);
     std::vector<std::string> others;
     for (const auto& [text, names] : names_) {
-      if (text == declaring || is_bas(text) || !names.contains(name)) continue;
+      if (text == declaring || is_of_controller(text) || !names.contains(name)) continue;
       const auto program = program_of_text_.find(text);
       if (program != program_of_text_.end() && shared.programs.contains(program->second)) continue;
       if (!declares_itself(text, name, declaring)) others.push_back(text);
@@ -263,6 +260,9 @@ class ProjectRewriter {
 
 }  // namespace
 
+// It sets XHOME where nobody has taught it, of deltas and palletizers.
+bool is_of_controller(const std::string& path) { return name_in_folder(path) == "BAS.SRC"; }
+
 std::vector<ProgramText> what_others_declare(Dialect dialect,
                                              const std::vector<ProgramText>& others) {
   std::vector<ProgramText> result;
@@ -270,7 +270,7 @@ std::vector<ProgramText> what_others_declare(Dialect dialect,
     const std::string ending = ending_of(text.name);
     if (dialect == Dialect::krl) {
       if (ending == ".DAT" && gives_to_others(text)) result.push_back(text);
-      if ((ending == ".SRC" || ending == ".SUB") && !is_bas(text.name))
+      if ((ending == ".SRC" || ending == ".SUB") && !is_of_controller(text.name))
         result.push_back(assignments_of(text));
     } else if (dialect == Dialect::rapid && dialect_of_file(text.name) == Dialect::rapid) {
       result.push_back(text);

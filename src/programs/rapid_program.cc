@@ -1,5 +1,9 @@
 #include <algorithm>
+#include <initializer_list>
+#include <map>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "programs/dialects.h"
 #include "programs/program_values.h"
@@ -34,10 +38,13 @@ class RapidReader {
       is_move_ = false;
       each_rapid_word(text_, statement,
                       [&](const std::string& word, size_t at, const TextCursor& cursor) {
+                        follow_way(word, at, cursor, statement);
                         return read_instruction(word, at, cursor, statement);
                       });
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
+    is_dead_ = false;
+    is_called_ = true;
     for (const auto& [line, name] : data_.finish())
       leave(line, "uses the point " + name + " in a way that is not followed");
     program_.warnings = warnings_.list();
@@ -49,6 +56,41 @@ class RapidReader {
     TextCursor cursor(text_, statement.begin, statement.end);
     return stands_between_rapid_moves(cursor.take_name()) ||
            is_plain_assignment(text_, statement.begin, statement.end);
+  }
+
+  // Behind RETURN or a jump nothing runs until another way may come: a label, a branch. A local
+  // routine is called in its module or never.
+  void follow_way(const std::string& word, size_t at, TextCursor cursor,
+                  const Statement& statement) {
+    const bool is_local = std::exchange(word_before_, word) == "LOCAL";
+    if (begins_rapid_routine(word)) {
+      std::string name = cursor.take_name();
+      if (word == "FUNC") name = cursor.take_name();
+      is_called_ = !is_local || count_of(name) > 1 || text_.find("%\"") != std::string::npos ||
+                   count_of("CALLBYVAR") > 0;
+      is_dead_ = false;
+    } else if (contains_word({"RETURN", "EXIT", "EXITCYCLE", "GOTO", "RAISE", "RETRY", "TRYNEXT"},
+                             word)) {
+      is_dead_ |= !is_conditional(statement.begin, at);
+    } else if (contains_word({"ELSE", "ELSEIF", "CASE", "DEFAULT", "ENDIF", "ENDTEST", "ENDFOR",
+                              "ENDWHILE", "ERROR", "UNDO", "BACKWARD"},
+                             word)) {
+      is_dead_ = false;
+    } else if (cursor.take(':') && cursor.next() != '=') {
+      is_dead_ = false;
+    }
+  }
+
+  static bool contains_word(std::initializer_list<const char*> words, const std::string& word) {
+    return std::ranges::find(words, word) != words.end();
+  }
+
+  int count_of(const std::string& name) {
+    if (words_.empty())
+      each_word(text_, {0, 0, text_.size()},
+                [&](const std::string& word, size_t, const TextCursor&) { ++words_[word]; });
+    const auto found = words_.find(name);
+    return found == words_.end() ? 0 : found->second;
   }
 
   // IF .. Move..; without THEN.
@@ -69,7 +111,7 @@ class RapidReader {
     if (!move && !is_other_rapid_move(word, cursor)) return false;
     if (cursor.next() == '(' || cursor.next() == ':' || (!move && cursor.done())) return false;
     const int line = line_at(program_.texts[0].text, statement, at);
-    const int left_alone = program_.left_alone;
+    is_left_ = false;
     is_move_ = true;
     if (move) {
       move_ = {move, at, statement.end, statement.begin == at, {}, {}};
@@ -77,12 +119,14 @@ class RapidReader {
     } else {
       leave(line, "this instruction is not followed: " + word);
     }
-    follows_ = program_.left_alone == left_alone && !is_conditional(statement.begin, at);
+    follows_ = !is_left_ && !is_conditional(statement.begin, at);
     return true;
   }
 
   void leave(int line, const std::string& reason) {
     warnings_.add(line, "left alone: " + reason);
+    is_left_ = true;
+    if (is_dead_ || !is_called_) return;
     ++program_.left_alone;
     program_.why_left_alone.push_back(reason);
   }
@@ -168,6 +212,7 @@ class RapidReader {
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
     const ProgramPoint& point = program_.points[static_cast<size_t>(index)];
     target.point = index;
+    target.never_runs = is_dead_ || !is_called_;
     std::vector<double> numbers;
     for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
     if (target.kind == TargetKind::joints) {
@@ -201,7 +246,11 @@ class RapidReader {
   RapidMoveText move_;                    // that is read
   std::optional<Statement> work_object_;  // of this move; nothing: wobj0
   bool is_move_ = false;                  // the statement moves the arm
+  bool is_left_ = false;                  // the move that is read is left alone
   bool follows_ = false;                  // the arm stands at the last target
+  bool is_dead_ = false, is_called_ = true;  // no way leads here; the routine may be called
+  std::string word_before_;
+  std::map<std::string, int> words_;  // how often each stands in the text
 };
 
 }  // namespace

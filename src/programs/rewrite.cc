@@ -161,6 +161,14 @@ class Rewriter {
       const double here = wanted.external_values[i];
       if (std::isnan(here)) continue;
       const ProgramNumber& number = point.external[i];
+      if (point.is_expression) {
+        const bool is_other = std::abs(here - number.value) > half_step(kExternal);
+        const bool is_held = std::abs(here - held_external_[i]) <= half_step(kExternal);
+        if (is_other || (number.prefix.empty() && !is_held))
+          wanted.external[i] = rounded_text(here, 0, kExternal);
+        if (!is_via) held_external_[i] = here;
+        continue;
+      }
       if (number.is_written())
         wanted.external[i] = text_of_number(number, here, kExternal);
       else if (!is_via && !(std::abs(here - held_external_[i]) <= half_step(kExternal)))
@@ -198,10 +206,34 @@ class Rewriter {
     const ProgramPoint& point = program_.points[index];
     for (size_t target : uses_[index]) {
       Wanted& wanted = wanted_[target];
-      if (!wanted.is_changed() && !starts_from_changed(point)) continue;
+      if (!wanted.is_changed() && !starts_from_changed(point) && !starts_elsewhere(target))
+        continue;
       ++result_.changed;
-      own_.push_back({target, {}, written_out(point, wanted)});
+      own_.push_back({target, {}, point.before + written_out(point, wanted) + point.behind});
     }
+  }
+
+  static std::string krl_point(const ProgramPoint& point, const std::vector<std::string>& texts,
+                               const Wanted& wanted) {
+    const bool is_joints = point.kind == TargetKind::joints;
+    std::string text = "{";
+    for (size_t i = 0; i < texts.size(); ++i)
+      text += fmt::format("{}{} {}", i == 0 ? "" : ",",
+                          is_joints ? fmt::format("A{}", i + 1) : std::string(1, "XYZABC"[i]),
+                          texts[i]);
+    for (const size_t i : {1, 0})  // S, T
+      if (!point.configuration.empty())
+        text += fmt::format(",{} {}", i == 1 ? 'S' : 'T',
+                            wanted.configuration[i].empty()
+                                ? fmt::format("{:.0f}", point.configuration[i].value)
+                                : wanted.configuration[i]);
+    for (size_t i = 0; i < point.external.size(); ++i) {
+      if (!wanted.external[i].empty())
+        text += fmt::format(",E{} {}", i + 1, wanted.external[i]);
+      else if (!point.external[i].prefix.empty())
+        text += point.external[i].prefix + rounded_text(point.external[i].value, 1, kExternal);
+    }
+    return text + "}";
   }
 
   // Of a register: a position of /POS.
@@ -216,6 +248,15 @@ class Rewriter {
     return text + "\n}";
   }
 
+  // Whether a relative move would end elsewhere, as it starts from a corrected point.
+  bool starts_elsewhere(size_t target) const {
+    const ProgramTarget& move = program_.targets[target];
+    const auto is_changed = [&](size_t start) { return wanted_[start].is_changed(); };
+    if (!move.is_relative) return false;
+    return move.starts.empty() ? std::ranges::any_of(wanted_, &Wanted::is_changed)
+                               : std::ranges::any_of(move.starts, is_changed);
+  }
+
   bool starts_from_changed(const ProgramPoint& point) const {
     return point.starts_from >= 0 && is_changed_[static_cast<size_t>(point.starts_from)];
   }
@@ -227,9 +268,7 @@ class Rewriter {
                           ? wanted.texts[i]
                           : rounded_text(wanted.numbers[i], 1,
                                          decimals_kept(program_.dialect, point.kind, i)));
-    if (program_.dialect == Dialect::krl)
-      return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", texts[0], texts[1], texts[2],
-                         texts[3], texts[4], texts[5]);
+    if (program_.dialect == Dialect::krl) return krl_point(point, texts, wanted);
     if (program_.dialect == Dialect::fanuc) return fanuc_position(point, texts);
     const ProgramPoint& from = program_.points[static_cast<size_t>(point.starts_from)];
     std::vector<TextEdit> edits;

@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "armtrue/text/input_error.h"
 #include "programs/dialects.h"
+#include "programs/program_warnings.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {
@@ -39,7 +41,49 @@ void refuse_huge_numbers(const RobotProgram& program) {
                                      point.line, point.name));
 }
 
+// The targets of the move to one: an arc has two.
+std::vector<size_t> targets_of_move(const RobotProgram& program, size_t target) {
+  if (program.targets[target].motion == MotionKind::via) return {target, target + 1};
+  if (program.targets[target].motion == MotionKind::arc) return {target - 1, target};
+  return {target};
+}
+
 }  // namespace
+
+void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why) {
+  std::vector<char> is_left(program.targets.size(), false);
+  ProgramWarnings warnings(program.texts[0].name);
+  for (const auto& [target, reason] : why) {
+    const std::vector<size_t> move = targets_of_move(program, target);
+    if (is_left[move[0]]) continue;
+    for (const size_t k : move) {
+      is_left[k] = true;
+      ProgramPoint& point = program.points[static_cast<size_t>(program.targets[k].point)];
+      point.is_shared = true;
+      if (point.starts_from >= 0)
+        program.points[static_cast<size_t>(point.starts_from)].is_shared = true;
+    }
+    warnings.add(program.targets[target].line, "left alone: " + reason);
+    if (program.targets[target].never_runs) continue;
+    program.why_left_alone.push_back(reason);
+    ++program.left_alone;
+  }
+  std::ranges::copy(warnings.list(), std::back_inserter(program.warnings));
+  std::vector<size_t> now(program.targets.size());  // index of each that stays
+  std::vector<ProgramTarget> targets;
+  for (size_t k = 0; k < program.targets.size(); ++k) {
+    now[k] = targets.size();
+    if (is_left[k]) continue;
+    targets.push_back(std::move(program.targets[k]));
+    targets.back().follows_target &= k > 0 && !is_left[k - 1];
+  }
+  for (ProgramTarget& target : targets) {
+    if (std::ranges::any_of(target.starts, [&](size_t start) { return is_left[start]; }))
+      target.starts.clear();
+    for (size_t& start : target.starts) start = now[start];
+  }
+  program.targets = std::move(targets);
+}
 
 bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
   return (q.array() >= configuration.low.array() - kRangeSlack).all() &&

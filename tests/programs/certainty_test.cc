@@ -427,6 +427,98 @@ TEST(Certainty, NoMoveFollowsOneThatEndsElsewhere) {
   EXPECT_FALSE(arcs.targets[4].follows_target);
 }
 
+// Lines of the targets to which no way leads.
+std::vector<int> never_run(const RobotProgram& program) {
+  std::vector<int> lines;
+  for (const ProgramTarget& target : program.targets)
+    if (target.never_runs) lines.push_back(target.line);
+  return lines;
+}
+
+TEST(Certainty, AKukaMoveBehindAJumpOrInASubprogramThatNothingCallsNeverRuns) {
+  const std::string move = "PTP {A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\n";
+  const auto lines = [&](const std::string& body) {
+    return never_run(parsed("p.src", "DEF p()\n" + body + "END\n"));
+  };
+  EXPECT_THAT(lines(move + "RETURN\n" + move + move), ElementsAre(4, 5));
+  EXPECT_THAT(lines("GOTO on\n" + move + "on:\n" + move), ElementsAre(3));
+  EXPECT_THAT(lines("IF a THEN\nRETURN\n" + move + "ENDIF\n" + move), ElementsAre(4));
+  EXPECT_THAT(lines("IF a THEN\nRETURN\nELSE\n" + move + "ENDIF\n" + move), IsEmpty());
+  EXPECT_THAT(lines("LOOP\n" + move + "IF a THEN\nEXIT\nENDIF\nENDLOOP\n" + move), IsEmpty());
+  EXPECT_THAT(lines("LOOP\n" + move + "ENDLOOP\n" + move), ElementsAre(5));
+  EXPECT_THAT(lines("HALT\n" + move), IsEmpty());
+  EXPECT_THAT(lines(move + "END\nDEF other()\n" + move), ElementsAre(5));
+  EXPECT_THAT(lines(move + "END\nGLOBAL DEF other()\n" + move), IsEmpty());
+  EXPECT_THAT(lines("other()\nEND\nDEF other()\n" + move), IsEmpty());
+  EXPECT_THAT(lines("a=other()\nEND\nDEFFCT BOOL other()\n" + move), IsEmpty());
+  const std::string interrupt = "INTERRUPT DECL 3 WHEN a DO other()\n";
+  EXPECT_THAT(lines(interrupt + move + "END\nDEF other()\n" + move), IsEmpty());
+  // What never runs is not left alone either.
+  const RobotProgram program =
+      parsed("p.src", "DEF p()\nLIN XA\n" + move + "RETURN\nLIN XB\n" + move + "END\n");
+  EXPECT_EQ(program.left_alone, 1);
+}
+
+TEST(Certainty, ARapidMoveBehindAJumpOrInALocalRoutineThatNothingCallsNeverRuns) {
+  const std::string move = "MoveL p1,v1,fine,tool0;\n";
+  const auto lines = [&](const std::string& body) {
+    return never_run(parsed("p.mod", robtarget("p1") + "PROC main()\n" + body + "ENDPROC\n"));
+  };
+  EXPECT_THAT(lines(move + "RETURN;\n" + move), ElementsAre(5));
+  EXPECT_THAT(lines(move + "GOTO on;\n" + move + "on:\n" + move), ElementsAre(5));
+  EXPECT_THAT(lines("IF a RETURN;\n" + move), IsEmpty());
+  EXPECT_THAT(lines("IF a THEN\nRETURN;\n" + move + "ELSE\n" + move + "ENDIF\n" + move),
+              ElementsAre(5));
+  EXPECT_THAT(lines("EXIT;\n" + move + "ERROR\n" + move), ElementsAre(4));
+  EXPECT_THAT(lines("RETURN;\nENDPROC\nPROC other()\n" + move), IsEmpty());
+  const std::string local = "ENDPROC\nLOCAL PROC other()\n" + move;
+  EXPECT_THAT(lines(local), ElementsAre(5));
+  EXPECT_THAT(lines("other;\n" + local), IsEmpty());
+  EXPECT_THAT(lines("%\"other\"%;\n" + local), IsEmpty());
+}
+
+TEST(Certainty, AFanucMoveBehindAJumpOrTheEndNeverRuns) {
+  const std::string move = "L P[1] 9mm/sec FINE ;\n";
+  const auto lines = [&](const std::string& moves) {
+    return never_run(fanuc(moves, fanuc_position(1)));
+  };
+  EXPECT_THAT(lines("1:" + move + "2:  END ;\n3:" + move), ElementsAre(5));
+  EXPECT_THAT(lines("1:  JMP LBL[1] ;\n2:" + move + "3:  LBL[1] ;\n4:" + move), ElementsAre(4));
+  EXPECT_THAT(lines("1:  IF R[1]=1,JMP LBL[1] ;\n2:" + move + "3:  LBL[1] ;\n"), IsEmpty());
+  EXPECT_THAT(lines("1:  IF R[1]=1 THEN ;\n2:  END ;\n3:  ELSE ;\n4:" + move + "5:  ENDIF ;\n"),
+              IsEmpty());
+}
+
+// A move that is out of reach.
+TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
+  const std::string joints = "{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}";
+  RobotProgram program = parse_program(
+      Dialect::krl,
+      {{"p.src", "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP " + joints +
+                     "\nLIN XP1\nLIN {X 1,Y 2,Z 9,A 0,B 0,C 0}\n"
+                     "CIRC {X 1,Y 3,Z 9,A 0,B 0,C 0},{X 2,Y 3,Z 9,A 0,B 0,C 0}\nLIN XP1\nEND\n"},
+       {"p.dat", "DEFDAT P\nE6POS XP1={X 1,Y 2,Z 3,A 0,B 0,C 0}\nENDDAT\n"}},
+      {});
+  ASSERT_THAT(lines_of(program), ElementsAre(4, 5, 6, 7, 7, 8));
+  leave_alone(program, {{1, "far"}, {4, "far"}});
+  EXPECT_THAT(lines_of(program), ElementsAre(4, 6, 8));
+  EXPECT_EQ(program.left_alone, 2);
+  EXPECT_THAT(program.warnings, ElementsAre("p.src:5: left alone: far; also lines 7"));
+  EXPECT_FALSE(program.targets[1].follows_target);
+  EXPECT_THAT(program.targets[1].starts, IsEmpty());
+  EXPECT_THAT(program.targets[2].starts, IsEmpty());
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets) {
+    commands.push_back({true, target.q, target.q, target.pose});
+    commands.back().pose.translation.z() += 1e-3;
+  }
+  const RewrittenProgram rewritten = rewrite(program, commands);
+  EXPECT_EQ(rewritten.texts[1], program.texts[1].text);
+  EXPECT_THAT(rewritten.texts[0],
+              AllOf(HasSubstr("LIN XP1\nLIN {X 1,Y 2,Z 10,A 0,B 0,C 0}\nCIRC {X 1,Y 3,Z 9,"),
+                    HasSubstr("LIN {X 1,Y 2,Z 4,A 0,B 0,C 0}\nEND")));
+}
+
 TEST(Certainty, AFlowEndsWhereNothingChanges) {
   using Step = ProgramFlow::Step;
   ProgramFlow flow;  // two routines that call each other, and a thread

@@ -316,7 +316,7 @@ TEST(InsertedPointTest, TheArmComesFromTheTargetBeforeUnlessSomethingStandsBetwe
       unknown_lines("p.src", "LIN " + f + "\nSUB()\nLIN " + f + "\nLIN_REL {X 1}\nLIN " + f +
                                  "\nWAIT SEC 1\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO a=1\nLIN " + f +
                                  "\nx=y(1)\nLIN " + f),
-      "135X10");
+      "13XX10");
   const std::string t = "[[1,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]],v1,z1,tool0;";
   EXPECT_EQ(
       unknown_lines("p.mod", "PROC a()\nMoveL " + t + "\nMoveL " + t + "\nIF b MoveL " + t +

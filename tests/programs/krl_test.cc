@@ -480,14 +480,14 @@ TEST(Krl, WhatCannotBeCorrectedIsLeftAloneAndNamed) {
   expected[10] = "LIN {X 100,Y 0.1,Z 0}";
   EXPECT_EQ(lines_of(result.src), expected);
   EXPECT_EQ(result.corrected, 2);
-  EXPECT_EQ(result.left_alone, 9);
+  EXPECT_EQ(result.left_alone, 8);
   EXPECT_THAT(
       result.warnings,
       ElementsAre(
           "p.src:2: left alone: joint angles that are not six plain numbers; also lines 10",
           "p.src:3: left alone: a relative move; it starts from the corrected point before it",
-          "p.src:4: left alone: its point is declared neither here nor in the .dat of the program; "
-          "give the data list that declares it, or a folder with it: --with; also lines 9",
+          "p.src:4: left alone: HOME, which $config.dat declares and other programs use; give it: "
+          "--with",
           "p.src:5: left alone: its point is given several values, or changed at run time",
           "p.src:6: left alone: its target is an expression or has no plain numbers; also lines 8",
           "p.src:7: left alone: X, Y, Z are not all stated, and the move before does not state "

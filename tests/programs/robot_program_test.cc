@@ -273,9 +273,19 @@ TEST(RobotProgramTest, PointsOfTheirOwnAreWrittenAsEachControllerDoes) {
   const std::string moves = "/PROG P\n/ATTR\nLINE_COUNT = 2;\n/MN\n 1:J P[1:a] 9% FINE ;\n 2:L ";
   std::string moved = values;
   moved.replace(moved.find("1.000"), 5, "2.000");
-  EXPECT_EQ(second_by_a_millimetre(parsed(
-                "p.ls", moves + "P[1:a] 9mm/sec FINE ;\n/POS\nP[1:\"a\"]" + values + "/END\n")),
-            moves + "P[2] 9mm/sec FINE ;\n/POS\nP[1:\"a\"]" + values + "P[2]" + moved + "/END\n");
+  EXPECT_EQ(
+      second_by_a_millimetre(
+          parsed("p.ls", moves + "P[1:a] 9mm/sec FINE ;\n/POS\nP[1:\"a\"]" + values + "/END\n")),
+      moves + "P[2:a] 9mm/sec FINE ;\n/POS\nP[1:\"a\"]" + values + "P[2:\"a\"]" + moved + "/END\n");
+  // Moves that need the same position share it.
+  const std::string named = moves + "P[1:a] 9mm/sec FINE ;\n 3:L P[1:a] 9mm/sec FINE ;\n";
+  const RobotProgram three = parsed("p.ls", named + "/POS\nP[1:\"a\"]" + values + "/END\n");
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : three.targets) commands.push_back(command_for(target));
+  for (const size_t k : {1, 2}) commands[k].pose.translation.x() += 1e-3;
+  EXPECT_EQ(rewrite(three, commands).texts[0],
+            moves + "P[2:a] 9mm/sec FINE ;\n 3:L P[2:a] 9mm/sec FINE ;\n/POS\nP[1:\"a\"]" + values +
+                "P[2:\"a\"]" + moved + "/END\n");
 }
 
 TEST(RobotProgramTest, ExternalAxesFollowTheCommandsAndAreAddedWhereTheyAreLeftOut) {

@@ -199,7 +199,7 @@ def krl(cell, number):
             base, tool = cell.bases[1], tools[1]
             src += set_frames()
     if has(19, 5):
-        src.append(f"{tab}LIN_REL {{Z 10.0}} C_DIS")
+        src.append(f"{tab}LIN_REL {{Z HEIGHT}} C_DIS")
         file.left_alone += 1
     if has(20, 6):
         src.append("LIN XNOWHERE")

@@ -3,6 +3,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
@@ -116,6 +117,9 @@ class UnreachableTarget : public std::runtime_error {
   UnreachableTarget(int target_row, const std::string& what)
       : std::runtime_error(what), row(target_row) {}
   int row;
+  /// All targets that are out of reach, of a program that was gone through to its end, and why;
+  /// empty if the first one ends it.
+  std::vector<std::pair<int, std::string>> out_of_reach;
 };
 
 /// A target that the controller's model does not reach on the branch of its hint.

@@ -30,7 +30,8 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
 
 /// The moves of a program by what became of them.
 struct CorrectedMoves {
-  int all = 0, corrected = 0;
+  int all = 0, corrected = 0;  ///< of those that may run
+  int never_run = 0;           ///< others to which no way leads
   /// Why the others are left alone, with their number, the most frequent first.
   std::vector<std::pair<std::string, int>> reasons;
   std::string sentence;

@@ -38,7 +38,7 @@ bool lies_on_corrected(const RobotProgram& program, const Eigen::Matrix3Xd& prog
 /// Displaces the Cartesian targets of a program as the correction displaces the path: `programmed`
 /// in the frame of the program becomes `corrected` (3 x samples, [m]). Targets are looked for on
 /// the path in the order of the text (places_in_order()). Orientations and external axes stay; a
-/// target off the path keeps its text.
+/// target off the path keeps its text; a relative move ends where it did.
 ///
 /// Where the correction bends the path along a straight or circular move, points are inserted, as
 /// rewrite() does; their orientation and external axes lie between those of the ends. Where the

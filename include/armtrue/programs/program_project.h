@@ -24,6 +24,9 @@ std::vector<ProgramText> texts_of_others(Dialect dialect, const std::vector<Prog
 std::vector<ProgramText> what_others_declare(Dialect dialect,
                                              const std::vector<ProgramText>& others);
 
+/// Whether a text came with the controller and is nobody's program: bas.src of KUKA.
+bool is_of_controller(const std::string& path);
+
 /// A program with the commands for its targets.
 struct ProjectProgram {
   RobotProgram program;

@@ -22,7 +22,8 @@ enum class Dialect { krl, rapid, fanuc, urscript };
 std::string to_string(Dialect dialect);
 /// The dialect with this name; nothing if there is none.
 std::optional<Dialect> find_dialect(const std::string& name);
-/// The dialect of a file by its extension: .src, .mod .prg .sys, .ls, .script .urscript.
+/// The dialect of a file by its extension: .src, .mod .prg .sys .modx .sysx, .ls, .script
+/// .urscript.
 std::optional<Dialect> dialect_of_file(const std::string& path);
 
 /// A number of a program that a correction may replace.
@@ -58,6 +59,7 @@ struct ProgramPoint {
   /// out, and not written. A correction writes the point out in the move.
   bool is_expression = false;
   int starts_from = -1;  ///< in RobotProgram::points: the declared point of an expression; -1: none
+  std::string before, behind;  ///< an expression: what stands beside the point that is written out
   TargetKind kind = TargetKind::cartesian;
   /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
   /// x y z rx ry rz; or the six joints.
@@ -70,7 +72,8 @@ struct ProgramPoint {
 
 /// Whether a point of KUKA states T.
 inline bool states_turn(const ProgramPoint& point) {
-  return !point.configuration.empty() && point.configuration[0].is_written();
+  return !point.configuration.empty() &&
+         (point.configuration[0].is_written() || point.is_expression);
 }
 
 /// A coordinate system that a program names.
@@ -118,6 +121,11 @@ struct ProgramTarget {
   /// KUKA: the targets at which its move may start; none if one of them is not known.
   std::vector<size_t> starts;
   bool is_in_loop = false;      ///< KUKA
+  /// KUKA: its text states how far it is from where the arm comes from. `pose` is where it ends.
+  bool is_relative = false;
+  /// No way through the text leads here: behind RETURN or a jump, in a local routine that nothing
+  /// calls.
+  bool never_runs = false;
   bool ends_elsewhere = false;  ///< KUKA: a circle whose angle says where it ends
   bool is_room_tool = false;    ///< KUKA: the tool stands in the room, and the robot holds the part
   /// Distance before the target at which the arm may leave its path [m], if the program states it
@@ -162,7 +170,7 @@ struct RobotProgram {
   std::vector<ProgramName> names;
   int absolute_accuracy_line = 0;  ///< KUKA: the first one that uses $ABS_ACCUR; 0: none does
   size_t declarations_end = 0;     ///< FANUC: where the positions of /POS end, in texts[0]
-  int left_alone = 0;              ///< moves that the parser does not understand
+  int left_alone = 0;              ///< moves that the parser does not understand, and that may run
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
 };
@@ -190,6 +198,10 @@ enum class TargetParts { pose, position };
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known, TargetParts parts = TargetParts::pose,
                            std::vector<ProgramText> others = {});
+
+/// Leaves the moves to targets alone: an arc with either of its points. `why`: by the index of the
+/// target. They are no targets any more; what they use of declared points stays as it is.
+void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why);
 
 /// The command that replaces a target.
 struct ProgramCommand {
