@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+"""The Python module against the commands. python_test.py BIN SOURCES, or pytest with both in ARMTRUE_BIN and PWD."""
+
+import base64
+import csv
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+import zipfile
+
+SOURCES = pathlib.Path(__file__).resolve().parents[2]
+if __name__ == "__main__":
+    os.environ["ARMTRUE_BIN"] = sys.argv.pop(1)
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(SOURCES / "apps" / "python"))
+
+import armtrue  # noqa: E402
+import armtrue_wheel  # noqa: E402
+
+BIN = pathlib.Path(os.environ["ARMTRUE_BIN"])
+ROBOT = armtrue.shipped("robots/kr360-spindle.yaml")
+TRUTH = armtrue.shipped("robots/kr360-undeclared.yaml")
+TUTORIAL = armtrue.shipped("campaigns/tutorial.csv")
+
+
+def command(*words):
+    return subprocess.run([str(BIN / words[0]), *map(str, words[1:])], check=True, capture_output=True, text=True).stdout
+
+
+class Functions(unittest.TestCase):
+    def test_a_function_gives_what_its_command_writes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            loop, closed = pathlib.Path(folder, "loop.json"), pathlib.Path(folder, "closed.json")
+            command("close-loop", "-q", "--robot", ROBOT, TUTORIAL, "-o", loop, "--robot-out", closed)
+            result = armtrue.close_loop(ROBOT, TUTORIAL)
+            product = json.loads(loop.read_text())
+            for document in (product, result.product):  # names of the files of this call
+                document.pop("provenance", None)
+            self.assertEqual(result.product, product)
+            robot, expected = result.robot, json.loads(closed.read_text())
+            for document in (robot, expected):
+                document.pop("provenance", None)
+            self.assertEqual(robot, expected)
+            self.assertTrue(result.held)
+
+    def test_results_are_inputs(self):
+        readings = armtrue.simulate_poses(ROBOT, truth=TRUTH, count=40, repeats=2, noise_mm=0.05, noise_mrad=0.1, seed=7)
+        self.assertEqual(len(readings.product), 80)
+        self.assertIsInstance(readings.product[0]["x_mm"], float)
+        by_result = armtrue.calibrate(ROBOT, readings)
+        by_rows = armtrue.calibrate(json.loads(command("convert-robot", "--to", "json", ROBOT)), readings.product)
+        self.assertEqual(by_result.product["links"], by_rows.product["links"])
+        after = armtrue.evaluate_poses(by_result, readings).product["position_mm"]["mean"]
+        before = armtrue.evaluate_poses(ROBOT, readings, refit="base,tool").product["position_mm"]["mean"]
+        self.assertLess(after, before)
+        targets = [{"pose": f"P{k}", **{f"q{j}_deg": angle for j, angle in enumerate((10 * k, -80, 90, 5, 40, 10), 1)}}
+                   for k in range(3)]
+        corrected = armtrue.compensate(by_result, targets, controller=ROBOT, max_mm=20)
+        self.assertEqual([row["pose"] for row in corrected.product], ["P0", "P1", "P2"])
+        self.assertEqual(corrected.summary["format"], "armtrue-compensation/1")
+
+    def test_a_frame_is_read_like_a_table(self):
+        class Frame:  # what a pandas frame is asked for
+            def to_csv(self, path, index):
+                pathlib.Path(path).write_text(TUTORIAL.read_text())
+
+        self.assertEqual(armtrue.calibrate(ROBOT, Frame()).product["links"],
+                         armtrue.calibrate(ROBOT, TUTORIAL).product["links"])
+
+    def test_names_stay_text(self):
+        rows = list(csv.DictReader(TUTORIAL.read_text().splitlines()))
+        for row in rows:
+            row["pose"] = "00" + row["pose"]
+        result = armtrue.close_loop(ROBOT, rows)
+        self.assertTrue(result.product["worst_held_out"]["pose"].startswith("00"))
+
+    def test_a_mistake_is_an_exception_with_the_message_of_the_command(self):
+        with self.assertRaisesRegex(armtrue.Failed, "no-such.yaml") as caught:
+            armtrue.calibrate("no-such.yaml", TUTORIAL)
+        self.assertEqual(caught.exception.code, 1)
+        with self.assertRaises(armtrue.Failed) as caught:
+            armtrue.calibrate(ROBOT, TUTORIAL, no_such_option=1)
+        self.assertEqual(caught.exception.code, 2)
+        with self.assertRaisesRegex(armtrue.Failed, "<readings>"):
+            armtrue.calibrate(ROBOT, [{"pose": "P1", "x_mm": 1}])
+        with self.assertRaisesRegex(TypeError, "is no file"):
+            armtrue.calibrate(ROBOT, 7)
+        with self.assertRaisesRegex(TypeError, "what the function returns"):
+            armtrue.close_loop(ROBOT, TUTORIAL, robot_out="x.yaml")
+        with self.assertRaisesRegex(TypeError, "no table"):
+            armtrue.calibrate(ROBOT, TUTORIAL).frame()
+
+    def test_each_command_is_a_function_with_its_page(self):
+        for name in armtrue_wheel.commands():
+            function = getattr(armtrue, name.replace("-", "_"))
+            self.assertIn(f"{name} - ", function.__doc__)
+
+
+class Wheel(unittest.TestCase):
+    def test_holds_what_runs_and_the_hash_of_each_file(self):
+        with tempfile.TemporaryDirectory() as folder:
+            stage = pathlib.Path(folder, "stage")
+            program = stage / "lib" / "armtrue" / "launcher"
+            program.parent.mkdir(parents=True)
+            program.write_text("#!/bin/sh\nexec \"$ARMTRUE_BIN/$(basename $0)\" \"$@\"\n")
+            program.chmod(0o755)
+            (program.parent / "libarmtrue.so.0.2.0").write_text("library")
+            (program.parent / "libarmtrue.so.0.2").symlink_to("libarmtrue.so.0.2.0")
+            names = [armtrue_wheel.write_wheel(stage, folder) for _ in range(2)]
+            wheel = pathlib.Path(folder, names[0])
+            first = wheel.read_bytes()
+            armtrue_wheel.write_wheel(stage, folder)
+            self.assertEqual(first, wheel.read_bytes())
+            with zipfile.ZipFile(wheel) as archive:
+                record = [line for name in archive.namelist() if name.endswith("RECORD")
+                          for line in archive.read(name).decode().splitlines()]
+                for line in record[:-1]:
+                    name, digest, size = line.rsplit(",", 2)
+                    content = archive.read(name)
+                    self.assertEqual(int(size), len(content))
+                    hashed = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
+                    self.assertEqual(digest, "sha256=" + hashed)
+                self.assertEqual(sorted(archive.namelist()), sorted(line.rsplit(",", 2)[0] for line in record))
+                self.assertNotIn("armtrue/commands/lib/armtrue/libarmtrue.so.0.2.0", archive.namelist())
+                archive.extractall(pathlib.Path(folder, "site"))
+                mode = archive.getinfo("armtrue/commands/lib/armtrue/launcher").external_attr >> 16
+                self.assertEqual(mode & 0o777, 0o755)
+            # Imported from there, without the sources.
+            found = subprocess.run([sys.executable, "-c", "import armtrue; print(armtrue.calibrate.__doc__[:40])"],
+                                   cwd=pathlib.Path(folder, "site"), capture_output=True, text=True, check=True).stdout
+            self.assertIn("calibrate", found)
+
+
+if __name__ == "__main__":
+    unittest.main()
