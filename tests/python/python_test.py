@@ -2,8 +2,10 @@
 """The Python module against the commands. python_test.py BIN SOURCES, or pytest with both in ARMTRUE_BIN and PWD."""
 
 import base64
+import contextlib
 import csv
 import hashlib
+import io
 import json
 import os
 import pathlib
@@ -99,6 +101,18 @@ class Functions(unittest.TestCase):
         for name in armtrue_wheel.commands():
             function = getattr(armtrue, name.replace("-", "_"))
             self.assertIn(f"{name} - ", function.__doc__)
+
+
+class Notebook(unittest.TestCase):
+    def test_its_cells_run(self):
+        notebook = json.loads(armtrue.shipped("notebooks/tutorial.ipynb").read_text())
+        said, names = io.StringIO(), {}
+        with contextlib.redirect_stdout(said):
+            for cell in notebook["cells"]:
+                if cell["cell_type"] == "code":
+                    exec("".join(cell["source"]), names)  # pylint: disable=exec-used
+        self.assertIn("A3.theta follows gravity-torque 3", said.getvalue())
+        self.assertIn("12 poses", said.getvalue())
 
 
 class Wheel(unittest.TestCase):
