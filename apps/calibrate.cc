@@ -26,7 +26,7 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string robot, identify, identify_per_session, residuals, zone;
+  std::string robot, identify, identify_per_session, residuals, zone, parameters, correlations;
   double max_error_mm = 0;  // 0: no limit
   bool no_priors = false;
   app::ReportArguments page;
@@ -36,9 +36,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
   command.add_output(app::ProductKind::document);
   command.file("--robot", arguments.robot, "The nominal robot").required();
-  command.option("--identify", arguments.identify,
-                 "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; "
-                 "replaces 'identify' of the robot file");
+  command.identify(arguments.identify);
   command.option(
       "--identify-per-session", arguments.identify_per_session,
       "Zero offsets that each session has of its own, like its base, such as A2.theta,A5.theta "
@@ -46,6 +44,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_new_sessions();
   command.add_output("--residuals", arguments.residuals,
                      "Write the residual of every reading here");
+  app::add_parameter_tables(command, arguments.parameters, arguments.correlations);
   command.zone(arguments.zone,
                "Sphere x,y,z,radius in R_A in which the arm must be accurate: the farther a "
                "reading is outside, the less it counts");
@@ -182,7 +181,7 @@ int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
   command.forget_remainder(robot, arguments.robot);
-  if (!arguments.identify.empty()) robot.identify = app::split_list(arguments.identify);
+  app::use_identify(arguments.identify, robot);
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
@@ -232,6 +231,8 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(arguments.residuals,
                  write_residuals({{all, evaluate(result.robot, all).residuals, split}}));
   }
+  app::write_parameter_tables(arguments.parameters, arguments.correlations, robot, result,
+                              static_cast<int>(campaign.pose_ids.size()));
   report_fit(command, result, campaign, evaluation);
   write_output(command.output, write_calibration(result, campaign, std::move(evaluation),
                                                  command.provenance(), findings));
@@ -241,7 +242,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(
         command, arguments.page,
-        calibration_page(result, campaign,
+        calibration_page(result, robot, campaign,
                          {gross, findings.nominal, *findings.quality, missed},
                          app::page_head(command, about)));
   return missed ? app::kNotReached : app::kSuccess;

@@ -13,11 +13,17 @@
 
 using namespace armtrue;
 
+namespace armtrue::app {
+extern const char* const kRobotTemplate;
+extern const char* const kAboutTemplate;
+}  // namespace armtrue::app
+
 namespace {
 
 constexpr size_t kMostAgreements = 5;  // that are shown
 
 struct Arguments {
+  std::string new_file;
   std::vector<double> at, pose;
   double within_mm = 1, within_deg = 0.1;
 };
@@ -25,16 +31,22 @@ struct Arguments {
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A robot file");
   command.add_output();
-  command
-      .joints("--at", arguments.at,
-              "Joint values q1,...,q6, one for each joint of the robot, as the pendant shows them: "
-              "angles in deg, lengths in mm")
-      .required();
+  app::OptionGroup what = command.group("What to show");
+  const app::Option at = what.joints(
+      "--at", arguments.at,
+      "Joint values q1,...,q6, one for each joint of the robot, as the pendant shows them: "
+      "angles in deg, lengths in mm");
+  what.option("--new", arguments.new_file,
+              "robot or about: a file to fill in, of a robot, or of who measured what (--about of "
+              "certify and of pages); no robot file is read")
+      .check(app::one_of({"robot", "about"}));
+  what.require_one();
   const app::Option pose = command.numbers(
       "--pose", arguments.pose, 6, "x,y,z,a,b,c in mm and deg",
       "The pose that the pendant shows there, best of the flange (tool 0) in the robot's own base: "
       "it is compared with R_7 in R_0, then with R_7 tool in R_0 and in R_A; x,y,z,a,b,c in mm and "
       "deg, KUKA's A, B, C");
+  pose.needs(at);
   command.option("--within-mm", arguments.within_mm, "What counts as the same place")
       .check(app::above_zero())
       .default_shown()
@@ -136,6 +148,13 @@ void warn_of_unseen_signs(app::Command& command, const Robot& robot, const Joint
 }
 
 int run(app::Command& command, const Arguments& arguments) {
+  if (!arguments.new_file.empty()) {
+    if (command.input != "-")
+      throw app::UsageError("'" + command.input + "' is not read with --new; write the new file by -o");
+    write_output(command.output, arguments.new_file == "robot" ? app::kRobotTemplate
+                                                               : app::kAboutTemplate);
+    return app::kSuccess;
+  }
   const Robot robot = command.read_robot(command.input).robot;
   const JointVector q = app::joints_of(arguments.at, robot, "--at");
   warn_of_travel(command, robot, q);
@@ -160,7 +179,8 @@ int run(app::Command& command, const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   app::Command command("check-robot", "Show where a robot stands, in the words of a pendant.",
-                       "check-robot robot.yaml --at 0,-90,90,0,0,0 --pose 1315,0,1765,0,90,0");
+                       "check-robot robot.yaml --at 0,-90,90,0,0,0 --pose 1315,0,1765,0,90,0\n"
+                       "  check-robot --new robot -o robot.yaml");
   Arguments arguments;
   add_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });

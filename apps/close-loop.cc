@@ -33,7 +33,8 @@ namespace {
 constexpr int kNextPoses = 15;
 
 struct Arguments {
-  std::string robot, catalogue, test, robot_out, predictor_out, residuals, next_poses;
+  std::string robot, identify, catalogue, test, robot_out, predictor_out, residuals, next_poses,
+      parameters, correlations;
   app::ReportArguments page;
   double held_out = 0.25;
   int nested_folds = 0;  // 0: no nested validation
@@ -46,6 +47,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_seed();
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The nominal robot").required();
+  command.identify(arguments.identify);
   const app::Option share = command
                                 .option("--held-out", arguments.held_out,
                                         "Share of the poses that is held out: no fit uses them")
@@ -72,6 +74,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       app::ProductKind::document);
   command.add_output("--residuals", arguments.residuals,
                      "Write the final residual of every reading here");
+  app::add_parameter_tables(command, arguments.parameters, arguments.correlations);
   app::add_report(command, arguments.page, "with verdict, causes, errors and pictures");
   command.add_output("--next-poses", arguments.next_poses,
                      "Write 15 poses here that separate the causes that these readings cannot, if "
@@ -161,7 +164,8 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
     const bool is_asked_for =
         arguments.nested_folds > 0 ||
         std::ranges::any_of(std::array{arguments.residuals, arguments.next_poses,
-                                       arguments.robot_out, arguments.predictor_out},
+                                       arguments.robot_out, arguments.predictor_out,
+                                       arguments.parameters, arguments.correlations},
                             [](const std::string& path) { return !path.empty(); });
     if (!is_asked_for) measured.all = {};
   } else {
@@ -246,29 +250,37 @@ void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
       std::abs(*result.common_backlash) / kDegree));
 }
 
-// Writes the robot fitted to all poses of the campaign. With --test no pose of it was held out.
-void write_robots(app::Command& command, const Arguments& arguments, const Measured& measured,
-                  const LoopResult& result, const Provenance& provenance) {
-  if (arguments.robot_out.empty() && arguments.predictor_out.empty()) return;
-  const bool has_held_out = !measured.split.held_out.empty();
-  Document robot;
-  if (has_held_out) {
-    command.progress("fitting the result to all poses");
-    const FitToAll to_all = fit_to_all(result, measured.all, app::catalogue(arguments.catalogue));
-    robot = write_calibration(to_all.fit, to_all.sound, provenance, {.gross = to_all.gross_poses});
-  } else {
-    robot = write_calibration(result_of(result),
-                              without_gross(measured.training, result.gross_poses), provenance,
-                              {.gross = result.gross_poses});
+// The result fitted to all poses of the campaign, if a product holds it. With --test no pose of it
+// was held out.
+std::optional<FitToAll> fit_for_products(app::Command& command, const Arguments& arguments,
+                                         const Measured& measured, const LoopResult& result) {
+  if (arguments.robot_out.empty() && arguments.predictor_out.empty() &&
+      arguments.parameters.empty() && arguments.correlations.empty())
+    return std::nullopt;
+  if (measured.split.held_out.empty())
+    return FitToAll{result_of(result), result.gross_poses,
+                    without_gross(measured.training, result.gross_poses)};
+  command.progress("fitting the result to all poses");
+  return fit_to_all(result, measured.all, app::catalogue(arguments.catalogue));
+}
+
+void write_fit(const Arguments& arguments, const Robot& nominal, const FitToAll& fit,
+               const Provenance& provenance) {
+  if (!arguments.robot_out.empty() || !arguments.predictor_out.empty()) {
+    const Document robot =
+        write_calibration(fit.fit, fit.sound, provenance, {.gross = fit.gross_poses});
+    for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
+      if (!path.empty()) write_output(path, robot);
   }
-  for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
-    if (!path.empty()) write_output(path, robot);
+  app::write_parameter_tables(arguments.parameters, arguments.correlations, nominal, fit.fit,
+                              static_cast<int>(fit.sound.pose_ids.size()));
 }
 
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
   command.forget_remainder(robot, arguments.robot);
+  app::use_identify(arguments.identify, robot);
   robot.free_links = arguments.no_priors;
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Measured measured = read_measured(command, arguments, robot);
@@ -292,7 +304,8 @@ int run(app::Command& command, const Arguments& arguments) {
         contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})
     if (!doubt.empty()) command.warn(doubt);
   const Provenance provenance = command.provenance();
-  write_robots(command, arguments, measured, result, provenance);
+  const std::optional<FitToAll> fit = fit_for_products(command, arguments, measured, result);
+  if (fit) write_fit(arguments, robot, *fit, provenance);
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
                  residuals(result_of(result).robot, measured, !arguments.test.empty()));
@@ -311,7 +324,7 @@ int run(app::Command& command, const Arguments& arguments) {
     if (!path.empty() && path != "-") command.report("wrote " + path + "\n");
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
-                      loop_page(result, robot, measured.training, measured.held_out, next_poses,
+                      loop_page(result, fit, robot, measured.training, measured.held_out, next_poses,
                                 app::page_head(command, about)));
   return missed.empty() ? app::kSuccess : app::kNotReached;
 }

@@ -10,12 +10,15 @@
 #include <unordered_set>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/other_arm.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/catalogue_io.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/parameters_io.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
@@ -278,6 +281,26 @@ std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
     of_tool.insert(of_tool.begin(), names);
   }
   return fmt::format("{}", fmt::join(of_tool, "; "));
+}
+
+void add_parameter_tables(Command& command, std::string& parameters, std::string& correlations) {
+  command.add_output("--parameters", parameters,
+                     "Write a table of the identified parameters here: nominal, value, change, "
+                     "standard deviation, 95 % interval, share of the readings");
+  command.add_output("--correlations", correlations, "Write their correlations here");
+}
+
+void write_parameter_tables(const std::string& parameters, const std::string& correlations,
+                            const Robot& nominal, const CalibrationResult& result, int poses) {
+  if (!parameters.empty()) write_output(parameters, write_parameters(nominal, result, poses));
+  if (!correlations.empty()) write_output(correlations, write_correlations(result));
+}
+
+void use_identify(const std::string& list, Robot& robot) {
+  if (list.empty()) return;
+  robot.identify = split_list(list);
+  if (const std::string why = why_not_identified(robot.chain, robot.identify); !why.empty())
+    throw InputError("--identify: " + why);
 }
 
 void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,

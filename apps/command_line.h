@@ -213,6 +213,16 @@ void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross);
 /// The warning for a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);
 
+/// --parameters and --correlations.
+void add_parameter_tables(Command& command, std::string& parameters, std::string& correlations);
+/// Writes those that are asked for. `nominal`: the robot before the calibration; `poses`: of the fit.
+void write_parameter_tables(const std::string& parameters, const std::string& correlations,
+                            const Robot& nominal, const CalibrationResult& result, int poses);
+
+/// Sets what is identified to that of --identify, unless it is empty. Throws InputError for an entry
+/// that names nothing of the robot.
+void use_identify(const std::string& list, Robot& robot);
+
 /// Reads a catalogue; "" stands for the catalogue that armtrue ships.
 Catalogue catalogue(const std::string& path);
 

@@ -62,6 +62,16 @@ void add_column_options(app::Command& command, ImportOptions& import) {
               "Order of a quaternion whose columns are only numbered: wxyz or xyzw")
       .check(app::one_of({"wxyz", "xyzw"}));
   columns
+      .option("--marker", import.markers,
+              "Marker whose point is read, of several in each row (NAME_x, NAME_y, NAME_z); may be "
+              "given several times; those that differ in a number alone if absent")
+      .one_each();
+  columns
+      .option("--dates", import.dates,
+              "Order of dates such as 3/5/2024, day-first or month-first; found from the cells if "
+              "absent")
+      .check(app::one_of({"day-first", "month-first"}));
+  columns
       .option("--decimal", import.decimal,
               "Decimal sign, point or comma; found from the cells if absent")
       .check(app::one_of({"point", "comma"}));

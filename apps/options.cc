@@ -191,6 +191,13 @@ Option OptionGroup::joints(const std::string& names, std::vector<double>& values
                      "q1,...,q6 in deg, a number for each joint", help);
 }
 
+Option OptionGroup::identify(std::string& list) {
+  return Option(app_->add_option(
+      "--identify", list,
+      "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; *.theta and A?.d name all that "
+      "are so, and auto,-A3.d all but A3.d; replaces 'identify' of the robot file"));
+}
+
 Option OptionGroup::zone(std::string& zone, const std::string& help) {
   const auto why_wrong = [](const std::string& text) {
     try {

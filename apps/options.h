@@ -88,6 +88,8 @@ class OptionGroup {
   /// Encoder values separated by commas; how many the robot needs, and their units, joints_of()
   /// says.
   Option joints(const std::string& names, std::vector<double>& values, const std::string& help);
+  /// --identify; see app::use_identify().
+  Option identify(std::string& list);
   /// --zone x,y,z,radius [mm]; see zone_from_text().
   Option zone(std::string& zone, const std::string& help);
 

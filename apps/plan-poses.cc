@@ -25,7 +25,7 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string robot, given, separate, zone;
+  std::string robot, identify, given, separate, zone;
   int count = 0;
   std::vector<double> box_mm;
   std::optional<double> floor_mm;
@@ -37,6 +37,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_seed();
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The robot that will be measured").required();
+  command.identify(arguments.identify);
   command.option("--count", arguments.count, "Number of poses")
       .required()
       .check(app::in_range(1, kCloudSize));
@@ -205,7 +206,8 @@ int plan_for_geometry(app::Command& command, const Arguments& arguments, const R
 
 int run(app::Command& command, const Arguments& arguments) {
   const PlanOptions options = plan_options(command, arguments);
-  const Robot robot = command.read_robot(arguments.robot).robot;
+  Robot robot = command.read_robot(arguments.robot).robot;
+  app::use_identify(arguments.identify, robot);
   for (const std::string& warning : check_limits(robot).warnings)
     command.warn(arguments.robot + ": " + warning);
   Campaign given;

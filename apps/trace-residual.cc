@@ -15,7 +15,7 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string robot, since, catalogue;
+  std::string robot, since, identify, catalogue;
   bool only_catalogue = false;
 };
 
@@ -30,6 +30,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       "--since", arguments.since,
       "Robot file of calibrate or close-loop --robot-out: find what has moved since then");
   model.require_one();
+  command.identify(arguments.identify).excludes(since);
   command.file("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond it")
       .excludes(since);
@@ -94,6 +95,7 @@ int report_change(app::Command& command, const std::string& path) {
 int rank_candidates(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.forget_remainder(robot, arguments.robot);
+  app::use_identify(arguments.identify, robot);
   const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
   command.warn_if_computed(robot, campaign);

@@ -1,6 +1,7 @@
 #include "armtrue/calibration/identifiability.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include "armtrue/kinematics/units.h"
 #include "calibration/column_choice.h"
 #include "calibration/contacts.h"
+#include "calibration/identify_entry.h"
 #include "calibration/prior.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
@@ -120,49 +122,69 @@ std::vector<int> paper_25(const KinematicChain& chain) {
   return set;
 }
 
-}  // namespace
+// What one right entry names, without its sign.
+std::vector<int> named_parameters(const Robot& robot, const ReadParameters& read,
+                                  const std::string& name) {
+  const KinematicChain& chain = robot.chain;
+  const int targets = layout_of(chain).targets, anchors = first_anchor_parameter(chain);
+  std::vector<int> named;
+  // Those that are read, from `first` to before `end`.
+  const auto add_read = [&](int first, int end, const std::string& pattern = "*") {
+    for (int k : preference_order(robot))
+      if (k >= first && k < end && read.contains(k) && matches(pattern, parameter_name(chain, k)))
+        named.push_back(k);
+  };
+  if (name == "paper-25") return paper_25(chain);
+  if (name == "auto") {
+    add_read(0, parameter_count(chain));
+    // A screw and rods are as exact as they are made: nothing is asked of their coefficients,
+    // unless the file says how exact that is.
+    std::erase_if(named, [&](int k) {
+      return layout_of(chain).is_of_couplings(k) &&
+             !robot.priors.contains(parameter_name(chain, k));
+    });
+  } else if (is_pattern(chain, name)) {
+    add_read(0, parameter_count(chain), name);
+  } else if (const Parameter whole(name); group_size(whole) == kParametersPerPose) {
+    const int first = *first_parameter(chain, whole);
+    for (int k = 0; k < kParametersPerPose; ++k) named.push_back(first + k);
+    if (whole.owner == Owner::tool) add_read(targets, anchors);
+    if (whole.owner == Owner::base) add_read(anchors, parameter_count(chain));
+  } else {
+    named.push_back(*find_parameter(chain, name));
+  }
+  return named;
+}
 
-std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
+struct Listed {
+  std::vector<int> named;    // by any entry
+  std::vector<int> allowed;  // and not taken away
+};
+
+Listed listed_parameters(const Robot& robot, const Campaign& campaign) {
   if (robot.identify.empty())
     throw std::invalid_argument(
         "identify: names nothing; use auto, paper-25, base, tool, or names such as A2.d");
-  std::vector<int> allowed;
-  const ParameterLayout layout = layout_of(robot.chain);
-  const int targets_end = first_anchor_parameter(robot.chain);
+  if (const std::string why = why_not_identified(robot.chain, robot.identify); !why.empty())
+    throw std::invalid_argument("identify: " + why);
   const ReadParameters read(campaign, robot.chain);
-  // Those that stand behind the parameters of the chain, from `first` to before `end`.
-  const auto add_read = [&](int first, int end) {
-    for (int k : preference_order(robot))
-      if (k >= first && k < end && read.contains(k)) allowed.push_back(k);
-  };
-  for (const std::string& name : robot.identify) {
-    if (name == "auto") {
-      add_read(0, parameter_count(robot.chain));
-      // A screw and rods are as exact as they are made: nothing is asked of their coefficients,
-      // unless the file says how exact that is.
-      std::erase_if(allowed, [&](int k) {
-        return layout.is_of_couplings(k) && !robot.priors.contains(parameter_name(robot.chain, k));
-      });
-    } else if (name == "paper-25") {
-      for (int k : paper_25(robot.chain)) allowed.push_back(k);
-    } else if (const Parameter whole(name); group_size(whole) == kParametersPerPose) {
-      const int first = *first_parameter(robot.chain, whole);
-      for (int k = 0; k < kParametersPerPose; ++k) allowed.push_back(first + k);
-      if (whole.owner == Owner::tool) add_read(layout.targets, targets_end);
-      if (whole.owner == Owner::base) add_read(targets_end, parameter_count(robot.chain));
+  Listed listed;
+  for (const std::string& text : robot.identify) {
+    const IdentifyEntry entry(text);
+    const std::vector<int> named = named_parameters(robot, read, entry.name);
+    if (entry.takes_away) {
+      std::erase_if(listed.allowed, [&](int k) { return std::ranges::count(named, k) > 0; });
     } else {
-      const auto index = find_parameter(robot.chain, name);
-      if (!index || layout.is_of_instrument(*index))
-        throw std::invalid_argument("identify: the robot has no parameter '" + name +
-                                    "'; use auto, paper-25, base, tool, or names such as A2.d, "
-                                    "base.x, tool.rz");
-      allowed.push_back(*index);
+      for (std::vector<int>* list : {&listed.named, &listed.allowed})
+        list->insert(list->end(), named.begin(), named.end());
     }
   }
-  return allowed;
+  if (listed.allowed.empty())
+    throw std::invalid_argument(
+        fmt::format("identify: '{}' names nothing that was read; name more, or take away less",
+                    fmt::join(robot.identify, ",")));
+  return listed;
 }
-
-namespace {
 
 // `order`: of preference, of the parameters that are allowed.
 IdentifiableSet choose_in_order(const Robot& ideal, const Campaign& rows,
@@ -241,11 +263,27 @@ std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
   return scale ? std::optional(scale->parameter) : std::nullopt;
 }
 
+std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
+  return listed_parameters(robot, campaign).allowed;
+}
+
+namespace {
+
+// What was taken away stays as it is, and so does what would only imitate it.
+void hold(const Listed& listed, IdentifiableSet& set) {
+  const auto is_held = [&](int k) { return std::ranges::count(listed.allowed, k) == 0; };
+  std::erase_if(set.kept, is_held);
+  std::erase_if(set.absorbed,
+                [&](const AbsorbedParameter& absorbed) { return is_held(absorbed.parameter); });
+}
+
+}  // namespace
+
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
-  const std::vector<int> allowed = allowed_parameters(robot, campaign);
+  const Listed listed = listed_parameters(robot, campaign);
   std::vector<int> order;
   for (int k : preference_order(robot))
-    if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
+    if (std::ranges::count(listed.named, k) > 0) order.push_back(k);
 
   Campaign rows = campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));
   Robot ideal = ideal_structure(robot);
@@ -271,6 +309,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
       set = choose_in_order(ideal, rows, order);
     }
   }
+  hold(listed, set);
   return set;
 }
 

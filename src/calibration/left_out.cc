@@ -11,7 +11,7 @@
 namespace armtrue {
 
 std::optional<LeftOut> left_out_but_shown(const Robot& robot, const Campaign& campaign) {
-  if (std::ranges::count(robot.identify, "auto") > 0) return std::nullopt;
+  if (identifies_all(robot.identify)) return std::nullopt;
   Robot all = robot;
   all.identify = {"auto"};
   const ParameterLayout layout = layout_of(robot.chain);

@@ -10,6 +10,7 @@
 #include "armtrue/text/input_error.h"
 #include "import/column_units.h"
 #include "import/covariance_columns.h"
+#include "import/matrix_columns.h"
 #include "import/orientation_columns.h"
 #include "import/plain_cell.h"
 
@@ -19,7 +20,8 @@ namespace {
 bool is_pose_part(const std::string& quantity) {
   static const std::set<std::string> kParts{"x",   "y",  "z",  "a",  "b",  "c",  "roll", "pitch",
                                             "yaw", "rx", "ry", "rz", "qw", "qx", "qy",   "qz"};
-  return kParts.contains(quantity) || quantity.starts_with("quat");
+  const bool is_of_matrix = quantity.size() == 3 && quantity.front() == 'r' && quantity[1] < 'a';
+  return kParts.contains(quantity) || quantity.starts_with("quat") || is_of_matrix;
 }
 
 bool is_number(const std::string& quantity) {
@@ -36,6 +38,10 @@ class Mapper {
       : table_(table), role_(role), names_(names), options_(options) {}
 
   ColumnMapping map() {
+    if (!names_.preset())
+      matrix_ = matrix_columns(table_, [&](int k) {
+        return !names_.is_ignored(header(k)) && !names_.quantity_of(header(k));
+      });
     for (int k = 0; k < static_cast<int>(table_.columns.size()); ++k) map_column(k);
     refuse_target_without_pose();
     if (role_ != TableRole::points) find_joints();
@@ -52,6 +58,7 @@ class Mapper {
                          " is given, but no column of an orientation is known; name them, such as "
                          "--column roll=NAME, or leave out --angles");
     find_decimal_sign();
+    find_date_order();
     return mapping_;
   }
 
@@ -64,7 +71,11 @@ class Mapper {
     const std::string& name = header(k);
     if (names_.is_ignored(name)) return leave_out(k, "ignored");
     const std::string* const stated = names_.quantity_of(name);
-    const auto known = known_quantity(name);
+    auto known = known_quantity(name);
+    if (const auto of_matrix = matrix_.find(k); of_matrix != matrix_.end()) {
+      if (of_matrix->second.empty()) return leave_out(k, "last row of the matrix");
+      known = KnownQuantity{of_matrix->second, UnitKind::none};
+    }
     if (!stated && names_.preset()) return leave_out(k, "not in the preset");
     if (!stated && (!known || is_turn_or_temperature(k))) return leave_unknown(k);
     const std::string quantity = stated ? *stated : known->name;
@@ -156,7 +167,7 @@ class Mapper {
 
   void refuse_target_without_pose() const {
     const MappedColumn* const target = mapping_.find("target");
-    if (!target || mapping_.has("pose") || names_.quantity_of(header(target->column))) return;
+    if (!target || table_.has_markers || mapping_.has("pose") || names_.quantity_of(header(target->column))) return;
     const std::string& name = header(target->column);
     table_.fail_header("the column '" + name +
                        "' may name the pose or the reflector; say which: --column pose='" + name +
@@ -223,11 +234,35 @@ class Mapper {
     }
   }
 
+  // One order holds for a column: the only one in which all its cells are dates.
+  void find_date_order() {
+    const MappedColumn* const column = mapping_.find(mapping_.has("date") ? "date" : "t");
+    if (!options_.dates.empty() || !column) {
+      if (options_.dates == "month-first") mapping_.date_order = DateOrder::month_first;
+      return;
+    }
+    bool by_day = true, by_month = true;
+    const PlainRow* open = nullptr;
+    for (const PlainRow& row : table_.rows) {
+      const std::string& cell = row.cells[static_cast<size_t>(column->column)];
+      const auto day = day_of(cell, DateOrder::day_first), month = day_of(cell, DateOrder::month_first);
+      by_day = by_day && (day || !month);
+      by_month = by_month && (month || !day);
+      if (day && month && *day != *month && !open) open = &row;
+    }
+    if (by_day && by_month && open)
+      table_.fail(*open, column->column,
+                  "may have the day or the month first, and so may all dates; say which: --dates "
+                  "day-first or --dates month-first");
+    mapping_.date_order = by_month && !by_day ? DateOrder::month_first : DateOrder::day_first;
+  }
+
   const PlainTable& table_;
   TableRole role_;
   const ImportNames& names_;
   const ImportOptions& options_;
   ColumnMapping mapping_;
+  std::map<int, std::string> matrix_;  // quantities of its columns
 };
 
 }  // namespace

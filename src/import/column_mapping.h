@@ -11,6 +11,7 @@
 #include "armtrue/import/import_io.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "import/column_names.h"
+#include "import/plain_cell.h"
 #include "import/plain_table.h"
 #include "import/presets.h"
 
@@ -81,6 +82,7 @@ struct ColumnMapping {
   std::vector<JointName> joints;  ///< in the order of the chain; of a table of points none
   char decimal_sign = '.';
   bool decimal_stated = false;
+  DateOrder date_order = DateOrder::day_first;  ///< of dates such as 3/5/2024
 
   const MappedColumn* find(const std::string& quantity) const;
   bool has(const std::string& quantity) const { return find(quantity) != nullptr; }

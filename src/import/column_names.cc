@@ -106,6 +106,9 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
       const std::string name(1, digit);
       add("quat" + name, UnitKind::none, {"quat" + name, "quaternion" + name});
     }
+    for (const char row : std::string("123"))
+      for (const char column : std::string("123"))
+        add(std::string("r") + row + column, UnitKind::none, {std::string("r") + row + column});
     for (const char* name : {"a", "b", "c", "roll", "pitch", "yaw"})
       add(name, UnitKind::angle, {name});
     add("pose", UnitKind::none,

@@ -80,9 +80,10 @@ bool ColumnUnits::is_clock_time(int k) const {
   const auto column = static_cast<size_t>(k);
   const auto first = std::ranges::find_if(
       table_.rows, [&](const PlainRow& row) { return !row.cells[column].empty(); });
-  if (first == table_.rows.end() || plain_time(first->cells[column]) ||
-      plain_date(first->cells[column]))
-    return true;
+  if (first == table_.rows.end()) return true;
+  for (const DateOrder order : {DateOrder::day_first, DateOrder::month_first})
+    if (plain_time(first->cells[column], order) || plain_date(first->cells[column], order))
+      return true;
   if (decimal_evidence(first->cells[column]) == DecimalEvidence::no_number &&
       !plain_count(first->cells[column]))
     table_.fail(*first, k,

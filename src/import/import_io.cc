@@ -11,6 +11,7 @@
 #include "import/covariance_columns.h"
 #include "import/instrument_tables.h"
 #include "import/joint_match.h"
+#include "import/marker_columns.h"
 #include "import/presets.h"
 
 namespace armtrue {
@@ -107,6 +108,9 @@ class CampaignBuilder {
   }
 
   int numbered_pose(int row) {
+    const auto last = static_cast<size_t>(row);
+    if (row > 0 && campaign_.line[last] == campaign_.line[last - 1])
+      return campaign_.pose.back();  // of another marker
     const auto is_same = [&](int first) { return differs(first, row) <= kSamePose; };
     const auto known = how_.same_joints_are_one_pose ? std::ranges::find_if(first_row_, is_same)
                        : how_.stops_are_poses && row > 0 && is_same(first_row_.back())
@@ -257,12 +261,24 @@ Import read_import(const std::string& path, const ImportOptions& options, TableR
     import.names.set_preset(preset_for(options, role == TableRole::joints));
   import.table = read_table(path, import.names, options, role);
   import.names.apply_preset(import.table, options);
+  if (role != TableRole::joints && !import.names.preset())
+    spread_markers(import.table, import.names, options.markers);
+  else if (role != TableRole::joints && !options.markers.empty())
+    throw InputError("--marker is of tables without --preset; name the body of the preset: --body");
   return import;
 }
 
 void map_import(Import& import, const ImportOptions& options, TableRole role) {
   import.mapping = map_columns(import.table, role, import.names, options);
   refuse_lone_dates(import.table, import.mapping);
+  if (import.table.has_markers && !import.mapping.orientation.empty())
+    import.table.fail_header(
+        "an orientation stands beside several markers, and each of them would count it once more; "
+        "leave its columns out with --ignore, or choose one marker with --marker");
+  if (import.table.has_markers && options.join == "stops")
+    import.table.fail_header(
+        "--join stops follows one point, and several stand in each row; choose one with --marker, "
+        "or join by id or time");
   if (import.names.preset() && import.names.preset()->is_sparse) leave_out_empty_rows(import);
 }
 

@@ -62,6 +62,17 @@ void refuse_names_in_another_order(const TableReader& points, const TableReader&
       points.table().file, joints.table().file, points.cell(0, "pose"), joints.cell(row, "pose")));
 }
 
+// The markers of one line are rows of their own.
+bool begins_line(const TableReader& points, int r) {
+  return r == 0 || points.row(r).line != points.row(r - 1).line;
+}
+
+int lines_of(const TableReader& points) {
+  int lines = 0;
+  for (int r = 0; r < points.rows(); ++r) lines += begins_line(points, r);
+  return lines;
+}
+
 std::string join_by(const TableReader& points, const TableReader& joints) {
   const std::string& a = points.table().file;
   const std::string& b = joints.table().file;
@@ -76,17 +87,17 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
             a, b));
     refuse_names_in_another_order(points, joints);
   }
-  if (points.rows() == joints.rows()) return "order";
+  if (lines_of(points) == joints.rows()) return "order";
   throw InputError(fmt::format(
       "{}: has {} rows, {} has {}, and no column of poses with the same names; say how rows belong "
       "together: --join time, --join stops if their clocks differ, or --column pose=NAME for both",
-      a, points.rows(), b, joints.rows()));
+      a, lines_of(points), b, joints.rows()));
 }
 
 // Rows that are joined by their order although the other table has their names elsewhere; empty if
 // these are few.
 std::string doubt_of_order(const TableReader& points, const TableReader& joints) {
-  if (!points.has("pose") || !joints.has("pose")) return "";
+  if (!points.has("pose") || !joints.has("pose") || points.rows() != joints.rows()) return "";
   const std::vector<std::string> left = bare_names(points), right = bare_names(joints);
   const std::set<std::string> names(right.begin(), right.end());
   int elsewhere = 0, first = 0;
@@ -104,15 +115,17 @@ std::string doubt_of_order(const TableReader& points, const TableReader& joints)
 }
 
 JointMatches match_by_order(const TableReader& points, const TableReader& joints) {
-  if (points.rows() != joints.rows())
+  if (lines_of(points) != joints.rows())
     throw InputError(fmt::format(
         "{}: has {} rows and {} has {}; --join order needs as many in both: add or remove rows",
-        points.table().file, points.rows(), joints.table().file, joints.rows()));
+        points.table().file, lines_of(points), joints.table().file, joints.rows()));
   JointMatches matches;
   if (std::string doubt = doubt_of_order(points, joints); !doubt.empty())
     matches.warnings.push_back(std::move(doubt));
-  for (int r = 0; r < points.rows(); ++r)
-    matches.rows.push_back({r, r, joints.joints(r), std::nullopt});
+  for (int r = 0, of_joints = -1; r < points.rows(); ++r) {
+    of_joints += begins_line(points, r);
+    matches.rows.push_back({r, of_joints, joints.joints(of_joints), std::nullopt});
+  }
   matches.how = "by the order of the rows";
   return matches;
 }

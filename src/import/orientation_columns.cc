@@ -1,5 +1,6 @@
 #include "import/orientation_columns.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +17,9 @@ const std::vector<std::vector<std::string>>& orientation_groups() {
                                                              {"rx", "ry", "rz"},
                                                              {"qw", "qx", "qy", "qz"},
                                                              {"quat0", "quat1", "quat2", "quat3"},
-                                                             {"quat1", "quat2", "quat3", "quat4"}};
+                                                             {"quat1", "quat2", "quat3", "quat4"},
+                                                             {"r11", "r12", "r13", "r21", "r22",
+                                                              "r23", "r31", "r32", "r33"}};
   return kGroups;
 }
 
@@ -87,6 +90,15 @@ std::string convention_of_angles(const PlainTable& table, const ColumnMapping& m
                     "; or leave them out with --ignore");
 }
 
+// The nearest rotation of a matrix whose numbers are rounded.
+std::optional<Eigen::Quaterniond> rotation_of(const OrientationNumbers& n) {
+  const Eigen::Matrix3d given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(n.data());
+  const Eigen::Matrix3d apart = given * given.transpose() - Eigen::Matrix3d::Identity();
+  if (!(apart.cwiseAbs().maxCoeff() <= 2 * kUnitNorm) || given.determinant() < 0) return std::nullopt;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(given, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return Eigen::Quaterniond(Eigen::Matrix3d(svd.matrixU() * svd.matrixV().transpose()));
+}
+
 }  // namespace
 
 std::string find_orientation(const PlainTable& table, const ColumnMapping& mapping,
@@ -94,6 +106,7 @@ std::string find_orientation(const PlainTable& table, const ColumnMapping& mappi
   const std::vector<std::string> group = only_group(table, mapping);
   if (group.empty()) return "";
   if (group.front() == "qw") return "quaternion";
+  if (group.front() == "r11") return "matrix";
   if (!group.front().starts_with("quat"))
     return convention_of_angles(table, mapping, options, group);
   if (options.quaternion.empty())
@@ -111,11 +124,13 @@ std::vector<std::string> orientation_quantities(const std::string& orientation) 
   if (orientation == "quaternion") return groups[3];
   if (orientation.starts_with("quat0")) return groups[4];
   if (orientation.starts_with("quat1")) return groups[5];
+  if (orientation == "matrix") return groups[6];
   return {};
 }
 
 std::optional<Eigen::Quaterniond> orientation_of(const std::string& orientation,
-                                                 const std::array<double, 4>& n) {
+                                                 const OrientationNumbers& n) {
+  if (orientation == "matrix") return rotation_of(n);
   if (orientation == "abc") return Eigen::Quaterniond(rotation_from_abc(n[0], n[1], n[2]));
   if (orientation.starts_with("rpy"))
     return Eigen::Quaterniond(rotation_from_abc(n[2], n[1], n[0]));

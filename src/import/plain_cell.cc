@@ -90,23 +90,36 @@ bool take(std::string_view text, size_t& at, std::string_view any_of) {
   return true;
 }
 
-std::optional<std::int64_t> take_date(std::string_view text, size_t& at) {
-  const auto year = take_digits(text, at, 4);
-  if (!year || !take(text, at, "-")) return std::nullopt;
-  const auto month = take_digits(text, at, 2);
-  if (!month || !take(text, at, "-")) return std::nullopt;
-  const auto day = take_digits(text, at, 2);
-  if (!day) return std::nullopt;
-  const std::chrono::year_month_day date{std::chrono::year(*year),
-                                         std::chrono::month(static_cast<unsigned>(*month)),
-                                         std::chrono::day(static_cast<unsigned>(*day))};
+// Two digits, or one before another sign.
+std::optional<int> take_one_or_two(std::string_view text, size_t& at) {
+  if (const auto two = take_digits(text, at, 2)) return two;
+  return take_digits(text, at, 1);
+}
+
+// Three numbers with the same sign between them, the year in four digits, at one of the ends.
+std::optional<std::int64_t> take_date(std::string_view text, size_t& at, DateOrder order) {
+  const auto leading_year = take_digits(text, at, 4);
+  const auto first = leading_year ? leading_year : take_one_or_two(text, at);
+  const char sign = at < text.size() ? text[at] : '\0';
+  if (!first || !take(text, at, "-./")) return std::nullopt;
+  const auto second = take_one_or_two(text, at);
+  if (!second || !take(text, at, std::string_view(&sign, 1))) return std::nullopt;
+  const auto third = leading_year ? take_one_or_two(text, at) : take_digits(text, at, 4);
+  if (!third) return std::nullopt;
+  const int year = leading_year ? *first : *third;
+  const bool day_first = !leading_year && (sign == '.' || order == DateOrder::day_first);
+  const int month = leading_year || day_first ? *second : *first;
+  const int day = leading_year ? *third : day_first ? *first : *second;
+  const std::chrono::year_month_day date{std::chrono::year(year),
+                                         std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
   if (!date.ok()) return std::nullopt;
   return std::chrono::sys_days(date).time_since_epoch().count();
 }
 
 // [s] within the day.
 std::optional<double> take_time_of_day(std::string_view text, size_t& at) {
-  const auto hour = take_digits(text, at, 2);
+  const auto hour = take_one_or_two(text, at);
   if (!hour || *hour > 23 || !take(text, at, ":")) return std::nullopt;
   const auto minute = take_digits(text, at, 2);
   if (!minute || *minute > 59 || !take(text, at, ":")) return std::nullopt;
@@ -171,14 +184,16 @@ DecimalEvidence decimal_evidence(std::string_view cell) {
                                                             : DecimalEvidence::ambiguous;
 }
 
-std::optional<PlainTime> plain_time(std::string_view cell) {
+std::optional<PlainTime> plain_time(std::string_view cell, DateOrder order) {
   const std::string_view text = trim_blanks(cell);
   PlainTime time;
   size_t at = 0;
-  if (const auto day = take_date(text, at)) {
+  if (const auto day = take_date(text, at, order)) {
     time.has_date = true;
     time.day = *day;
-    if (!take(text, at, "T ")) return std::nullopt;
+    if (!take(text, at, "T ,")) return std::nullopt;
+    while (take(text, at, " ")) {
+    }
   } else {
     at = 0;
   }
@@ -193,11 +208,17 @@ std::optional<PlainTime> plain_time(std::string_view cell) {
   return time;
 }
 
-std::optional<std::int64_t> plain_date(std::string_view cell) {
+std::optional<std::int64_t> plain_date(std::string_view cell, DateOrder order) {
   const std::string_view text = trim_blanks(cell);
   size_t at = 0;
-  const auto day = take_date(text, at);
+  const auto day = take_date(text, at, order);
   return at == text.size() ? day : std::nullopt;
+}
+
+std::optional<std::int64_t> day_of(std::string_view cell, DateOrder order) {
+  if (const auto day = plain_date(cell, order)) return day;
+  const auto time = plain_time(cell, order);
+  return time && time->has_date ? std::optional(time->day) : std::nullopt;
 }
 
 double seconds_between(const PlainTime& a, const PlainTime& b) {

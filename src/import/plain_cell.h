@@ -32,6 +32,9 @@ std::optional<PlainNumber> plain_number(std::string_view cell, char decimal_sign
 /// 1970. plain_number() refuses numbers so large.
 std::optional<double> plain_count(std::string_view cell);
 
+/// How dates with slashes are written: 3/5/2024 is the third of May or the fifth of March.
+enum class DateOrder { day_first, month_first };
+
 /// A date and time of ISO 8601 or a time of day.
 struct PlainTime {
   bool has_date = false, has_zone = false;
@@ -39,11 +42,13 @@ struct PlainTime {
   double seconds = 0;    ///< within the day
 };
 
-/// 2024-05-03T12:33:01.25, with blank for T, with Z or +02:00, or a time of day 12:33:01. Nothing
-/// for anything else, such as 03.05.2024, which may be read in two ways.
-std::optional<PlainTime> plain_time(std::string_view cell);
-/// 2024-05-03: the day since 1970-01-01.
-std::optional<std::int64_t> plain_date(std::string_view cell);
+/// 2024-05-03T12:33:01.25, with blank for T, with Z or +02:00, or a time of day 12:33:01. The date may
+/// also be 2024/5/3, 3.5.2024, whose points always follow the day, or one of `order`.
+std::optional<PlainTime> plain_time(std::string_view cell, DateOrder order = DateOrder::day_first);
+/// 2024-05-03 or another of these forms: the day since 1970-01-01.
+std::optional<std::int64_t> plain_date(std::string_view cell, DateOrder order = DateOrder::day_first);
+/// The day of a date, alone or before a time.
+std::optional<std::int64_t> day_of(std::string_view cell, DateOrder order);
 
 /// a - b [s], rounded to microseconds.
 double seconds_between(const PlainTime& a, const PlainTime& b);

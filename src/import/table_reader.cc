@@ -97,14 +97,17 @@ Eigen::Vector3d TableReader::position(int r) const {
 }
 
 Eigen::Quaterniond TableReader::orientation(int r) const {
-  std::array<double, 4> numbers{};
+  OrientationNumbers numbers{};
   const std::vector<std::string> quantities = orientation_quantities(mapping_.orientation);
   for (size_t k = 0; k < quantities.size(); ++k) numbers[k] = number(r, quantities[k]);
   const auto rotation = orientation_of(mapping_.orientation, numbers);
   if (!rotation)
     fail(r, quantities.front(),
-         "begins a quaternion whose length is not 1; are these its columns? Correct or remove the "
-         "row");
+         std::string(mapping_.orientation == "matrix"
+                         ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
+                           "right angles, or it mirrors"
+                         : "begins a quaternion whose length is not 1") +
+             "; are these its columns? Correct or remove the row");
   return *rotation;
 }
 
@@ -120,14 +123,14 @@ double TableReader::Clock::since(int r, const PlainTime& zero) const {
 }
 
 PlainTime TableReader::time(int r) const {
-  auto read = plain_time(cell(r, "t"));
+  auto read = plain_time(cell(r, "t"), mapping_.date_order);
   if (!read)
     fail(r, "t",
          "is no time such as 12:33:01.5 or 2024-05-03T12:33:01.5, as in the first row; write all "
          "times in one of these ways, or give seconds");
   if (!has("date")) return *read;
-  const auto day = plain_date(cell(r, "date"));
-  if (!day) fail(r, "date", "is no date such as 2024-05-03; write all dates in this way");
+  const auto day = plain_date(cell(r, "date"), mapping_.date_order);
+  if (!day) fail(r, "date", "is no date such as 2024-05-03, 3.5.2024 or 3/5/2024; write all dates in one way");
   if (read->has_date) fail(r, "t", "states a date beside the column of dates; --ignore one");
   read->has_date = true;
   read->day = *day;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "armtrue/calibration/identifiability.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
@@ -192,16 +193,14 @@ void read_instrument(YamlMap& document, Robot& robot) {
   robot.instrument = Eigen::Vector3d(place[0], place[1], place[2]) * kMillimetre;
 }
 
-// Whether it is all of the base or of the tool.
-bool is_pose(const Parameter& parameter) { return group_size(parameter) == kParametersPerPose; }
-
 // Which parameters are identified; the chain is known.
 void read_identify(YamlMap& document, Robot& robot) {
   if (document.has("identify")) robot.identify = document.texts("identify");
   check_count(document, "identify", robot.identify.size());
   for (const std::string& name : robot.identify)
-    if (name != "auto" && name != "paper-25" && !is_pose(Parameter(name)))
-      constant_parameter(document, "identify", name, robot.chain);
+    if (find_parameter(robot.chain, name)) constant_parameter(document, "identify", name, robot.chain);
+  if (const std::string why = why_not_identified(robot.chain, robot.identify); !why.empty())
+    document.fail("identify", why);
   if (document.has("identify_per_session"))
     robot.identify_per_session = document.texts("identify_per_session");
   check_count(document, "identify_per_session", robot.identify_per_session.size());

@@ -308,6 +308,66 @@ std::string ambiguous_parameter(const KinematicChain& chain) {
   return "";
 }
 
+std::optional<double> parameter_value(const KinematicChain& chain, int index) {
+  const Parameter parameter = parameter_of(chain, index);
+  const auto component = static_cast<size_t>(parameter.component);
+  const auto named = [&](const auto& all) -> const auto& {
+    return *std::ranges::find_if(all, [&](const auto& one) { return one.name == parameter.of; });
+  };
+  const auto of_pose = [&](const Pose& pose) {
+    return component < 3 ? std::optional(pose.translation[parameter.component]) : std::nullopt;
+  };
+  switch (parameter.owner) {
+    case Owner::base:
+      return of_pose(chain.base);
+    case Owner::tool:
+      return of_pose(chain.tool);
+    case Owner::link: {
+      const Link& link = named(chain.links);
+      return std::array{link.alpha, link.d, link.theta, link.r, link.beta}[component];
+    }
+    case Owner::target:
+      return named(chain.targets).position[parameter.component];
+    case Owner::anchor: {
+      const Anchor& anchor = named(chain.anchors);
+      return component < 3 ? anchor.position[parameter.component] : anchor.zero;
+    }
+    case Owner::contact: {
+      const Contact& contact = named(chain.contacts);
+      if (!contact.is_placed) return std::nullopt;
+      if (component == kParametersPerPose) return contact.radius;
+      return contact.place.rotation.isIdentity(0) ? of_pose(contact.place) : std::nullopt;
+    }
+    case Owner::instrument:
+    case Owner::several:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> parameter_change(const KinematicChain& before, const KinematicChain& after,
+                                       int index) {
+  const Parameter parameter = parameter_of(before, index);
+  const int k = parameter.component;
+  if (parameter.owner == Owner::contact && k < kParametersPerPose) {
+    const auto named = [&](const KinematicChain& chain) -> const Contact& {
+      return *std::ranges::find(chain.contacts, parameter.of, &Contact::name);
+    };
+    const Contact &from = named(before), &to = named(after);
+    if (!from.is_placed || !to.is_placed) return std::nullopt;
+    const Eigen::Matrix3d own = from.place.rotation.transpose();
+    return k < 3 ? (own * (to.place.translation - from.place.translation))[k]
+                 : rotation_log(own * to.place.rotation)[k - 3];
+  }
+  if ((parameter.owner == Owner::base || parameter.owner == Owner::tool) && k >= 3) {
+    const bool of_base = parameter.owner == Owner::base;
+    const Pose &from = of_base ? before.base : before.tool, &to = of_base ? after.base : after.tool;
+    return rotation_log(to.rotation * from.rotation.transpose())[k - 3];
+  }
+  const auto from = parameter_value(before, index), to = parameter_value(after, index);
+  return from && to ? std::optional(*to - *from) : std::nullopt;
+}
+
 void move_parameter(KinematicChain& chain, int index, double delta) {
   if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
   if (index < kFirstLinkParameter) return move_pose(chain.base, index, delta);

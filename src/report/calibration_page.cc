@@ -4,9 +4,11 @@
 
 #include <algorithm>
 
+#include "armtrue/calibration/identified_values.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "report/evaluation_parts.h"
+#include "report/parameters_table.h"
 #include "report/readings_left_out.h"
 
 namespace armtrue {
@@ -14,34 +16,6 @@ namespace {
 
 std::string mean_mm(const Evaluation& evaluation, const std::string& key) {
   return keyed_mm(summarize(evaluation.reading_errors()).mean, key + "position_mm/mean") + " mm";
-}
-
-// In which files state standard deviations.
-DisplayUnit file_unit_of(const KinematicChain& chain, int parameter) {
-  const ParameterUnit unit = parameter_unit(chain, parameter);
-  return unit == ParameterUnit::radian ? DisplayUnit{kDegree, "deg"} : display_unit(unit);
-}
-
-// Standard deviation, and how much of it the readings say, for each identified parameter.
-std::string parameters_table(const CalibrationResult& result) {
-  std::vector<TableRow> rows;
-  const KinematicChain& chain = result.robot.chain;
-  for (size_t k = 0; k < result.set.kept.size(); ++k) {
-    const int parameter = result.set.kept[k];
-    const std::string name = parameter_name(chain, parameter);
-    const DisplayUnit unit = file_unit_of(chain, parameter);
-    const auto std = result.robot.std.find(name);
-    const auto unknown = static_cast<Eigen::Index>(k);
-    const bool has_prior = result.prior_weight[unknown] != 0;
-    rows.push_back(
-        {escaped(name),
-         std == result.robot.std.end() ? "-" : keyed(std->second / unit.si, "std/" + name),
-         unit.name,
-         has_prior ? keyed(fmt::format("{:.2f}", result.share_of_readings[unknown]),
-                           "calibration/share_of_readings/" + name)
-                   : "1"});
-  }
-  return table({"parameter", "standard deviation", "unit", "share of the readings"}, rows);
 }
 
 void add_calibration_verdict(Page& page, const CalibrationResult& result, const Campaign& campaign,
@@ -105,8 +79,9 @@ void add_not_shown(Page& page, const CalibrationResult& result) {
 
 }  // namespace
 
-Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
-                        const CalibrationStory& story, const PageHead& head) {
+Report calibration_page(const CalibrationResult& result, const Robot& nominal,
+                        const Campaign& campaign, const CalibrationStory& story,
+                        const PageHead& head) {
   std::vector<Judged> models;
   std::vector<TabledModel> tabled;
   if (story.nominal)
@@ -130,9 +105,12 @@ Report calibration_page(const CalibrationResult& result, const Campaign& campaig
   add_not_shown(page, result);
   page.section("Parameters");
   page.add(
-      paragraph("How well each identified parameter is known, and how much of it the readings "
-                "say: 1 is all, below a half it stands near its nominal value."));
-  page.add(folded(fmt::format("{} parameters", result.set.kept.size()), parameters_table(result)));
+      paragraph("The identified parameters, before and after, how well each is known, and how much "
+                "of it the readings say: 1 is all, below a half it stands near its nominal value. "
+                "Turns of base and tool have no number of their own; their change is a rotation "
+                "vector."));
+  page.add(folded(fmt::format("{} parameters", result.set.kept.size()),
+                  parameters_table(nominal, result, static_cast<int>(campaign.pose_ids.size()), "")));
   page.add(folded("Errors in numbers", errors_table(tabled, campaign)));
   page.add(folded(
       "The fit",
@@ -181,7 +159,7 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
   std::vector<TableRow> rows;
   for (const auto& [name, std] : file.std)
     if (const auto parameter = find_parameter(file.chain, name)) {
-      const DisplayUnit unit = file_unit_of(file.chain, *parameter);
+      const DisplayUnit unit = unit_in_files(file.chain, *parameter);
       rows.push_back({escaped(name), keyed(std / unit.si, "robot:std/" + name), unit.name});
     }
   if (!rows.empty())

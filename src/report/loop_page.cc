@@ -9,6 +9,7 @@
 #include "armtrue/text/number_text.h"
 #include "armtrue/tracing/description.h"
 #include "report/evaluation_parts.h"
+#include "report/parameters_table.h"
 #include "report/readings_left_out.h"
 
 namespace armtrue {
@@ -306,10 +307,26 @@ void add_rest(Page& page, const LoopResult& result, const Judging& by) {
   page.add(folded("Stages of the model", html));
 }
 
+// Of the robot file, if one is written: it is fitted to all poses.
+void add_parameters(Page& page, const LoopResult& result, const std::optional<FitToAll>& to_all,
+                    const Robot& nominal, const Campaign& training) {
+  const CalibrationResult& fit = to_all ? to_all->fit : result_of(result);
+  const auto poses = (to_all ? to_all->sound : training).pose_ids.size();
+  page.add(folded(
+      fmt::format("{} parameters", fit.set.kept.size()),
+      paragraph(fmt::format("Fitted to {} {}poses, beside the effects. A share of 1: the readings "
+                            "say all; below a half the parameter stands near its nominal value. "
+                            "Turns of base and tool have no number of their own; their change is "
+                            "a rotation vector.",
+                            poses, to_all ? "" : "training ")) +
+          parameters_table(nominal, fit, static_cast<int>(poses), "robot:")));
+}
+
 }  // namespace
 
-Report loop_page(const LoopResult& result, const Robot& nominal, const Campaign& training,
-                 const Campaign& held_out, const std::string& next_poses, const PageHead& head) {
+Report loop_page(const LoopResult& result, const std::optional<FitToAll>& to_all,
+                 const Robot& nominal, const Campaign& training, const Campaign& held_out,
+                 const std::string& next_poses, const PageHead& head) {
   const Campaign sound = without_gross(training, result.gross_poses);
   const Judging by = judging(result, sound, held_out);
   const std::vector<Judged> models = models_of(result, nominal, sound, by.campaign);
@@ -323,6 +340,7 @@ Report loop_page(const LoopResult& result, const Robot& nominal, const Campaign&
   add_error_pictures(page, models, by.campaign, {}, by.words);
   add_readings_left_out(page, result.gross_poses, result.excluded_rows, "data/");
   add_rest(page, result, by);
+  add_parameters(page, result, to_all, nominal, sound);
   return page.finish();
 }
 

@@ -47,6 +47,56 @@ std::vector<std::string> names_of(const Robot& robot, const std::vector<int>& pa
   return names;
 }
 
+std::vector<std::string> allowed(const Robot& robot, const std::vector<std::string>& identify) {
+  Robot listed = robot;
+  listed.identify = identify;
+  std::vector<std::string> names = names_of(robot, allowed_parameters(listed, poses(robot, true, 3)));
+  std::ranges::sort(names);
+  return names;
+}
+
+TEST(Identifiability, PatternsStandForNamesAndMinusTakesAway) {
+  const Robot robot = kr360();
+  const auto all = allowed(robot, {"auto"});
+  EXPECT_EQ(allowed(robot, {"*"}), all);
+  EXPECT_EQ(allowed(robot, {"A?.d"}), allowed(robot, {"A1.d", "A2.d", "A3.d", "A4.d", "A5.d", "A6.d"}));
+  EXPECT_EQ(allowed(robot, {"base*"}), allowed(robot, {"base"}));
+  EXPECT_EQ(allowed(robot, {"tool.r?"}), allowed(robot, {"tool", "-tool.?"}));
+  EXPECT_EQ(allowed(robot, {"auto", "-*"  , "A3.r"}), allowed(robot, {"A3.r"}));
+  EXPECT_EQ(allowed(robot, {"A3.r", "-A3.r", "A3.r"}), allowed(robot, {"A3.r"}));
+  EXPECT_EQ(allowed(robot, {"auto", "-base", "-tool"}).size(), all.size() - 12);
+  EXPECT_THAT(allowed(robot, {"auto", "-A3.d"}), Not(Contains("A3.d")));
+  EXPECT_EQ(allowed(robot, {"auto", "-A3.d"}).size(), all.size() - 1);
+}
+
+TEST(Identifiability, WhatWouldImitateAHeldParameterIsHeldToo) {
+  Robot robot = kr360();
+  const Campaign campaign = poses(robot, true);
+  std::vector<int> expected = choose_identifiable(robot, campaign).kept;
+  for (const char* name : {"A5.theta", "tool.x", "tool.y", "tool.z", "tool.rx", "tool.ry", "tool.rz"})
+    ASSERT_EQ(std::erase(expected, *find_parameter(robot.chain, name)), 1u) << name;
+  robot.identify = {"auto", "-A5.theta", "-tool"};
+  const IdentifiableSet set = choose_identifiable(robot, campaign);
+  EXPECT_EQ(set.kept, expected);  // neither A5.beta nor the last link in their place
+  EXPECT_TRUE(set_up_not_shown(robot.chain, set).empty());
+}
+
+TEST(Identifiability, AWrongEntrySaysWhatIsNear) {
+  const KinematicChain chain = kr360().chain;
+  const auto why = [&](const std::vector<std::string>& identify) {
+    return why_not_identified(chain, identify);
+  };
+  EXPECT_EQ(why({"auto", "-*.theta", "A3.theta", "paper-25"}), "");
+  EXPECT_THAT(why({"A3.thet"}), testing::HasSubstr("did you mean A3.theta?"));
+  EXPECT_THAT(why({"*.thet"}), testing::HasSubstr("did you mean A1.theta, A2.theta"));
+  EXPECT_THAT(why({"-A3.d", "auto"}), testing::HasSubstr("takes away from nothing"));
+  EXPECT_THAT(why({"auto", "-A33.d"}), testing::HasSubstr("did you mean A3.d?"));
+  EXPECT_THAT(why({"xyz.abc"}), Not(testing::HasSubstr("did you mean")));
+  EXPECT_TRUE(identifies_all({"base", "auto"}));
+  EXPECT_FALSE(identifies_all({"auto", "-A3.d"}));
+  EXPECT_FALSE(identifies_all({"*.d"}));
+}
+
 TEST(Identifiability, RanksOfTheSeedPaper) {
   Robot robot = kr360();
   EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(),

@@ -1,10 +1,11 @@
 """Compares a page with the product of the same run, and looks whether the page is whole.
 
     check_page.py PAGE PRODUCT LEAST [--bars PICTURE_ROW CSV COLUMN [SPLIT]] [--mean KEY CSV COLUMN] [--pictures N]
-                  [--robot ROBOT]
+                  [--robot ROBOT] [--parameters CSV]
 
 Every element with data-key must hold what the product has at that path: the same text, or a number that the product's
-rounds to. At least LEAST elements must. A number with a decimal point that stands outside such elements, pictures and
+rounds to; a key that begins with parameters: is a row and a column of the table CSV, and is looked at with --parameters
+only. At least LEAST elements must. A number with a decimal point that stands outside such elements, pictures and
 captions is an error. --bars: the bars of this row of the histogram, from the bottom on (1 is the lowest), count the
 rows of the CSV file. --mean: the value at KEY is the mean of that column.
 """
@@ -212,12 +213,21 @@ def check_bars(page, row, errors):
     return wrong
 
 
-def check(page, product, least, robot=None):
+def value_at(key, product, robot, parameters):
+    if key.startswith("parameters:"):
+        row, _, name = key[len("parameters:"):].rpartition("/")
+        return parameters[row][name]
+    return at(robot, key[6:]) if key.startswith("robot:") else at(product, key)
+
+
+def check(page, product, least, robot=None, parameters=None):
     wrong = list(page.wrong)
     seen = 0
     for key, shown, unit in page.keyed:
+        if (key.startswith("parameters:") and parameters is None) or (key.startswith("robot:") and robot is None):
+            continue
         try:
-            value = at(robot, key[6:]) if key.startswith("robot:") else at(product, key)
+            value = value_at(key, product, robot, parameters)
         except (KeyError, IndexError, TypeError, ValueError):
             wrong.append(f"the product has no {key}")
             continue
@@ -242,10 +252,12 @@ def main():
     options.add_argument("--mean", nargs=3, action="append", default=[])
     options.add_argument("--pictures", type=int, default=1)
     options.add_argument("--robot", help="the robot file of keys that begin with robot:")
+    options.add_argument("--parameters", help="the table of keys that begin with parameters:")
     given = options.parse_args()
+    parameters = given.parameters and {row["parameter"]: row for row in csv.DictReader(open(given.parameters))}
     text = pathlib.Path(given.page).read_text()
     page, product = Page(text), read_yaml(given.product)
-    wrong = check(page, product, given.least, given.robot and read_yaml(given.robot))
+    wrong = check(page, product, given.least, given.robot and read_yaml(given.robot), parameters)
     if len(text.encode()) > MOST_BYTES:
         wrong.append(f"{len(text)} characters are too large a page")
     if len(page.pictures) != given.pictures:
@@ -273,6 +285,10 @@ def self_test():
                 good + '<img src="http://x">', good + "<svg></svg>"):
         assert check(Page(bad), product, 2), bad
     assert check(Page(good), product, 3)
+    of_table = '<p><span data-key="parameters:A2.d/change">0.12</span></p>'
+    assert not check(Page(of_table), product, 1, parameters={"A2.d": {"change": "0.1234"}})
+    assert check(Page(of_table), product, 1, parameters={"A2.d": {"change": "0.1334"}})
+    assert check(Page(of_table), product, 1, parameters={})
 
 
 if __name__ == "__main__":

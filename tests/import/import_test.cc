@@ -86,10 +86,24 @@ TEST(ImportCell, TimesAreIso) {
                             *plain_time("2024-05-03T10:00:00Z")),
             0);
   EXPECT_EQ(plain_time("12:30:01.5")->seconds, 45001.5);
-  for (const char* text : {"03.05.2024 12:00:00", "05/03/2024 12:00:00", "2023-02-29T00:00:00",
-                           "12:30", "24:00:00", "12:60:00", "12:00:60", "12:00:00 PM", "12.5",
-                           "2024-05-03T12:00:00+2", "12:00:00Z", "2024-5-3T12:00:00"})
+  for (const char* text : {"2023-02-29T00:00:00", "12:30", "24:00:00", "12:60:00", "12:00:60",
+                           "12:00:00 PM", "12.5", "2024-05-03T12:00:00+2", "12:00:00Z",
+                           "03.05.24 12:00:00", "30.2.2024 12:00:00", "3.5/2024 12:00:00",
+                           "2024-13-01 12:00:00"})
     EXPECT_FALSE(plain_time(text)) << text;
+}
+
+TEST(ImportCell, DatesHaveTheDayFirstBehindPointsAndInTheStatedOrderBehindSlashes) {
+  const auto day = plain_date("2024-05-03");
+  ASSERT_TRUE(day);
+  for (const char* text : {"3.5.2024", "03.05.2024", "2024/05/03", "2024.5.3"})
+    for (const DateOrder order : {DateOrder::day_first, DateOrder::month_first})
+      EXPECT_EQ(plain_date(text, order), day) << text;
+  EXPECT_EQ(plain_date("3/5/2024", DateOrder::day_first), day);
+  EXPECT_EQ(plain_date("05-03-2024", DateOrder::month_first), day);
+  EXPECT_FALSE(plain_date("13/5/2024", DateOrder::month_first));
+  EXPECT_EQ(day_of("3.5.2024, 9:00:00", DateOrder::month_first), day);
+  EXPECT_FALSE(day_of("9:00:00", DateOrder::day_first));
 }
 
 TEST(ImportCell, AUnitIsFoundInTheUsualWritings) {

@@ -203,6 +203,17 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
 /// `1.x`; empty if every text means one.
 std::string ambiguous_parameter(const KinematicChain& chain);
 
+/// The value of a parameter [m or rad]. Nothing of what changes and has no number of its own: a
+/// rotation of base, tool or contact, a coordinate of a contact that is turned or has no place, and
+/// what belongs to the instrument.
+std::optional<double> parameter_value(const KinematicChain& chain, int index);
+
+/// By how much a parameter of one chain has to move to be that of another chain of the same kind, as
+/// move_parameter() moves it [m or rad]; rotations move together. Nothing where a contact has no
+/// place, and of the instrument.
+std::optional<double> parameter_change(const KinematicChain& before, const KinematicChain& after,
+                                       int index);
+
 /// Adds `delta` (m or rad) to one parameter. A parameter of the instrument is no property of the
 /// chain, which then stays as it is.
 void move_parameter(KinematicChain& chain, int index, double delta);

@@ -21,9 +21,11 @@ struct CalibrationStory {
 
 /// The page of a calibration: errors before and after, along the campaign and in the workspace,
 /// what to measure next, parameters with their standard deviations and shares of the readings,
-/// readings left out. The keys are those of armtrue-robot/1.
-Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
-                        const CalibrationStory& story, const PageHead& head);
+/// readings left out. `nominal`: the robot before the calibration. The keys are those of
+/// armtrue-robot/1.
+Report calibration_page(const CalibrationResult& result, const Robot& nominal,
+                        const Campaign& campaign, const CalibrationStory& story,
+                        const PageHead& head);
 
 /// Whether the bounds that a robot file promises hold for the readings, see broken_bounds().
 enum class Bounds { held_or_unknown, broken };

@@ -30,7 +30,10 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string what)
 
 void YamlMap::fail(const std::string& key, const std::string& why) const {
   const auto found = values_.find(key);
-  const int line = (found == values_.end() ? node_ : found->second).Mark().line;
+  int line = (found == values_.end() ? node_ : found->second).Mark().line;
+  if (found != values_.end() && found->second.IsNull())  // an empty value stands where the next begins
+    for (const auto& entry : node_)
+      if (entry.first.Scalar() == key) line = entry.first.Mark().line;
   throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + key + "' of " + what_ +
                    ": " + why);
 }
@@ -56,6 +59,7 @@ YAML::Node YamlMap::need(const std::string& key) {
 }
 
 double YamlMap::number_of(const YAML::Node& node, const std::string& key) const {
+  if (node.IsNull()) fail(key, "is empty; fill in a number");
   if (!node.IsScalar()) fail(key, "must be a number");
   const std::string& text = node.Scalar();
   const std::optional<double> read = read_number(text);
@@ -73,6 +77,7 @@ double YamlMap::number(const std::string& key, double otherwise) {
 
 std::string YamlMap::text(const std::string& key) {
   const YAML::Node node = need(key);
+  if (node.IsNull()) fail(key, "is empty; fill in a text");
   if (!node.IsScalar()) fail(key, "must be a text");
   return node.Scalar();
 }

@@ -61,9 +61,8 @@ ParameterUnit unit_moved(const Effect& effect, size_t coefficient, const Kinemat
   return unit_of_parameter(chain, effect.parameter);
 }
 
-// "rad/(N m)", "m/K", "1".
-std::string coefficient_unit(const Effect& effect, ParameterUnit moved,
-                             const KinematicChain& chain) {
+std::string unit_of_coefficient(const Effect& effect, ParameterUnit moved,
+                                const KinematicChain& chain) {
   std::string driver;
   const Driver& of = effect.driver;
   if (effect.shape.kind == ShapeKind::linear) driver = unit_of(chain, of.kind, of.joint, moved);
@@ -76,6 +75,11 @@ std::string coefficient_unit(const Effect& effect, ParameterUnit moved,
 }
 
 }  // namespace
+
+std::string coefficient_unit(const Effect& effect, size_t coefficient,
+                             const KinematicChain& chain) {
+  return unit_of_coefficient(effect, unit_moved(effect, coefficient, chain), chain);
+}
 
 std::string si_unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain) {
   return si_name(unit_moved(effect, coefficient, chain));
@@ -209,7 +213,7 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
       for (double bound : c.ci95) interval.push_back(number_in_form("{:.5g}", bound));
       coefficient["ci95"] = flow(interval);
     }
-    coefficient["unit"] = coefficient_unit(effect, unit_moved(effect, k, chain), chain);
+    coefficient["unit"] = coefficient_unit(effect, k, chain);
     node["coefficients"].push_back(flow(coefficient));
   }
   if (effect.family) {

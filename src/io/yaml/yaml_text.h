@@ -69,6 +69,8 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain);
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain);
 /// SI unit of the parameter that a coefficient moves: m, rad or 1.
 std::string si_unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain);
+/// The unit of a coefficient, such as "rad/(N m)", "m/K" or "1".
+std::string coefficient_unit(const Effect& effect, size_t coefficient, const KinematicChain& chain);
 /// The base and the zero offsets of each session of a robot.
 YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);

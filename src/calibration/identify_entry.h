@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// An entry of `identify`: `auto`, `paper-25`, `base`, `tool`, a name such as `A2.d`, or a pattern of
+/// names, in which * stands for any characters and ? for one; with a - before it, what the entries
+/// before have named and this one takes away.
+struct IdentifyEntry {
+  bool takes_away = false;
+  std::string name;
+
+  explicit IdentifyEntry(std::string_view text);
+};
+
+/// Whether a name is a pattern, and no name of a parameter that has such characters.
+bool is_pattern(const KinematicChain& chain, const std::string& name);
+
+/// Whether all of a text is as the pattern says.
+bool matches(std::string_view pattern, std::string_view text);
+
+}  // namespace armtrue

@@ -1,0 +1,40 @@
+#include "report/parameters_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "armtrue/calibration/identified_values.h"
+#include "report/page.h"
+
+namespace armtrue {
+namespace {
+
+// A tenth of a um and 2 urad: beyond what is measured.
+std::string cell(const std::optional<double>& si, const IdentifiedValue& row, const char* column) {
+  constexpr double kNothing = 5e-5;  // half the last digit
+  if (!si) return "-";
+  const double shown = *si / row.unit.si;
+  return keyed(std::abs(shown) < kNothing ? "0.0000" : fmt::format("{:.4f}", shown),
+               "parameters:" + row.name + "/" + column);
+}
+
+}  // namespace
+
+std::string parameters_table(const Robot& nominal, const CalibrationResult& result, int poses,
+                             const std::string& robot_key) {
+  std::vector<TableRow> rows;
+  for (const IdentifiedValue& row : identified_values(nominal, result, poses))
+    rows.push_back({escaped(row.name), row.unit.name, cell(row.nominal, row, "nominal"),
+                    cell(row.value, row, "value"), cell(row.change, row, "change"),
+                    row.std ? keyed(*row.std / row.unit.si, robot_key + "std/" + row.name) : "-",
+                    row.share_of_readings
+                        ? keyed(fmt::format("{:.2f}", *row.share_of_readings),
+                                robot_key + "calibration/share_of_readings/" + row.name)
+                        : "1"});
+  return table({"parameter", "unit", "nominal", "new", "change", "standard deviation",
+                "share of the readings"},
+               rows);
+}
+
+}  // namespace armtrue
