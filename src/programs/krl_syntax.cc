@@ -456,18 +456,18 @@ class KrlParser {
     return {-1, named.name};
   }
 
-  // What a product of frames comes to, if all of them are constants with six numbers each. The
-  // result is a frame: it states no S and T (KSS 8.x, geometric operator). A point with S and T
-  // behind the first factor would give them.
-  void resolve(const Product& product) {
+  void resolve(const Product& product, const KrlVariables& variables) {
     KrlMove& move = syntax_.moves[product.move];
     KrlTarget& target = product.auxiliary ? move.auxiliary : move.target;
     target.kind = KrlTargetKind::expression;
-    const std::optional<Pose> pose = pose_of(product);
-    const auto start = declarations_.find(product.factors.front().name);
-    if (start != declarations_.end()) {
+    std::vector<std::optional<KrlValue>> factors;
+    for (const Factor& factor : product.factors)
+      factors.push_back(value_of(factor, variables, move.begin));
+    const std::optional<Pose> pose = KrlVariables::product_of(factors);
+    const std::string& first = product.factors.front().name;
+    if (const auto start = declarations_.find(first); start != declarations_.end()) {
       start->second.shared |= !pose;
-      target.starts_from = start->second.frame;
+      if (syntax_.frame_names.contains(first)) target.starts_from = start->second.frame;
     }
     if (!pose) return;
     KrlFrame result;
@@ -481,25 +481,16 @@ class KrlParser {
     target.is_expression = true;
   }
 
-  std::optional<Pose> pose_of(const Product& product) const {
-    Pose pose;
-    for (const Factor& factor : product.factors) {
-      int index = factor.frame;
-      if (!factor.name.empty()) {
-        const auto found = syntax_.frame_names.find(factor.name);
-        if (found == syntax_.frame_names.end()) return std::nullopt;
-        index = found->second;
-      }
-      if (index < 0) return std::nullopt;
-      const KrlFrame& frame = syntax_.frames[static_cast<size_t>(index)];
-      const KrlValues& v = frame.values;
-      const bool is_first = &factor == &product.factors.front();
-      if (!v.head<6>().array().isFinite().all()) return std::nullopt;
-      if (!is_first && (frame.status || frame.turn || v.tail<6>().array().isFinite().any()))
-        return std::nullopt;
-      pose = pose * Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
+  std::optional<KrlValue> value_of(const Factor& factor, const KrlVariables& variables,
+                                   size_t place) const {
+    int index = factor.frame;
+    if (!factor.name.empty()) {
+      const auto found = syntax_.frame_names.find(factor.name);
+      if (found == syntax_.frame_names.end()) return variables.value_at(factor.name, place);
+      index = found->second;
     }
-    return pose;
+    if (index < 0) return std::nullopt;
+    return KrlValue{std::nullopt, syntax_.frames[static_cast<size_t>(index)], false};
   }
 
   // Drops the named targets of the current move: they were parts of an expression.
@@ -573,8 +564,8 @@ class KrlParser {
           !is_set_by_others)
         syntax_.frame_names[name] = declaration.frame;
     }
-    for (const Product& product : products_) resolve(product);
     const KrlVariables variables = follow_variables();
+    for (const Product& product : products_) resolve(product, variables);
     for (const NamedTarget& named : named_) {
       KrlMove& move = syntax_.moves[named.move];
       KrlTarget& target = named.auxiliary ? move.auxiliary : move.target;

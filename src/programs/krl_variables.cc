@@ -6,8 +6,6 @@
 namespace armtrue {
 namespace {
 
-bool is_equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
-
 // Of A1 to A6; -1 of anything else.
 int axis_of(const std::string& name) {
   return name.size() == 2 && name[0] == 'A' && name[1] >= '1' && name[1] <= '6' ? name[1] - '1'
@@ -22,15 +20,6 @@ bool is_whole(const KrlValue& value) {
 
 }  // namespace
 
-bool KrlValue::operator==(const KrlValue& other) const {
-  for (int k = 0; k < kKrlComponents; ++k)
-    if (!is_equal(point.values[k], other.point.values[k])) return false;
-  for (size_t k = 0; k < point.axes.size(); ++k)
-    if (!is_equal(point.axes[k], other.point.axes[k])) return false;
-  return number == other.number && is_axes == other.is_axes &&
-         point.status == other.point.status && point.turn == other.point.turn;
-}
-
 // From what is certain only certain values follow, so each round may be the last. A round finds the
 // values that depend on those of the round before.
 void KrlVariables::follow() {
@@ -40,6 +29,7 @@ void KrlVariables::follow() {
     is_changed = false;
     for (auto& [name, variable] : variables_) is_changed |= follow(name, variable);
   }
+  for (auto& [name, variable] : variables_) note_what_is_stated(variable);
 }
 
 bool KrlVariables::follow(const std::string& name, Variable& variable) {
@@ -66,23 +56,39 @@ std::optional<KrlValue> KrlVariables::value_at(const std::string& name, size_t p
   return values_[static_cast<size_t>(value)];
 }
 
+void KrlVariables::note_what_is_stated(Variable& variable) const {
+  const auto note = [&](const KrlFrame& point) {
+    variable.states_turn |= point.status || point.turn;
+    for (size_t i = 0; i < variable.states_external.size(); ++i)
+      variable.states_external[i] |= std::isfinite(point.values[static_cast<int>(i) + 6]);
+  };
+  note(variable.declared);
+  for (const int number : variable.set)
+    if (number == ProgramFlow::kUncertain)
+      variable.is_anything = true;
+    else
+      note(values_[static_cast<size_t>(number)].point);
+}
+
 bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,
                                  bool with_turn) const {
-  const auto variable = variables_.find(name);
-  if (variable == variables_.end()) return false;
+  const auto found = variables_.find(name);
+  if (found == variables_.end()) return false;
+  const std::string& type = types_.at(name);
+  if (type == "FRAME") return false;
+  const Variable& variable = found->second;
   const KrlFrame& point = value.point;
-  const bool lacks_turn = with_turn && !value.is_axes && (!point.status || !point.turn);
-  const auto states_more = [&](const KrlFrame& other) {
-    const auto lacks = point.values.tail<6>().array().isNaN();
-    return (lacks_turn && (other.status || other.turn)) ||
-           (lacks && other.values.tail<6>().array().isFinite()).any();
-  };
-  return states_more(variable->second.declared) ||
-         std::ranges::any_of(variable->second.set, [&](int number) {
-           if (number != ProgramFlow::kUncertain)
-             return states_more(values_[static_cast<size_t>(number)].point);
-           return lacks_turn || point.values.tail<6>().array().isNaN().all();
-         });
+  if (with_turn && !value.is_axes && (!point.status || !point.turn) &&
+      (variable.states_turn || variable.is_anything))
+    return true;
+  if (type == "POS") return false;
+  bool states_any = false;
+  for (size_t i = 0; i < variable.states_external.size(); ++i) {
+    const bool states_this = std::isfinite(point.values[static_cast<int>(i) + 6]);
+    if (variable.states_external[i] && !states_this) return true;
+    states_any |= states_this;
+  }
+  return variable.is_anything && !states_any;
 }
 
 // NAME={..}, NAME=OTHER, NAME.X=.., NAME=.. of a number.
@@ -106,18 +112,53 @@ std::optional<KrlValue> KrlVariables::set_by(const std::string& name,
     const std::optional<KrlValue> value = value_at(name, before);
     return value ? with_component(*value, component, *number) : std::nullopt;
   }
-  if (cursor.next() == '{') {
-    const KrlAggregate aggregate = take_krl_aggregate(cursor);
-    const KrlValue value{std::nullopt, aggregate.frame, aggregate.kind == KrlAggregateKind::axes};
-    const bool is_point = aggregate.kind != KrlAggregateKind::other && cursor.done();
-    return is_point && is_whole(value) ? std::optional(value) : std::nullopt;
+  const std::optional<KrlValue> value = point(cursor, type, before);
+  return cursor.done() ? value : std::nullopt;
+}
+
+// {..}, a name of the same type, or for a FRAME a product of them.
+std::optional<KrlValue> KrlVariables::point(TextCursor& cursor, const std::string& type,
+                                            size_t place) const {
+  std::vector<std::optional<KrlValue>> factors;
+  bool is_of_type = true;
+  do {
+    std::optional<KrlValue> value;
+    if (cursor.next() == '{') {
+      const KrlAggregate aggregate = take_krl_aggregate(cursor);
+      if (aggregate.kind == KrlAggregateKind::other) return std::nullopt;
+      value = {std::nullopt, aggregate.frame, aggregate.kind == KrlAggregateKind::axes};
+    } else if (const std::string name = cursor.take_name(); name == "$NULLFRAME") {
+      value.emplace().point.values.head<6>().setZero();
+      is_of_type = type == "FRAME";
+    } else {
+      value = value_at(name, place);
+      const auto of_name = types_.find(name);
+      is_of_type = of_name != types_.end() && of_name->second == type;
+    }
+    if (!value || value->number || !is_whole(*value)) return std::nullopt;
+    factors.push_back(value);
+  } while (cursor.take(':'));
+  if (factors.size() == 1) return is_of_type ? factors[0] : std::nullopt;
+  const std::optional<Pose> pose = product_of(factors);
+  if (!pose || type != "FRAME") return std::nullopt;
+  KrlValue result;
+  result.point.values.head<3>() = pose->translation;
+  result.point.values.segment<3>(3) = abc_from_rotation(pose->rotation);
+  return result;
+}
+
+std::optional<Pose> KrlVariables::product_of(const std::vector<std::optional<KrlValue>>& factors) {
+  Pose pose;
+  for (const std::optional<KrlValue>& factor : factors) {
+    if (!factor || factor->number || factor->is_axes || !is_whole(*factor)) return std::nullopt;
+    const KrlValues& v = factor->point.values;
+    const bool is_first = &factor == &factors.front();
+    if (!is_first &&
+        (factor->point.status || factor->point.turn || v.tail<6>().array().isFinite().any()))
+      return std::nullopt;
+    pose = pose * Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
   }
-  const std::string other = cursor.take_name();
-  if (other.empty() || !cursor.done()) return std::nullopt;
-  const auto type_of_other = types_.find(other);
-  if (type_of_other == types_.end() || type_of_other->second != type) return std::nullopt;
-  const std::optional<KrlValue> value = value_at(other, before);
-  return value && is_whole(*value) ? value : std::nullopt;
+  return pose;
 }
 
 std::optional<KrlValue> KrlVariables::with_component(KrlValue value, const std::string& component,
@@ -178,12 +219,18 @@ std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) con
 }
 
 int KrlVariables::number_of(const KrlValue& value) {
-  const auto found = std::ranges::find(values_, value);
-  if (found == values_.end()) {
-    values_.push_back(value);
-    return static_cast<int>(values_.size()) - 1;
-  }
-  return static_cast<int>(found - values_.begin());
+  constexpr double kNone = -1e300;  // no number of a program
+  const KrlFrame& point = value.point;
+  std::vector<double> key{value.number.value_or(kNone), value.is_axes ? 1.0 : 0.0,
+                          point.status ? *point.status : kNone, point.turn ? *point.turn : kNone};
+  key.insert(key.end(), point.values.begin(), point.values.end());
+  key.insert(key.end(), point.axes.begin(), point.axes.end());
+  for (double& number : key)
+    if (std::isnan(number)) number = kNone;
+  const auto [known, is_new] =
+      numbers_.try_emplace(std::move(key), static_cast<int>(values_.size()));
+  if (is_new) values_.push_back(value);
+  return known->second;
 }
 
 }  // namespace armtrue

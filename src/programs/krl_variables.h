@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/kinematics/pose.h"
 #include "programs/krl_frame.h"
 #include "programs/krl_steps.h"
 
@@ -19,8 +20,6 @@ struct KrlValue {
   std::optional<double> number;
   KrlFrame point;        ///< its values or its axes; where it stands in a text counts for nothing
   bool is_axes = false;
-
-  bool operator==(const KrlValue& other) const;
 };
 
 /// A statement of the .src that gives a variable a value, NAME=.. or NAME.X=.., or that may change
@@ -55,6 +54,11 @@ class KrlVariables {
   /// Follows the values of all variables through the program.
   void follow();
 
+  /// What a product of points comes to, XP1:fUp:{Z 50,..}, if all of them are known at a place with
+  /// six numbers each. It is a frame: it states no S and T (KSS 8.x, geometric operator). A point
+  /// with S, T or external axes behind the first factor would give them.
+  static std::optional<Pose> product_of(const std::vector<std::optional<KrlValue>>& factors);
+
   /// The value at a place; nothing if it is not known.
   std::optional<KrlValue> value_at(const std::string& name, size_t place) const;
   /// Whether a value leaves out what others of the variable may state: perhaps the variable keeps
@@ -67,11 +71,17 @@ class KrlVariables {
     ProgramFlow::Values values;
     std::vector<int> set;  // by each change; of values_
     KrlFrame declared;
+    // What its values state, with that of the data list.
+    bool is_anything = false;  // a value is not known
+    bool states_turn = false;
+    std::array<bool, 6> states_external{};
     bool is_followed = false;
   };
 
   bool follow(const std::string& name, Variable& variable);
+  void note_what_is_stated(Variable& variable) const;
   std::optional<KrlValue> set_by(const std::string& name, const KrlChange& change) const;
+  std::optional<KrlValue> point(TextCursor& cursor, const std::string& type, size_t place) const;
   std::optional<KrlValue> with_component(KrlValue value, const std::string& component,
                                          double number) const;
   std::optional<double> sum(TextCursor& cursor, size_t place) const;
@@ -85,6 +95,7 @@ class KrlVariables {
   std::map<std::string, Variable> variables_;
   std::map<std::string, std::string> types_;
   std::vector<KrlValue> values_;
+  std::map<std::vector<double>, int> numbers_;  // of the values, by what they are
 };
 
 }  // namespace armtrue

@@ -122,7 +122,8 @@ std::string UrValues::why_not(const Statement& argument) {
   return "its point is calculated at run time";
 }
 
-// A literal, a name, get_inverse_kin(pose, qnear) or pose_trans(frame, pose).
+// A literal, a name, get_inverse_kin(pose, qnear), pose_trans(frame, pose) or pose_add(pose,
+// shift).
 std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) {
   if (auto literal = literal_in(argument)) {
     std::tie(literal->begin, literal->end) = std::pair(argument.begin, argument.end);
@@ -143,17 +144,58 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   if (!rest.done()) return std::nullopt;
   const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
   if (name == "GET_INVERSE_KIN") return inverse_of(arguments, depth);
+  if (name == "POSE_ADD" && arguments.size() == 2) return shifted(arguments, depth);
   if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
   auto value = value_of(arguments[1], depth + 1);
   if (!value || value->kind != TargetKind::cartesian || value->base >= 0) return std::nullopt;
   if (is_local(arguments[0])) return std::nullopt;
-  std::optional<Pose> pose;
-  if (const auto frame = value_of(arguments[0], depth + 1);
-      frame && frame->kind == TargetKind::cartesian && frame->base < 0)
-    pose = pose_of_numbers(Dialect::urscript, *frame->list.numbers(6));
-  value->base = add_frame(frames_, known_, part_of(arguments[0]), pose);
+  value->base =
+      add_frame(frames_, known_, part_of(arguments[0]), constant(arguments[0], depth + 1));
   value->is_in_calculated_frame =
       !frames_[static_cast<size_t>(value->base)].is_known && is_calculated(arguments[0]);
+  return value;
+}
+
+// A frame is known by its text, which means the same everywhere only if no name of it is local.
+bool UrValues::names_local(const Statement& argument) {
+  bool found = false;
+  each_word(text_, argument, [&](const std::string& word, size_t at, const TextCursor&) {
+    int declared = 0;
+    variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at), &declared);
+    found |= declared > 0;
+  });
+  return found;
+}
+
+// A pose that constants make: pose_trans, pose_add and pose_inv of them, too.
+std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
+  if (names_local(argument)) return std::nullopt;
+  if (const auto value = value_of(argument, depth)) {
+    if (value->kind != TargetKind::cartesian || value->near) return std::nullopt;
+    const Pose pose = pose_of_numbers(Dialect::urscript, *value->list.numbers(6));
+    if (value->base < 0) return pose;
+    const ProgramFrame& base = frames_[static_cast<size_t>(value->base)];
+    return base.is_known ? std::optional(base.pose * pose) : std::nullopt;
+  }
+  TextCursor cursor(text_, argument.begin, argument.end);
+  if (cursor.take_name() != "POSE_INV" || cursor.next() != '(' || depth > 2) return std::nullopt;
+  const size_t open = cursor.at(), close = closing(open, argument.end);
+  const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
+  TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
+  if (arguments.size() != 1 || !rest.done()) return std::nullopt;
+  const std::optional<Pose> pose = constant(arguments[0], depth + 1);
+  return pose ? std::optional(inverse(*pose)) : std::nullopt;
+}
+
+// pose_add(pose, shift): positions are added, so it is the pose in a frame that is shifted. A shift
+// that turns would turn about the axes of the pose.
+std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments, int depth) {
+  auto value = value_of(arguments[0], depth + 1);
+  if (!value || value->kind != TargetKind::cartesian || value->base >= 0 || value->near)
+    return std::nullopt;
+  const std::optional<Pose> shift = constant(arguments[1], depth + 1);
+  if (!shift || rotation_log(shift->rotation).norm() > 0) return std::nullopt;
+  value->base = add_frame(frames_, known_, part_of(arguments[1]), shift);
   return value;
 }
 

@@ -87,6 +87,9 @@ class UrValues {
   std::optional<UrValue> literal_in(const Statement& part) const;
   std::optional<UrValue> value_of(const Statement& argument, int depth);
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
+  std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
+  std::optional<Pose> constant(const Statement& argument, int depth);
+  bool names_local(const Statement& argument);
 
   const std::string& text_;
   std::vector<ProgramFrame>& frames_;

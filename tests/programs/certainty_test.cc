@@ -280,6 +280,28 @@ TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
               ElementsAre(2));
 }
 
+TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
+  const auto place = [](const std::string& moves) -> std::string {
+    const RobotProgram program = parsed("p.script", kJoints + "a = p[0.4,0,0.5,0,0,0]\n" + moves);
+    const ProgramTarget& target = program.targets.back();
+    if (target.kind == TargetKind::joints) return "";
+    const ProgramFrame& frame = program.frames.at(static_cast<size_t>(target.base));
+    if (!frame.is_known) return frame.name;
+    const Eigen::Vector3d at = (frame.pose * target.pose).translation * 10;
+    return std::to_string(std::lround(at.x())) + std::to_string(std::lround(at.z()));
+  };
+  const std::string shift = "p[0.1,0,0.2,0,0,0]";
+  EXPECT_EQ(place("movel(pose_add(a, " + shift + "))\n"), "57");
+  EXPECT_EQ(place("s = " + shift + "\nmovel(pose_add(a, pose_inv(s)))\n"), "33");
+  EXPECT_EQ(place("movel(pose_trans(pose_trans(a, " + shift + "), a))\n"), "912");
+  EXPECT_EQ(place("movel(pose_trans(pose_inv(a), " + shift + "))\n"), "-3-3");
+  EXPECT_EQ(place("movel(pose_add(a, p[0.1,0,0.2,0,0,0.1]))\n"), "");
+  EXPECT_EQ(place("movel(pose_add(get_actual_tcp_pose(), a))\n"), "");
+  const std::string declared = "a = p[0.4,0,0.5,0,0,0]\n", end = shift + "))\nforce_mode(a, 1)\n";
+  EXPECT_THAT(raised(parsed("p.script", kJoints + declared + "movel(pose_add(a, " + end)),
+              HasSubstr(declared + "movel(pose_add(p[0.4,0,0.501,0,0,0], " + end));
+}
+
 TEST(Certainty, AUrFrameThatIsCalculatedIsNoPlace) {
   const std::string head = "def prog():\n" + kJoints, move = "p[1,2,3,0,0,0]))\n";
   for (const std::string frame : {"movel(pose_trans(get_actual_tcp_pose(), ",

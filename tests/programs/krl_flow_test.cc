@@ -135,6 +135,14 @@ TEST(KrlFlowTest, APointThatConstantsMakeIsKnownWhereItIsCertain) {
         // S and T that the point may keep from XP1.
         "PA=XP1\nPA={X 0,Y 0,Z 0,A 0,B 0,C 0,E1 0.0}\nPTP PA\n"})
     EXPECT_THAT(computed(moves, "DECL FRAME FP1={X 1,Y 2,Z 3,A 4,B 5,C 6}\n"), IsEmpty()) << moves;
+  // Products, of variables and as the value of a FRAME.
+  const std::string frame = "DECL FRAME FZ={X 1,Y 2,Z 3,A 0,B 0,C 0}\n";
+  EXPECT_THAT(computed("DECL FRAME F\nF=$NULLFRAME\nF.Z=H\nLIN FZ:F\nF.Z=0\nLIN FZ:F:{X 1,Y 0,Z "
+                       "0,A 0,B 0,C 0}\n",
+                       frame),
+              ElementsAre("8: 1 2 13", "10: 2 2 3"));
+  EXPECT_THAT(computed("DECL FRAME F\nF=FZ:FZ\nLIN F\nPA=FZ:FZ\nLIN PA\nF.Z=a\nLIN FZ:F\n", frame),
+              ElementsAre("7: 2 4 6"));
   // What the last run left in a point of the data list.
   const std::string declared = "DECL E6POS PB={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 3,E1 0.0}\n";
   EXPECT_THAT(computed("LIN PB\nPB=XP2\nLIN PB\n", declared), ElementsAre("7: 7 2 3"));

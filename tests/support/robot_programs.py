@@ -109,6 +109,8 @@ def urscript(text):
         base = vc.NONE
         if "pose_trans" in line:
             base = vector_motion(lists.pop(0)[1])
+        if "pose_add" in line:  # the shift turns nothing
+            base = vector_motion(lists.pop(1)[1])
         for p, numbers in lists[:2 if move[1] == "c" else 1]:
             if p:
                 targets.append(Target(number, "pose", vector_motion(numbers), base, tool, None))

@@ -261,7 +261,11 @@ def urscript_program(cell):
         lines.append(f"  movel(pose_trans(Plane_1, {ur_pose(cell.written(q, cell.bases[0], tool))}), a=1.2, v=0.25)")
         q = cell.near(q)
         postures.append(q)
-        lines.append(f"  movel({ur_pose(cell.written(q, vc.NONE, tool))}, a=1.2, v=0.25, r=0.005)  # near")
+        pose = cell.written(q, vc.NONE, tool)
+        shift = [float(cell.rng.randint(-90, 90)) for _ in range(3)]
+        shifted = ur_pose((pose[0], vc.sub(pose[1], shift)))
+        lines.append(f"  movel(pose_add({shifted}, p[{','.join(f'{s * 1e-3:.3f}' for s in shift)},0,0,0]), a=1.2, v=0.25)" if k % 2 else
+                     f"  movel({ur_pose(pose)}, a=1.2, v=0.25, r=0.005)  # near")
         via, q = cell.near(q), cell.near(q)
         postures += [via, q]
         lines.append(f"  movec({ur_pose(cell.written(via, vc.NONE, tool))}, {ur_pose(cell.written(q, vc.NONE, tool))}, a=1)")
