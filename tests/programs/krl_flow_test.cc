@@ -132,6 +132,8 @@ TEST(KrlFlowTest, APointThatConstantsMakeIsKnownWhereItIsCertain) {
         "PA=XP1:XP2\nLIN PA\n", "PA=XP1\nPA.Z=unknown\nLIN PA\n", "PA=FP1\nLIN PA\n",
         "PA=XP1\nTRIGGER WHEN DISTANCE=0 DELAY=0 DO change(PA)\nLIN PA\n",
         "sub(1)\nEND\nDEF sub(PA:IN)\nDECL E6POS PA\nPA=XP1\nLIN PA\n",
+        // Another variable with the same name.
+        "PA=XP1\nsub()\nLIN PA\nEND\nDEF sub()\nDECL E6POS PA\nPA=XP1\n",
         // S and T that the point may keep from XP1.
         "PA=XP1\nPA={X 0,Y 0,Z 0,A 0,B 0,C 0,E1 0.0}\nPTP PA\n"})
     EXPECT_THAT(computed(moves, "DECL FRAME FP1={X 1,Y 2,Z 3,A 4,B 5,C 6}\n"), IsEmpty()) << moves;
