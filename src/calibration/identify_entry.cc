@@ -1,12 +1,12 @@
 #include "calibration/identify_entry.h"
 
 #include <algorithm>
+#include <cctype>
 #include <limits>
 
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/effects/effect.h"
 #include "armtrue/kinematics/parameters.h"
-#include "armtrue/text/edit_distance.h"
 
 namespace armtrue {
 namespace {
@@ -22,8 +22,15 @@ std::vector<std::string> names_of(const KinematicChain& chain) {
   return names;
 }
 
+enum class Letters { exact, any_case };
+
+bool same(char a, char b, Letters letters) {
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  return letters == Letters::exact ? a == b : lower(a) == lower(b);
+}
+
 // Characters to insert, remove or replace until the text is as the pattern says; 0 if it is.
-int distance(std::string_view pattern, std::string_view text) {
+int distance(std::string_view pattern, std::string_view text, Letters letters) {
   std::vector<int> before(text.size() + 1);
   for (size_t j = 0; j <= text.size(); ++j) before[j] = static_cast<int>(j);
   for (const char wanted : pattern) {
@@ -31,9 +38,9 @@ int distance(std::string_view pattern, std::string_view text) {
     const bool any = wanted == '*';
     now[0] = before[0] + (any ? 0 : 1);
     for (size_t j = 1; j <= text.size(); ++j) {
-      const bool same = wanted == '?' || wanted == text[j - 1];
+      const bool fits = wanted == '?' || same(wanted, text[j - 1], letters);
       now[j] = any ? std::min({before[j], now[j - 1], before[j - 1]})
-                   : std::min({before[j] + 1, now[j - 1] + 1, before[j - 1] + (same ? 0 : 1)});
+                   : std::min({before[j] + 1, now[j - 1] + 1, before[j - 1] + (fits ? 0 : 1)});
     }
     before = std::move(now);
   }
@@ -53,10 +60,9 @@ std::string listed(const std::vector<std::string>& names) {
 std::string did_you_mean(const KinematicChain& chain, const std::string& name) {
   std::vector<std::string> known = names_of(chain), nearest;
   for (const char* word : {"auto", "paper-25", "base", "tool"}) known.emplace_back(word);
-  const std::string wanted = lower_case(name);
   int least = static_cast<int>(name.size()) / 3 + 1;  // a third of the characters may be wrong
   for (const std::string& one : known) {
-    const int apart = distance(wanted, lower_case(one));
+    const int apart = distance(name, one, Letters::any_case);
     if (apart > least) continue;
     if (apart < least) nearest.clear();
     least = apart;
@@ -76,7 +82,7 @@ IdentifyEntry::IdentifyEntry(std::string_view text) {
 }
 
 bool matches(std::string_view pattern, std::string_view text) {
-  return distance(pattern, text) == 0;
+  return distance(pattern, text, Letters::exact) == 0;
 }
 
 bool is_pattern(const KinematicChain& chain, const std::string& name) {

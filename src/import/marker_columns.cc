@@ -121,7 +121,8 @@ std::vector<std::string> spread_markers(PlainTable& table, const ImportNames& na
   }
   Markers markers = whole_markers(table, names);
   if (!chosen.empty()) keep_chosen(table, chosen, markers);
-  if (markers.empty()) return {};
+  // A single point with a name, such as that of a TCP, may be the controller's: the user says what it is.
+  if (markers.size() < 2 && chosen.empty()) return {};
   std::vector<std::string> found;
   for (const auto& [name, axes] : markers) found.push_back(name);
   if (chosen.empty() && !differ_in_numbers(markers))
