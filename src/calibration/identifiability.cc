@@ -345,8 +345,7 @@ std::vector<int> set_up_not_shown(const KinematicChain& chain, const Identifiabl
   const ParameterLayout layout = layout_of(chain);
   std::vector<int> parameters;
   for (const AbsorbedParameter& absorbed : set.absorbed)
-    if (layout.is_of_tool(absorbed.parameter) &&
-        !absorbed.absorbed_by.empty())
+    if (layout.is_of_tool(absorbed.parameter) && !absorbed.absorbed_by.empty())
       parameters.push_back(absorbed.parameter);
   std::ranges::sort(parameters);
   return parameters;

@@ -80,8 +80,9 @@ void ObservationModel::choose_columns() {
   ColumnSet needed;
   const auto need = [&](int parameter) {
     if (parameter >= layout.geometric) return;
-    const bool turns = (parameter >= layout.tool + 3 && parameter < layout.couplings) || (parameter >= kFirstBaseParameter + 3 &&
-                                                        parameter < kFirstBaseParameter + 6);
+    const bool turns =
+        (parameter >= layout.tool + 3 && parameter < layout.couplings) ||
+        (parameter >= kFirstBaseParameter + 3 && parameter < kFirstBaseParameter + 6);
     const int first = !turns                    ? parameter
                       : parameter < layout.tool ? kFirstBaseParameter + 3
                                                 : layout.tool + 3;

@@ -160,8 +160,7 @@ class Compensation {
       target.notes.push_back(CommandNote::singular);
     if (!correction.is_reached) {
       target.notes.push_back(CommandNote::unreachable);
-    } else if (beyond_travel(travel, correction.q) ||
-               beyond_travel(travel, target.programmed)) {
+    } else if (beyond_travel(travel, correction.q) || beyond_travel(travel, target.programmed)) {
       target.notes.push_back(CommandNote::limit);
     } else if (target.before.position > options_.max_correction) {
       target.notes.push_back(CommandNote::beyond_max);

@@ -134,8 +134,8 @@ bool has_fewer_axes(const ProgramArm& arm) {
   return joint_count(arm.robot().chain) - std::ssize(arm.held()) < kPoseCoordinates;
 }
 
-// The pseudoinverse of the motion of three coordinates by the joints, M^T (M M^T)^+, where directions in
-// which the joints move by up to `noise` are none.
+// The pseudoinverse of the motion of three coordinates by the joints, M^T (M M^T)^+, where
+// directions in which the joints move by up to `noise` are none.
 Eigen::MatrixXd pseudoinverse(const Eigen::MatrixXd& motion, double noise) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> square(motion * motion.transpose());
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
@@ -160,8 +160,7 @@ std::optional<JointVector> nearest_joints(const ProgramArm& arm, Context context
     const Eigen::MatrixXd place = jacobian.topRows<3>(), turn = jacobian.bottomRows<3>();
     const double noise = kOwnMotion * place.colwise().norm().maxCoeff();
     const Eigen::MatrixXd from_place = pseudoinverse(place, noise);
-    const Eigen::VectorXd to_place =
-        from_place * (wanted.translation - reached.translation);
+    const Eigen::VectorXd to_place = from_place * (wanted.translation - reached.translation);
     const Eigen::Vector3d turned =
         rotation_log(wanted.rotation * reached.rotation.transpose()) - turn * to_place;
     // What the joints still turn while the place stays.

@@ -31,8 +31,8 @@ constexpr NoteText kNoteTexts[] = {
     {CommandNote::turn, "turn", "with a joint that crosses zero: its turn changes"},
     {CommandNote::arrival, "arrival", "where the correction reverses the arrival of a joint"},
     {CommandNote::fewer_axes, "fewer-axes",
-     "corrected in what the axes of the arm can do, the position first; what is predicted after the "
-     "correction is the rest"},
+     "corrected in what the axes of the arm can do, the position first; what is predicted after "
+     "the correction is the rest"},
 };
 
 const NoteText& text_of(CommandNote note) {

@@ -53,8 +53,7 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
     const std::vector<double> moved = moved_with(robot.chain, link_);
     for (int j = 0; j < links_; ++j)
       if (const double factor = moved[static_cast<size_t>(j)]; j != link_ && factor != 0)
-        followers_.push_back(
-            {j, factor, !is_prismatic(robot.chain.links[static_cast<size_t>(j)])});
+        followers_.push_back({j, factor, !is_prismatic(robot.chain.links[static_cast<size_t>(j)])});
   }
   if (!by_masses_) choose_basis(robot, ChainEvaluator(robot.chain));
 }

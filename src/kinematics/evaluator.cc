@@ -130,7 +130,8 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
                       set_column(*jacobian, column, moved, turned);
                     });
     if constexpr (kFixedCount == 0)
-      follow(motions, [&](int parameter) { return JacobianColumn{jacobian->col(parameter).data()}; });
+      follow(motions,
+             [&](int parameter) { return JacobianColumn{jacobian->col(parameter).data()}; });
   }
   return a_from_measured;
 }

@@ -181,8 +181,8 @@ void ChainEvaluator::poses(std::span<const JointVector> q,
   };
   const ColumnSet written = with_followers(columns);
   const bool is_usual = count_ == kUsualLinks && couplings_.empty();
-  const auto of_lanes = is_usual ? evaluate.template operator()<kUsualLinks>()
-                                              : evaluate.template operator()<0>();
+  const auto of_lanes =
+      is_usual ? evaluate.template operator()<kUsualLinks>() : evaluate.template operator()<0>();
   for (size_t first = 0; first < q.size(); first += kCount) {
     const size_t count = std::min(kCount, q.size() - first);
     const auto part = [&](auto all) { return all.empty() ? all : all.subspan(first, count); };

@@ -44,11 +44,9 @@ auto place_of(const Parameter& parameter, const KinematicChain& chain) {
     }
     return 0;
   }();
-  return std::tuple(parameter.owner, number,
-                    to_string(Parameter(parameter.owner, "", parameter.component)),
-                    parameter.owner == Owner::several || parameter.owner == Owner::coupling
-                        ? parameter.of
-                        : "");
+  return std::tuple(
+      parameter.owner, number, to_string(Parameter(parameter.owner, "", parameter.component)),
+      parameter.owner == Owner::several || parameter.owner == Owner::coupling ? parameter.of : "");
 }
 
 // Order among candidates that explain alike: fewer choices first, then joint angles (bending about

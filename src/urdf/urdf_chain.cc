@@ -153,6 +153,39 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
   return result;
 }
 
+// A motor may stand beside the way: that of a palletiser's forearm turns a crank at the column, and
+// rods pass it on. Its encoder is then that of the first joint of the way that follows it as far as
+// it turns; the others follow that joint.
+void take_encoders_beside(const UrdfDocument& document, std::vector<ChainJoint>& joints) {
+  for (ChainJoint& own : joints) {
+    if (own.follows.empty()) continue;
+    const ChainMimic mimic = own.follows.front();
+    const bool is_on_way =
+        std::ranges::find(joints, mimic.joint, &ChainJoint::name) != joints.end();
+    const auto motor = document.model().getJoint(mimic.joint);
+    if (is_on_way || !motor || motor->mimic || std::abs(mimic.multiplier) != 1) continue;
+    ChainJoint limits;
+    set_limits(*motor, document.place_of_joint(motor->name), limits);
+    // Along its own axis it moves by multiplier * value + offset; along the new one by value +
+    // shift.
+    own.has_encoder = true;
+    own.follows.clear();
+    own.axis *= mimic.multiplier;
+    own.shift = mimic.multiplier * mimic.offset;
+    own.limited = limits.limited;
+    own.min = limits.min;
+    own.max = limits.max;
+    for (ChainJoint& other : joints)
+      for (ChainMimic& follows : other.follows)
+        if (follows.joint == mimic.joint) {
+          follows.joint = own.name;
+        } else if (follows.joint == own.name) {
+          follows.offset += follows.multiplier * mimic.offset;
+          follows.multiplier *= mimic.multiplier;
+        }
+  }
+}
+
 bool stand_together(const Pose& a, const Pose& b) {
   constexpr double kRounding = 1e-5;  // of angles that are written as 3.14159; [rad], [m]
   return a.rotation.isApprox(b.rotation, kRounding) &&
@@ -202,9 +235,8 @@ void find_fixed_links(const urdf::Link& link, const Pose& frame,
 }
 
 std::string tool0_elsewhere(const urdf::ModelInterface& model, const UrdfChain& chain) {
-  const auto last =
-      std::find_if(chain.joints.rbegin(), chain.joints.rend(),
-                   [](const ChainJoint& joint) { return joint.moves(); });
+  const auto last = std::find_if(chain.joints.rbegin(), chain.joints.rend(),
+                                 [](const ChainJoint& joint) { return joint.moves(); });
   if (last == chain.joints.rend()) return "";
   std::map<std::string, Pose> frames;
   find_fixed_links(*model.getLink(last->link), Pose{}, frames);
@@ -234,6 +266,7 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
     throw InputError(file + ": there is no way from '" + result.base + "' to '" + tip + "'");
   for (const KDL::Segment& segment : way.segments)
     result.joints.push_back(joint_of(segment, document));
+  take_encoders_beside(document, result.joints);
   result.beside_base = fixed_elsewhere(model, result);
   result.tool0 = tool0_elsewhere(model, result);
   return result;

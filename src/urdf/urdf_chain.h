@@ -26,6 +26,7 @@ struct ChainJoint {
   Kind kind = Kind::fixed;
   bool has_encoder = true;          ///< false: it only follows others
   std::vector<ChainMimic> follows;  ///< of a URDF one; more where joints on one axis are one
+  double shift = 0;                 ///< added to its value [rad or m]
   /// The frame of `link` in the frame before it, where the joint angle is 0. From child to parent
   /// (`backwards`) it is the inverse of the joint's origin.
   Pose origin;

@@ -241,8 +241,9 @@ PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
   const UrdfChain chain = read_urdf_chain(document, file, ends);
   const auto follows = [](const ChainJoint& joint) { return !joint.follows.empty(); };
   if (!robot.chain.couplings.empty() || std::ranges::any_of(chain.joints, follows))
-    throw InputError(file + ": joints follow others (mimic), and the origins of a document hold no "
-                            "errors of these; write a document of its own: --to urdf alone");
+    throw InputError(file +
+                     ": joints follow others (mimic), and the origins of a document hold no "
+                     "errors of these; write a document of its own: --to urdf alone");
   const ChainPatch patch = patch_of(chain, robot_of(chain, document, file), robot, kept, file);
   PatchedUrdf result{with_origins(document, patch.origins, file), patch.base, patch.tool};
   require_same_arm(patch.robot, parse_urdf(result.text, file, ends), file);

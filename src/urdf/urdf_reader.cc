@@ -162,9 +162,9 @@ void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) 
       const auto leader = std::ranges::find(chain, mimic.joint, &ChainJoint::name);
       if (leader == chain.end() || !leader->moves())
         throw InputError(fmt::format(
-            "{}: the joint '{}' follows '{}' (mimic), which {}; --base and --tip name links between "
-            "which both stand",
-            file, joint.name, mimic.joint,
+            "{}: the joint '{}' follows '{}' (mimic) by {}, which {}; --base and --tip name links "
+            "between which both stand",
+            file, joint.name, mimic.joint, mimic.multiplier,
             leader == chain.end() ? "does not stand between base and tip" : "does not move"));
     }
   }
@@ -194,9 +194,11 @@ void name_links(const std::vector<const ChainJoint*>& moving, std::vector<Link>&
 // Whether the second joint turns about the axis of the first, or against it: 1, -1; 0 if not.
 int turns_on_same_axis(const ChainJoint& first, const ChainJoint& second) {
   constexpr double kSame = 1e-9;  // [m], of unit vectors
-  if (first.kind != ChainJoint::Kind::revolute || second.kind != ChainJoint::Kind::revolute) return 0;
+  if (first.kind != ChainJoint::Kind::revolute || second.kind != ChainJoint::Kind::revolute)
+    return 0;
   const Vector3d axis = second.origin.rotation * second.axis, &own = first.axis;
-  if (own.cross(axis).norm() > kSame || own.cross(second.origin.translation).norm() > kSame) return 0;
+  if (own.cross(axis).norm() > kSame || own.cross(second.origin.translation).norm() > kSame)
+    return 0;
   return own.dot(axis) < 0 ? -1 : 1;
 }
 
@@ -206,7 +208,8 @@ int turns_on_same_axis(const ChainJoint& first, const ChainJoint& second) {
 std::vector<ChainJoint> with_axes_merged(const std::vector<ChainJoint>& chain) {
   const auto is_followed = [&](const ChainJoint& joint) {
     return std::ranges::any_of(chain, [&](const ChainJoint& other) {
-      return std::ranges::find(other.follows, joint.name, &ChainMimic::joint) != other.follows.end();
+      return std::ranges::find(other.follows, joint.name, &ChainMimic::joint) !=
+             other.follows.end();
     });
   };
   std::vector<ChainJoint> merged;
@@ -217,8 +220,8 @@ std::vector<ChainJoint> with_axes_merged(const std::vector<ChainJoint>& chain) {
     }
     ChainJoint& last = merged.back();
     const int turn = turns_on_same_axis(last, next);
-    if (turn == 0 || (last.is_driven() && next.is_driven()) || last.mass_kg > 0 || is_followed(last) ||
-        is_followed(next)) {
+    if (turn == 0 || (last.is_driven() && next.is_driven()) || last.mass_kg > 0 ||
+        is_followed(last) || is_followed(next)) {
       merged.push_back(next);
       continue;
     }
@@ -237,6 +240,7 @@ std::vector<ChainJoint> with_axes_merged(const std::vector<ChainJoint>& chain) {
     };
     add(last.follows, of_last);
     add(next.follows, of_next);
+    both.shift = of_last * last.shift + of_next * next.shift;
     both.has_encoder = last.is_driven() || next.is_driven();
     if (!both.has_encoder) both.limited = false;  // each has its own, their sum none
     last = both;
@@ -247,7 +251,8 @@ std::vector<ChainJoint> with_axes_merged(const std::vector<ChainJoint>& chain) {
 // How the links of the joints that move, in their order, follow each other.
 void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain& chain) {
   std::vector<double> offsets(moving.size(), 0.0);
-  for (size_t j = 0; j < moving.size(); ++j)
+  for (size_t j = 0; j < moving.size(); ++j) {
+    offsets[j] = moving[j]->shift;
     for (const ChainMimic& mimic : moving[j]->follows) {
       const auto leader = std::ranges::find(moving, mimic.joint,
                                             [](const ChainJoint* joint) { return joint->name; });
@@ -257,6 +262,7 @@ void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain&
            zero_of(std::as_const(chain.links[static_cast<size_t>(followed)]))});
       offsets[j] += mimic.offset;
     }
+  }
   for (size_t j = 0; j < moving.size(); ++j)
     if (offsets[j] != 0) zero_of(chain.links[j]) += chain.links[j].sign * offsets[j];
 }

@@ -57,7 +57,8 @@ std::string inertial_xml(const Robot& robot, int link) {
 // The numbers of the robot file, exact, as attributes that other readers ignore.
 std::string link_attributes(const Link& link, const std::string& others = "") {
   return fmt::format(
-      "    <armtrue alpha_deg=\"{}\" d_mm=\"{}\" theta_deg=\"{}\" r_mm=\"{}\" beta_deg=\"{}\"{}/>\n",
+      "    <armtrue alpha_deg=\"{}\" d_mm=\"{}\" theta_deg=\"{}\" r_mm=\"{}\" "
+      "beta_deg=\"{}\"{}/>\n",
       number_text(link.alpha, kDegree), number_text(link.d, kMillimetre),
       number_text(link.theta, kDegree), number_text(link.r, kMillimetre),
       number_text(link.beta, kDegree), others);
@@ -131,8 +132,9 @@ void add_following_joints(const KinematicChain& chain, int index, std::string pa
     const double shift = zero_of(followed) - coupling.from;
     std::string from;
     if (shift != 0)
-      from = fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
-                         number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
+      from =
+          fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
+                      number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
     joints += moving_joint_xml(
         part, parent, others + from,
         fmt::format("    <mimic joint=\"joint_{}\" multiplier=\"{}\" offset=\"{}\"/>\n",

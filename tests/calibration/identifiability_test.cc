@@ -117,6 +117,42 @@ size_t rank_of(int turning, int sliding) {
   return static_cast<size_t>(4 * turning + 2 * sliding + 6);
 }
 
+// A link that follows has an axis as any other, and its constant stands for the zero of an encoder.
+// So a palletiser of four encoders has the five axes of rank_of(5, 0), but rods keep the flange
+// level, and then two directions are lost:
+//     up          base.z and tool.z: the axis of the flange is parallel to axis 1 in all poses
+//     to the fore the distance of axis 2 from axis 1, and of axis 4 from the bracket: between them
+//     lie
+//                 the arms, and behind them the bracket looks where the column does
+// A coefficient is one more, where it is asked for: the turn of a link per turn of another.
+TEST(Identifiability, RanksOfAPalletiser) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot;
+  robot.chain.tool.translation = {0.05, 0.02, 0.1};
+  const Campaign campaign = poses(robot, true);
+  EXPECT_EQ(choose_identifiable(robot, campaign).kept.size(), rank_of(5, 0) - 2);
+  const std::vector<std::string> coefficients{"A3.follows.A2", "tilt.follows.A2",
+                                              "tilt.follows.A3"};
+  const size_t without = choose_identifiable(robot, campaign).kept.size();
+  for (const std::string& name : coefficients) robot.priors[name] = 1;
+  const auto with = names_of(robot, choose_identifiable(robot, campaign).kept);
+  EXPECT_EQ(with.size(), without + 3);
+  for (const std::string& name : coefficients) EXPECT_THAT(with, Contains(name));
+  robot.priors.clear();
+  robot.identify = {"base", "tool", "tilt.follows.A3"};
+  EXPECT_THAT(names_of(robot, choose_identifiable(robot, campaign).kept),
+              Contains("tilt.follows.A3"));
+  EXPECT_THAT(names_of(robot, choose_identifiable(robot, campaign).kept),
+              Not(Contains("tilt.follows.A2")));
+}
+
+// Counted from the ground, joint 3 shows another angle of the same arm: 4 for each of six axes
+// and 6.
+TEST(Identifiability, CoupledEncodersDoNotChangeTheRank) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/r2000ic-165f.yaml").robot;
+  robot.chain.couplings = {{2, 1, 1.0, robot.chain.links[1].theta}};
+  EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), rank_of(6, 0));
+}
+
 TEST(Identifiability, RanksOfOtherArms) {
   const auto shipped = [](const std::string& name) {
     return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;

@@ -114,6 +114,56 @@ TEST(Gravity, LoadIsTheGradientOfPotentialEnergy) {
   }
 }
 
+// Of a palletiser: the derivative of the potential energy by each encoder, whatever else moves with
+// it. The bracket and the load on it only rise and fall, so their centres do not matter.
+TEST(Gravity, LoadsOfAJointThatOthersFollow) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot;
+  robot.bodies = {{1, 120, {0.4, 0.05, 0.02}}, {2, 90, {0.5, -0.1, 0}}, {3, 40, {0.1, 0.2, 0.3}}};
+  robot.chain.tool.translation = {0.1, 0.2, 0.3};
+  const ChainEvaluator evaluator(robot.chain);
+  Context context;
+  context.payload_kg = 60;
+  const auto energy = [&](const JointVector& q) {
+    const LinkFrames frames = evaluator.link_frames(q);
+    double sum = 60 * robot.gravity.dot(frames.back() * robot.chain.tool.translation);
+    for (const Body& body : robot.bodies)
+      sum += body.mass_kg * robot.gravity.dot(frames[static_cast<size_t>(body.link)] * body.centre);
+    return sum;
+  };
+  const auto torque = [&](const Robot& arm, int joint, const JointVector& q) {
+    context.q = q;
+    const GravityLoad gravity(arm, zero_offset(arm.chain, joint));
+    double value = 0;
+    gravity.values(context, evaluator.link_frames(q), &value);
+    return value;
+  };
+  Robot elsewhere = robot;
+  elsewhere.bodies[2].centre = {-0.3, 0.1, 0};
+  elsewhere.chain.tool.translation = {-0.5, 0, 0.1};
+  constexpr double kStep = 1e-5;
+  for (const JointVector& q : sample_joint_space(robot.chain, 30))
+    for (int j = 0; j < 4; ++j) {
+      JointVector up = q, down = q;
+      up[j] += kStep;
+      down[j] -= kStep;
+      EXPECT_NEAR(torque(robot, j, q), (energy(up) - energy(down)) / (2 * kStep), 1e-4) << j;
+      if (j == 1 || j == 2) EXPECT_NEAR(torque(robot, j, q), torque(elsewhere, j, q), 1e-9);
+    }
+}
+
+// Motor 3 holds the upper arm against the ground: the torque on joint 2 follows the angle of the
+// lower arm alone, that on joint 3 the upper arm's. In an arm of the same lengths whose motor 3
+// stands on the lower arm, joint 2 carries both.
+TEST(Gravity, GenericBasisOfJointsThatOthersFollow) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot;
+  EXPECT_EQ(GravityLoad(robot, zero_offset(robot.chain, 1)).value_count(), 2);
+  EXPECT_EQ(GravityLoad(robot, zero_offset(robot.chain, 2)).value_count(), 2);
+  std::erase_if(robot.chain.couplings, [](const Coupling& one) { return one.follower == 2; });
+  EXPECT_EQ(GravityLoad(robot, zero_offset(robot.chain, 1)).value_count(), 4);
+  robot.chain.couplings.clear();  // the bracket as another forearm that stands still on it
+  EXPECT_EQ(GravityLoad(robot, zero_offset(robot.chain, 1)).value_count(), 4);
+}
+
 // Without masses the torque of any mass in arm and forearm lies in the span of the basis.
 TEST(Gravity, GenericBasisSpansTheArmsTorque) {
   Robot robot = read_robot(kRobotFile).robot;

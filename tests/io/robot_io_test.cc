@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "armtrue/io/catalogue_io.h"
+#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/text/input_error.h"
 
@@ -41,6 +42,26 @@ TEST(RobotIo, WhatIsWrittenReadsBackTheSame) {
     const std::string once = write_robot(parse_robot(text_of(name), name));
     EXPECT_EQ(write_robot(parse_robot(once, name)), once) << name;
   }
+}
+
+// A calibration moves zeros, and with them what follows: the file says from where the values count.
+TEST(RobotIo, WhatFollowsReadsBackTheSame) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot;
+  EXPECT_EQ(joint_count(robot.chain), 4);
+  const std::string nominal = write_robot(robot);
+  EXPECT_NE(nominal.find("coupled: {A2: -1}}"), std::string::npos);
+  EXPECT_NE(nominal.find("follows: {A2: -1, A3: -1}}"), std::string::npos);
+  EXPECT_EQ(nominal.find("from_deg"), std::string::npos);
+  for (const char* name : {"A2.theta", "A3.theta", "tilt.theta", "tilt.d", "tilt.follows.A2"})
+    move_parameter(robot.chain, *find_parameter(robot.chain, name), 1e-3);
+  const std::string text = write_robot(robot);
+  EXPECT_NE(text.find("coupled: {A2: -1}, from_deg: {A2: -90}}"), std::string::npos);
+  EXPECT_NE(text.find("from_deg: {A2: -90, A3: 90}}"), std::string::npos);
+  const Robot again = parse_robot(text, "again.yaml");
+  EXPECT_EQ(write_robot(again), text);
+  const JointVector q = (JointVector(4) << 0.3, 0.5, 0.9, -1.2).finished();
+  EXPECT_EQ(ChainEvaluator(again.chain).pose(q).translation,
+            ChainEvaluator(robot.chain).pose(q).translation);
 }
 
 TEST(RobotIo, AStepBetweenSessionsReadsBack) {

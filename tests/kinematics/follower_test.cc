@@ -1,5 +1,5 @@
-// Joints that follow others: random chains with rods and screws between any of their joints, against
-// KDL with the values of all joints written out, and against automatic derivatives.
+// Joints that follow others: random chains with rods and screws between any of their joints,
+// against KDL with the values of all joints written out, and against automatic derivatives.
 
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
@@ -33,9 +33,9 @@ KinematicChain random_chain(Uniform& uniform, bool with_beta) {
   for (int j = 0; j < 8; ++j) {
     Link link;
     link.name = "L" + std::to_string(j + 1);
-    link.joint = j == 7                  ? JointKind::fixed
+    link.joint = j == 7                ? JointKind::fixed
                  : uniform(0, 1) < 0.3 ? JointKind::prismatic
-                                         : JointKind::revolute;
+                                       : JointKind::revolute;
     link.alpha = uniform(-3, 3);
     link.d = uniform(-1, 1);
     link.theta = uniform(-3, 3);
@@ -47,9 +47,9 @@ KinematicChain random_chain(Uniform& uniform, bool with_beta) {
   chain.links[2].has_encoder = chain.links[4].has_encoder = false;
   for (const auto& [follower, followed] :
        {std::pair(6, 4), std::pair(4, 1), std::pair(4, 2), std::pair(2, 5), std::pair(3, 0)})
-    chain.couplings.push_back({follower, followed, uniform(-1.5, 1.5),
-                               zero_of(std::as_const(chain.links[static_cast<size_t>(followed)])) +
-                                   uniform(-0.1, 0.1)});
+    chain.couplings.push_back(
+        {follower, followed, uniform(-1.5, 1.5),
+         zero_of(std::as_const(chain.links[static_cast<size_t>(followed)])) + uniform(-0.1, 0.1)});
   for (Pose* pose : {&chain.base, &chain.tool}) {
     pose->rotation = rotation_exp({uniform(-2, 2), uniform(-1, 1), uniform(-1, 1)});
     pose->translation = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
@@ -81,10 +81,10 @@ Number motion(const KinematicChain& chain, const JointVector& q,
     const Coupling& coupling = chain.couplings[k];
     if (coupling.follower != link) continue;
     const double sign = chain.links[static_cast<size_t>(coupling.followed)].sign;
-    value += coefficients[k] *
-             (sign * (constants[static_cast<size_t>(coupling.followed)] +
-                      motion(chain, q, constants, coefficients, coupling.followed) -
-                      Number(coupling.from)));
+    value +=
+        coefficients[k] * (sign * (constants[static_cast<size_t>(coupling.followed)] +
+                                   motion(chain, q, constants, coefficients, coupling.followed) -
+                                   Number(coupling.from)));
   }
   return own.sign * value;
 }
@@ -228,8 +228,8 @@ TEST(Followers, ManyPosesEqualThoseOfOne) {
       ParameterOffsets ends = offsets[k];
       for (int c = kFirstLinkParameter; c < parameters; ++c)
         if (!layout_of(chain).is_of_tool(c)) ends[c] = 0;
-      EXPECT_LT(
-          (ChainEvaluator(moved).pose(q[k], ends).translation - pose.translation).norm(), 1e-12);
+      EXPECT_LT((ChainEvaluator(moved).pose(q[k], ends).translation - pose.translation).norm(),
+                1e-12);
     }
   }
 }

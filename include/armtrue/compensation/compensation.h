@@ -22,8 +22,8 @@ enum class CommandNote {
   outside_readings,  ///< leverage above 1: no pose of the calibration was like this
   below_std,         ///< the correction is smaller than its own standard deviation
   turn,              ///< a joint crosses zero: its turn (KUKA: bit of T) changes
-  arrival,  ///< no command agrees with the direction of arrival that its correction assumes
-  fewer_axes,  ///< corrected in what an arm of fewer than six axes can do; the rest of `after` stays
+  arrival,     ///< no command agrees with the direction of arrival that its correction assumes
+  fewer_axes,  ///< corrected in what an arm of fewer than six axes can do: `after` is the rest
 };
 
 /// The name in files: `outside-readings`.

@@ -110,8 +110,9 @@ struct Contact {
   bool is_placed = true;
 };
 
-/// A chain of links, driven, following and fixed in any order, between the frame R_A of the instrument and the
-/// measured frame on the tool. At most kMaxLinks links, kMaxJoints of them driven.
+/// A chain of links, driven, following and fixed in any order, between the frame R_A of the
+/// instrument and the measured frame on the tool. At most kMaxLinks links, kMaxJoints of them
+/// driven.
 struct KinematicChain {
   Pose base;                ///< R_A from R_0
   std::vector<Link> links;  ///< R_n is the frame of the last

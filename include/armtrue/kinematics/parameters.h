@@ -148,8 +148,9 @@ enum class Owner { link, anchor, base, contact, coupling, instrument, several, t
 /// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
 /// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
 /// 2.x`, `anchor 1.zero`, `contact table.z`, `A5.follows.A2` for the coefficient of a coupling;
-/// `base`, `tool`, `target 2` for all of them and `instrument.point` for the three coordinates of every reading. The owner has a name and no
-/// number, because a catalogue names parameters of links that not every chain has.
+/// `base`, `tool`, `target 2` for all of them and `instrument.point` for the three coordinates of
+/// every reading. The owner has a name and no number, because a catalogue names parameters of links
+/// that not every chain has.
 struct Parameter {
   static constexpr int kWhole = -1;
 

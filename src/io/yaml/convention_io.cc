@@ -28,8 +28,9 @@ KinematicChain read_chain(YamlMap& map) {
   chain.base = read_pose(map.map("base"));
   read_links(map, chain);
   if (!chain.couplings.empty())
-    map.fail("links", "the axes of a positioner each have an encoder and move by themselves; leave "
-                      "out 'follows' and 'coupled'");
+    map.fail("links",
+             "the axes of a positioner each have an encoder and move by themselves; leave "
+             "out 'follows' and 'coupled'");
   chain.tool = read_pose(map.map("part"));
   map.finish();
   return chain;

@@ -102,10 +102,12 @@ Link read_link(YamlMap& map) {
   link.has_encoder = !map.has("follows");
   for (const char* key : {"follows", "coupled"})
     if (map.has(key) && link.joint == JointKind::fixed)
-      map.fail(key, "is of a joint that moves, and this one is fixed: make it revolute or prismatic");
+      map.fail(key,
+               "is of a joint that moves, and this one is fixed: make it revolute or prismatic");
   if (!link.has_encoder && map.has("coupled"))
-    map.fail("coupled", "stands beside 'follows'; 'follows' is of a joint without an encoder of its "
-                        "own, 'coupled' of one with it: keep one");
+    map.fail("coupled",
+             "stands beside 'follows'; 'follows' is of a joint without an encoder of its "
+             "own, 'coupled' of one with it: keep one");
   read_travel(map, link);
   return link;
 }
@@ -154,9 +156,9 @@ void read_couplings(YamlMap& map, int link, KinematicChain& chain) {
     YamlMap from = map.map(zeros);
     for (const std::string& name : from.keys()) {
       const int followed = followed_link(from, name, link, chain);
-      const auto found = std::find_if(
-          chain.couplings.begin() + static_cast<long>(first), chain.couplings.end(),
-          [&](const Coupling& coupling) { return coupling.followed == followed; });
+      const auto found =
+          std::find_if(chain.couplings.begin() + static_cast<long>(first), chain.couplings.end(),
+                       [&](const Coupling& coupling) { return coupling.followed == followed; });
       if (found == chain.couplings.end())
         from.fail(name, std::string("is not among the links of '") + key + "'");
       const Link& of = chain.links[static_cast<size_t>(followed)];
@@ -175,12 +177,11 @@ void add_couplings(const KinematicChain& chain, int link, std::vector<FlowEntry>
     if (coupling.follower != link) continue;
     const Link& followed = chain.links[static_cast<size_t>(coupling.followed)];
     const bool slides = is_prismatic(followed);
-    coefficients.emplace_back(followed.name, number_text(coupling.coefficient,
-                                                         coefficient_unit(chain, coupling)));
+    coefficients.emplace_back(followed.name,
+                              number_text(coupling.coefficient, coefficient_unit(chain, coupling)));
     if (coupling.from != zero_of(followed))
       (slides ? lengths : angles)
-          .emplace_back(followed.name,
-                        number_text(coupling.from, slides ? kMillimetre : kDegree));
+          .emplace_back(followed.name, number_text(coupling.from, slides ? kMillimetre : kDegree));
   }
   if (coefficients.empty()) return;
   entries.emplace_back(key_of_couplings(chain.links[static_cast<size_t>(link)]),
