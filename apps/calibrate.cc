@@ -64,7 +64,7 @@ void add_options(app::Command& command, Arguments& arguments) {
 WeightedZone weight_readings_by_zone(app::Command& command, Campaign& campaign, const Robot& robot,
                                      const Zone& zone) {
   Campaign weighted = campaign;
-  weighted.sigma_position.assign(static_cast<size_t>(campaign.rows()), 1.0);
+  weighted.sigma_position.assign(campaign.rows(), 1.0);
   weight_by_zone(weighted, robot, zone);
   const std::vector<double>& factors = weighted.sigma_position;
   const double least = *std::ranges::min_element(factors);
@@ -112,7 +112,7 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
   if (near.parameters.empty()) return;
   std::string names;
   for (int k : near.parameters)
-    names += (names.empty() ? "" : ", ") + result.names[static_cast<size_t>(k)];
+    names += (names.empty() ? "" : ", ") + result.names[k];
   command.report(
       names + ": near the nominal value for lack of readings; " +
       (near.poses > 0

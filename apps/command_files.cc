@@ -234,7 +234,7 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
       "has it, and the places of the contacts are relative to it");
   const std::optional<int> scale = length_of_scale(robot, campaign, set);
   if (!scale) return;
-  const Link& link = robot.chain.links[static_cast<size_t>(link_of_parameter(*scale))];
+  const Link& link = robot.chain.links[link_of_parameter(*scale)];
   const double length =
       std::abs(kind_of_parameter(*scale) == LinkParameter::d ? link.d : link.r) / kMillimetre;
   command.warn(fmt::format(
@@ -358,7 +358,7 @@ void require_sessions(const Robot& robot, const Campaign& campaign) {
 
 InputError at_its_line(const PathFile& file, const UnreachableSample& error) {
   return InputError(
-      file.source + ":" + std::to_string(file.line[static_cast<size_t>(error.sample)]) +
+      file.source + ":" + std::to_string(file.line[error.sample]) +
       ": the sample at t_s = " + number_text(file.path.time[error.sample]) + ": " + error.what());
 }
 

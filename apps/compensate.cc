@@ -115,7 +115,7 @@ app::StatedFrames stated_frames(const RobotProgram* program, int ProgramTarget::
   if (!program) return stated;
   std::set<std::string> names;
   for (const ProgramTarget& target : program->targets)
-    if (target.*frame >= 0) names.insert(program->frames[static_cast<size_t>(target.*frame)].name);
+    if (target.*frame >= 0) names.insert(program->frames[target.*frame].name);
   stated.names.assign(names.begin(), names.end());
   stated.everywhere = std::ranges::none_of(
       program->targets, [&](const ProgramTarget& target) { return target.*frame < 0; });
@@ -227,7 +227,7 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
       throw InputError(fmt::format(
           "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
           program.texts[0].name, target.line,
-          program.frames[static_cast<size_t>(target.tool)].name));
+          program.frames[target.tool].name));
 }
 
 // What the parser warned of may be why a target is not reached.
@@ -251,7 +251,7 @@ void refuse_corrected(const std::string& source, const std::optional<RoundWhereR
       "{}:{}: its targets are corrected already: {} of {} numbers that are longer as they are "
       "written have at most {} decimals where the arm of {} takes them ({} is {:.{}f} there); "
       "corrected twice, they would be wrong: {}",
-      source, visits.line[static_cast<size_t>(found->target)], found->round, found->numbers,
+      source, visits.line[found->target], found->round, found->numbers,
       decimals, arguments.robot, number_text(found->written), found->reached, decimals + 2,
       app::kInsteadOfCompensated));
 }
@@ -291,12 +291,12 @@ bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& pr
   if (error.out_of_reach.empty() || error.out_of_reach.size() == poses) return false;
   std::map<size_t, std::string> why;
   for (const auto& [row, reason] : error.out_of_reach) {
-    const ProgramTarget& target = program.targets[static_cast<size_t>(row)];
+    const ProgramTarget& target = program.targets[row];
     const auto name = [&](int frame) {
       return frame < 0 ? std::string("of this command")
-                       : program.frames[static_cast<size_t>(frame)].name;
+                       : program.frames[frame].name;
     };
-    why[static_cast<size_t>(row)] =
+    why[row] =
         fmt::format("{} (frame {}, tool {})", reason, name(target.base), name(target.tool));
   }
   leave_alone(program, why);

@@ -163,7 +163,7 @@ void refuse_other_joints(const PathFile& file, Eigen::Index sample, const Pose& 
         "{}:{}: its joint angles put the tool {:.4g} mm away from its position; they belong to "
         "another robot, base or tool: correct --controller, --base or --tool, or take the columns "
         "{} out",
-        file.source, file.line[static_cast<size_t>(sample)], apart / kMillimetre, columns));
+        file.source, file.line[sample], apart / kMillimetre, columns));
 }
 
 // A path as Cartesian targets with its joint angles, if it has some, as hints.
@@ -324,7 +324,7 @@ int run(app::Command& command, Arguments& arguments) {
   const Mapped mapped = map_all(command, robot, controller, arguments);
   const ErrorMap& map = mapped.map;
   const ErrorMapSummary summary = summarize(map, part);
-  app::refuse_other_arm(map.points[static_cast<size_t>(summary.best)].error.norm(), arguments);
+  app::refuse_other_arm(map.points[summary.best].error.norm(), arguments);
 
   PredictionConditions conditions{
       robot.name,

@@ -26,7 +26,7 @@ void fill(Column& column, const Value& value, const Campaign& visits, const std:
   if (!column.empty())
     throw InputError(visits.source + ": has the column '" + name + "' and " + option +
                      " is given too; keep one of them");
-  column.assign(static_cast<size_t>(visits.rows()), value);
+  column.assign(visits.rows(), value);
 }
 
 // Loads that the rows state, and no effect of the arm follows.

@@ -78,7 +78,7 @@ void warn_beyond_travel(app::Command& command, const std::string& file,
   const auto first = std::ranges::find_if(targets, beyond);
   if (first == targets.end()) return;
   const auto [index, value] = *beyond_travel(chain, first->q);
-  const Link& link = chain.links[static_cast<size_t>(index)];
+  const Link& link = chain.links[index];
   const double unit = is_prismatic(link) ? kMillimetre : kDegree;
   const char* const unit_name = is_prismatic(link) ? "mm" : "deg";
   command.warn(fmt::format(

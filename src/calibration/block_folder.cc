@@ -161,7 +161,7 @@ void BlockFolder::gather(int prediction, int place) {
     gathered_ = block(Eigen::all, nonzero_);
     return;
   }
-  const size_t begin = kept_->first[static_cast<size_t>(prediction)];
+  const size_t begin = kept_->first[prediction];
   const size_t count = kept_->first[static_cast<size_t>(prediction) + 1] - begin;
   nonzero_.assign(kept_->column.begin() + static_cast<std::ptrdiff_t>(begin),
                   kept_->column.begin() + static_cast<std::ptrdiff_t>(begin + count));
@@ -179,17 +179,17 @@ void BlockFolder::gather(int prediction, int place) {
   const int row = model_.rows_by_prediction().rows(prediction).front();
   gathered_.col(columns) = model_.whitened(
       row, model_.has_replicates() ? at_.residual(row)
-                                   : residuals_[static_cast<size_t>(place % kRowsAtOnce)]);
+                                   : residuals_[place % kRowsAtOnce]);
 }
 
 void BlockFolder::add_gathered() {
   const Eigen::Index last = gathered_.cols() - 1;
   for (Eigen::Index j = 0; j <= last; ++j)
-    add_products(gathered_, j, folded_.products.col(nonzero_[static_cast<size_t>(j)]));
+    add_products(gathered_, j, folded_.products.col(nonzero_[j]));
   if (folded_.bend.size() == 0) return;
   slope_.noalias() = bending_ * (bent_.transpose() * gathered_);
   for (Eigen::Index j = 0; j < last; ++j)
-    add_products(slope_, j, folded_.bend.col(nonzero_[static_cast<size_t>(j)]));
+    add_products(slope_, j, folded_.bend.col(nonzero_[j]));
 }
 
 void BlockFolder::find_runs() {

@@ -210,7 +210,7 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
                             effect.driver.kind == DriverKind::moment;
     if (!effect.coefficients.empty() && (knows_moments || !by_gravity)) return;
     const BoundEffect bound(effect, robot, campaign.temperature_names);
-    effect.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
+    effect.coefficients.resize(bound.coefficient_count());
   };
   for (Effect& effect : robot.effects) {
     for (Effect& member : effect.members) match(member);
@@ -220,7 +220,7 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
 
 void forget_measured(Robot& robot, int fitted_effects) {
   for (int e = 0; e < std::min(fitted_effects, static_cast<int>(robot.effects.size())); ++e)
-    robot.effects[static_cast<size_t>(e)].measured.reset();
+    robot.effects[e].measured.reset();
 }
 
 // Whether a function of one joint angle says nothing of angles beyond those covered: a slope, a

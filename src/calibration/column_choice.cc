@@ -28,7 +28,7 @@ bool is_independent(double norm, double left) {
 // `place`: among the own parameters of the session.
 [[noreturn]] void fail_of_session(const SessionModels& models, const KinematicChain& chain,
                                   int session, Eigen::Index place) {
-  const int parameter = models.own(session)[static_cast<size_t>(place)];
+  const int parameter = models.own(session)[place];
   const std::string readings = models.campaign().source + ": the readings of session '" +
                                models.name(session) + "' do not show ";
   if (parameter < kFirstLinkParameter)
@@ -163,7 +163,7 @@ ColumnChoice::ColumnChoice(const SessionModels& models, const KinematicChain& ch
     : models_(models), chain_(chain), rows_(Eigen::Index{models.rows()} * models.row_size()) {
   // Rows of a target lie together, of whatever session they are.
   std::vector<int> groups(static_cast<size_t>(models.groups()));
-  for (int g = 0; g < models.groups(); ++g) groups[static_cast<size_t>(g)] = g;
+  for (int g = 0; g < models.groups(); ++g) groups[g] = g;
   std::ranges::stable_sort(groups, {}, [&](int group) { return models.target_of(group); });
   std::map<std::pair<int, int>, Column> columns;  // by session and place
   Eigen::Index top = 0;
@@ -187,7 +187,7 @@ void ColumnChoice::read_group(int group, Eigen::Index top,
     const auto own = derivatives.middleCols(taken, run.count);
     taken += run.count;
     const bool is_of_session = run.first >= first_own;
-    const int parameter = is_of_session ? 0 : models_.geometric()[static_cast<size_t>(run.first)];
+    const int parameter = is_of_session ? 0 : models_.geometric()[run.first];
     if (models_.is_split_by_target() && !is_of_session && is_place_of_target(chain_, parameter)) {
       TargetRows& target = targets_[models_.target_of(group)];
       if (target.rows == 0) target.first_row = top;
@@ -212,7 +212,7 @@ void ColumnChoice::read_group(int group, Eigen::Index top,
         const int owner = is_of_session ? session : kFirstSession;
         Column& column = columns[{owner, run.first + k}];
         if (column.derivatives.size() == 0)
-          column = {is_of_session ? -1 : models_.geometric()[static_cast<size_t>(run.first + k)],
+          column = {is_of_session ? -1 : models_.geometric()[run.first + k],
                     owner, k, Eigen::VectorXd::Zero(rows_)};
         column.derivatives.segment(top, own.rows()) = own.col(k);
       }
@@ -330,7 +330,7 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
       Eigen::VectorXd left_alone = target.derivatives.col(k);
       const Eigen::VectorXd part_alone = alone.remove_well_from(left_alone);
       alone.add(part_alone, left_alone);
-      own.parameters.push_back(target.parameters[static_cast<size_t>(k)]);
+      own.parameters.push_back(target.parameters[k]);
       set_.kept.push_back(own.parameters.back());
       continue;
     }
@@ -338,7 +338,7 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
     if (norm > 1e-12) {
       const Eigen::VectorXd of_all = all.shares(part);
       for (Eigen::Index c = 0; c < columns; ++c)
-        if (const Column& kept = *kept_[static_cast<size_t>(c)]; kept.session == kFirstSession)
+        if (const Column& kept = *kept_[c]; kept.session == kFirstSession)
           shares.emplace_back(kept.parameter, of_all[c]);
       // The targets before it take from its readings what those columns add to theirs.
       for (const Own& other : own_) {
@@ -351,7 +351,7 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
       for (size_t c = 0; c < own.parameters.size(); ++c)
         shares.emplace_back(own.parameters[c], of_all[columns + static_cast<Eigen::Index>(c)]);
     }
-    absorb(target.parameters[static_cast<size_t>(k)], std::move(shares));
+    absorb(target.parameters[k], std::move(shares));
   }
   of_head -= (alone.basis() * (alone.basis().transpose() * of_head)).eval();
   before = folded(before, of_head);

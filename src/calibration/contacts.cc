@@ -39,7 +39,7 @@ std::map<int, Touches> touches_by_contact(const Robot& robot, const Campaign& ca
   std::map<int, Touches> all;
   for (int row = 0; row < campaign.rows(); ++row) {
     if (campaign.kind(row) != ReadingKind::touch || campaign.touch[row].axis > 0) continue;
-    const ContactPoint& which = matched[static_cast<size_t>(campaign.touch[row].contact)];
+    const ContactPoint& which = matched[campaign.touch[row].contact];
     Touches& touches = all[which.contact];
     touches.points.emplace_back(points.col(row));
     touches.gauge.push_back(campaign.distance[row]);
@@ -59,7 +59,7 @@ void place_artefact(const Touches& touches, Contact& contact) {
   Eigen::Matrix3Xd in_artefact(3, sums.size()), in_a(3, sums.size());
   Eigen::Index k = 0;
   for (const auto& [point, mean] : sums) {
-    in_artefact.col(k) = contact.points[static_cast<size_t>(point)].position;
+    in_artefact.col(k) = contact.points[point].position;
     in_a.col(k++) = mean.first / mean.second;
   }
   if (k > 1)
@@ -160,7 +160,7 @@ class Approach {
       const double damping = std::max(1e-30, 1e-12 * jacobian.squaredNorm());
       return smallest_step(jacobian, -miss, damping);
     };
-    return newton(campaign_.q[static_cast<size_t>(row)], kMaxSteps, step_at);
+    return newton(campaign_.q[row], kMaxSteps, step_at);
   }
 
  private:
@@ -169,9 +169,9 @@ class Approach {
     PoseJacobian of_pose;
     Pose frame = evaluator_.pose(q, of_pose);
     if (!targets_.empty()) {
-      const int target = targets_[static_cast<size_t>(campaign_.target[static_cast<size_t>(row)])];
+      const int target = targets_[campaign_.target[row]];
       const Eigen::Vector3d lever =
-          frame.rotation * chain_.targets[static_cast<size_t>(target)].position;
+          frame.rotation * chain_.targets[target].position;
       move_to_point(of_pose, lever);
       frame.translation += lever;
     }
@@ -179,11 +179,11 @@ class Approach {
     for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
       joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
     const ContactPoint& which =
-        contacts_[static_cast<size_t>(campaign_.touch[static_cast<size_t>(row)].contact)];
-    const Contact& contact = chain_.contacts[static_cast<size_t>(which.contact)];
+        contacts_[campaign_.touch[row].contact];
+    const Contact& contact = chain_.contacts[which.contact];
     Eigen::MatrixX3d gradients;
     const Eigen::VectorXd off =
-        off_contact(contact, which.point, campaign_.distance[static_cast<size_t>(row)],
+        off_contact(contact, which.point, campaign_.distance[row],
                     inverse(contact.place) * frame.translation, &gradients);
     jacobian = gradients * contact.place.rotation.transpose() * joints;
     return off;
@@ -201,7 +201,7 @@ class Approach {
 Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which) {
   if (!campaign.has_touches()) return robot;
   for (const auto& [index, touches] : touches_by_contact(robot, campaign)) {
-    Contact& contact = robot.chain.contacts[static_cast<size_t>(index)];
+    Contact& contact = robot.chain.contacts[index];
     if (which == FitContacts::unknown && contact.is_placed &&
         miss_of(touches, contact) < kFarContact)
       continue;

@@ -124,7 +124,7 @@ std::optional<SingleNumbers> single_numbers(const SessionModels& models, const P
       single.of_priors.push_back(1);
       continue;
     }
-    const double spread = priors.widths[static_cast<size_t>(prior.width)].log_spread;
+    const double spread = priors.widths[prior.width].log_spread;
     const double known = determined[prior.width] + 0.5 / (spread * spread);
     single.of_priors.push_back(std::max(1.0, widening(known, poses)));
   }

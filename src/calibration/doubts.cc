@@ -226,7 +226,7 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
   if (inside >= kFewInside || p_of_errors(judged, campaign) >= kNoChance) return "";
   std::set<int> beyond;
   for (int row = 0; row < campaign.rows(); ++row)
-    if (predictions[static_cast<size_t>(row)].leverage > 1) beyond.insert(campaign.pose[row]);
+    if (predictions[row].leverage > 1) beyond.insert(campaign.pose[row]);
   const size_t poses = campaign.pose_ids.size();
   return fmt::format(
       "only {:.0f} % of the readings lie within the 95 % bounds that the robot file promises, at "

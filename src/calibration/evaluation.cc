@@ -49,7 +49,7 @@ class MedianResiduals {
     if (deviations.empty()) return std::nullopt;
     std::vector<double> own;
     own.reserve(rows.size());
-    for (int row : rows) own.push_back(deviations[static_cast<size_t>(row)]);
+    for (int row : rows) own.push_back(deviations[row]);
     return median(std::move(own));
   }
 
@@ -70,16 +70,16 @@ void for_each_replicates(const Campaign& campaign, const MedianResiduals& residu
     pose_of.reserve(rows.size());
     int poses = 0;
     for (int row : rows) {
-      int& own = number[static_cast<size_t>(campaign.pose[static_cast<size_t>(row)])];
+      int& own = number[campaign.pose[row]];
       if (own < 0) own = poses++;
       pose_of.push_back(own);
     }
     order = grouped_rows(pose_of).row;
   }
-  for (int& row : order) row = rows[static_cast<size_t>(row)];
+  for (int& row : order) row = rows[row];
   const auto key = [&](int row) {
-    return std::array{campaign.pose[static_cast<size_t>(row)], campaign.channel(row),
-                      campaign.session.empty() ? 0 : campaign.session[static_cast<size_t>(row)]};
+    return std::array{campaign.pose[row], campaign.channel(row),
+                      campaign.session.empty() ? 0 : campaign.session[row]};
   };
   const auto end_of = [&](size_t begin, const auto& same) {
     size_t end = begin + 1;
@@ -89,7 +89,7 @@ void for_each_replicates(const Campaign& campaign, const MedianResiduals& residu
   const auto at = [&](size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
   for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     end = end_of(begin, [&](int a, int b) {
-      return campaign.pose[static_cast<size_t>(a)] == campaign.pose[static_cast<size_t>(b)];
+      return campaign.pose[a] == campaign.pose[b];
     });
     if (end - begin > 1)
       std::stable_sort(at(begin), at(end), [&](int a, int b) { return key(a) < key(b); });
@@ -213,12 +213,12 @@ void for_each_residual(const Robot& robot, const Campaign& campaign, const Use& 
           std::vector<Eigen::Matrix<double, 6, 1>> part(static_cast<size_t>(end - begin));
           at.residuals(begin, part);
           for (int row = begin; row < end; ++row) {
-            Eigen::Matrix<double, 6, 1>& residual = part[static_cast<size_t>(row - begin)];
+            Eigen::Matrix<double, 6, 1>& residual = part[row - begin];
             if (!campaign.has_distances()) {
               residual.head<3>() = own_from_common * residual.head<3>();
               residual.tail<3>() = own_from_common * residual.tail<3>();
             }
-            use(static_cast<size_t>(rows[static_cast<size_t>(row)]), residual);
+            use(static_cast<size_t>(rows[row]), residual);
           }
           return 0;
         },
@@ -350,7 +350,7 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
                   const Evaluation& evaluation) {
   FitQuality quality;
   std::vector<int> sound;
-  sound.reserve(static_cast<size_t>(campaign.rows()));
+  sound.reserve(campaign.rows());
   for (int row = 0; row < campaign.rows(); ++row)
     (fit.degrees_of_freedom > 0 && fit.weights_in_pose[row] < kBlunderWeight ? quality.blunders
                                                                              : sound)

@@ -20,7 +20,7 @@ Eigen::MatrixXd joint_information(const SessionModels& models,
   if (models.groups() == 1) return folds.front().folded.information();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(models.unknowns(), models.unknowns());
   for (int g = 0; g < models.groups(); ++g) {
-    const Eigen::MatrixXd information = folds[static_cast<size_t>(g)].folded.information();
+    const Eigen::MatrixXd information = folds[g].folded.information();
     int column = 0;
     for (const SessionModels::Run& right : models.runs(g)) {
       int row = 0;
@@ -170,11 +170,11 @@ std::vector<std::vector<Eigen::Index>> own_places(const SessionModels& model,
   for (int g = 0; g < model.groups(); ++g)
     for (const SessionModels::Run& run : model.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k)
-        owner[static_cast<size_t>(k)] = owner[static_cast<size_t>(k)] == kNobody ? g : kSeveral;
+        owner[k] = owner[k] == kNobody ? g : kSeveral;
   std::vector<std::vector<Eigen::Index>> places(static_cast<size_t>(model.groups()));
   for (size_t place = 0; place < unknowns.size(); ++place)
-    if (const int group = owner[static_cast<size_t>(unknowns[place])]; group >= 0)
-      places[static_cast<size_t>(group)].push_back(static_cast<Eigen::Index>(place));
+    if (const int group = owner[unknowns[place]]; group >= 0)
+      places[group].push_back(static_cast<Eigen::Index>(place));
   std::erase_if(places, [](const auto& own) { return own.empty(); });
   return places;
 }

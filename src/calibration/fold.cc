@@ -21,7 +21,7 @@ void for_each_residual(const ObservationModel::At& at, int begin, int end, const
   for (int first = begin; first < end; first += kRowsAtOnce) {
     const int count = std::min(kRowsAtOnce, end - first);
     at.residuals(first, std::span(residuals).first(static_cast<size_t>(count)));
-    for (int k = 0; k < count; ++k) take(first + k, residuals[static_cast<size_t>(k)]);
+    for (int k = 0; k < count; ++k) take(first + k, residuals[k]);
   }
 }
 

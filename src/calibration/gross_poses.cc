@@ -79,11 +79,11 @@ Campaign kept_of(const Reduced& all, const Campaign& campaign, const std::vector
   std::vector<int> rows;
   for (size_t p = 0; p < all.of_pose.size(); ++p)
     if (!gross[p])
-      for (int k : all.of_pose[p]) rows.push_back(all.rows[static_cast<size_t>(k)]);
+      for (int k : all.of_pose[p]) rows.push_back(all.rows[k]);
   Campaign kept = campaign.select(rows);
   std::vector<std::string> ids;
   for (size_t k = 0; k < rows.size(); ++k) {
-    ids.push_back(kept.pose_ids[static_cast<size_t>(kept.pose[k])] + "." + std::to_string(k));
+    ids.push_back(kept.pose_ids[kept.pose[k]] + "." + std::to_string(k));
     kept.pose[k] = static_cast<int>(k);
   }
   kept.pose_ids = ids;
@@ -189,7 +189,7 @@ class Search {
       throw std::invalid_argument(campaign_.source + ": all poses of a session are off");
     const int size = models.row_size();
     const std::vector<PoseRows> rows_of_poses = shown(models);
-    judged_.assign(static_cast<size_t>(poses()), {});
+    judged_.assign(poses(), {});
     size_t next_kept = 0;
     std::vector<Eigen::VectorXd> errors(all_.rows.size());
     for (size_t pose = 0; pose < judged_.size(); ++pose) {
@@ -208,7 +208,7 @@ class Search {
                                                       .segment(static_cast<Eigen::Index>(k) * size,
                                                                readings.reading_size().position)
                                                       .norm();
-        errors[static_cast<size_t>(own[k])] = Eigen::VectorXd::Constant(1, miss);
+        errors[own[k]] = Eigen::VectorXd::Constant(1, miss);
       }
     }
     typical_miss_ =
@@ -220,7 +220,7 @@ class Search {
     Judged& judged = judged_[pose];
     double sum = 0;
     for (int k : all_.of_pose[pose])
-      if (const double miss = errors[static_cast<size_t>(k)][0];
+      if (const double miss = errors[k][0];
           miss > kTimesMiss * typical_miss_) {
         judged.rows_off.push_back(k);
         sum += miss;
@@ -235,7 +235,7 @@ class Search {
     std::ranges::sort(ratios);
     double largest = 1e-12;
     for (double share : {0.5, 0.75, 0.9}) {
-      const double at = ratios[static_cast<size_t>(share * static_cast<double>(poses() - 1))];
+      const double at = ratios[share * static_cast<double>(poses() - 1)];
       const double size = judged_.front().size;
       largest = std::max(largest, at * size / chi_squared_quantile_above(1 - share, size));
     }
@@ -273,7 +273,7 @@ class Search {
 
   JointRows::ConstRow q(size_t pose) const {
     return campaign_
-        .q[static_cast<size_t>(all_.rows[static_cast<size_t>(all_.of_pose[pose].front())])];
+        .q[all_.rows[all_.of_pose[pose].front()]];
   }
 
   // Whether for some joint two of the four nearest poses are off too. The limit for `off` is the p
@@ -307,9 +307,9 @@ class Search {
     for (size_t pose = 0; pose < judged_.size(); ++pose) {
       if (!gross_[pose]) continue;
       for (int k : judged_[pose].rows_off)
-        for (int row : all_.like[static_cast<size_t>(k)])
-          if (evaluation.position[static_cast<size_t>(row)] < kWholePose * judged_[pose].off &&
-              all_.like[static_cast<size_t>(k)].size() > 1)
+        for (int row : all_.like[k])
+          if (evaluation.position[row] < kWholePose * judged_[pose].off &&
+              all_.like[k].size() > 1)
             kept[pose] = false;
       // A larger error cannot be an effect.
       constexpr double kNoEffect = 5e-3;  // m
@@ -328,12 +328,12 @@ class Search {
       std::vector<int>& read = readings.emplace_back();
       found.off = judged_[pose].off;
       for (int k : judged_[pose].rows_off) {
-        read.push_back(all_.rows[static_cast<size_t>(k)]);
-        const std::vector<int>& like = all_.like[static_cast<size_t>(k)];
+        read.push_back(all_.rows[k]);
+        const std::vector<int>& like = all_.like[k];
         found.rows.insert(found.rows.end(), like.begin(), like.end());
       }
       std::ranges::sort(found.rows);
-      found.id = campaign_.pose_ids[static_cast<size_t>(campaign_.pose[read.front()])];
+      found.id = campaign_.pose_ids[campaign_.pose[read.front()]];
     }
     int explained = 0;
     for (size_t k = 0; k < list.size(); ++k) {

@@ -87,7 +87,7 @@ class ReadParameters {
                  !(campaign.has_touches() && match_anchors(campaign, chain).empty())) {
     const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
     for (const Touch& touch : campaign.touch)
-      if (touch.contact >= 0) contacts_.insert(matched[static_cast<size_t>(touch.contact)].contact);
+      if (touch.contact >= 0) contacts_.insert(matched[touch.contact].contact);
   }
 
   bool contains(int parameter) const {
@@ -198,7 +198,7 @@ IdentifiableSet choose_in_order(const Robot& ideal, const Campaign& rows,
 // The nominal length that a parameter of a link is [m]; 0 of angles and of what an encoder adds to.
 double length_of(const KinematicChain& chain, int parameter) {
   if (!layout_of(chain).is_of_links(parameter) || is_zero_offset(chain, parameter)) return 0;
-  const Link& link = chain.links[static_cast<size_t>(link_of_parameter(parameter))];
+  const Link& link = chain.links[link_of_parameter(parameter)];
   const LinkParameter which = kind_of_parameter(parameter);
   return which == LinkParameter::d ? link.d : which == LinkParameter::r ? link.r : 0;
 }
@@ -212,7 +212,7 @@ bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
   std::map<int, int> point_of_artefact;
   for (const Touch& touch : campaign.touch) {
-    const ContactPoint& which = matched[static_cast<size_t>(touch.contact)];
+    const ContactPoint& which = matched[touch.contact];
     if (which.point >= 0 &&
         point_of_artefact.try_emplace(which.contact, which.point).first->second != which.point)
       return false;
@@ -335,7 +335,7 @@ std::vector<int> every_touch(const Campaign& campaign, int count) {
   std::vector<int> rows;
   while (std::ssize(rows) < count)
     for (const auto& [quantity, row] : first_rows) rows.push_back(row);
-  rows.resize(static_cast<size_t>(count));
+  rows.resize(count);
   return rows;
 }
 

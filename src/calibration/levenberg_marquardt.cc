@@ -177,15 +177,15 @@ std::vector<std::vector<Prior>> priors_by_group(const SessionModels& models,
     int place = 0;
     for (const SessionModels::Run& run : models.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k, ++place)
-        if (places[static_cast<size_t>(k)].group == kNobody)
-          places[static_cast<size_t>(k)] = {g, place};
+        if (places[k].group == kNobody)
+          places[k] = {g, place};
   }
   std::vector<std::vector<Prior>> own(static_cast<size_t>(models.groups()));
   for (Prior prior : priors) {
-    const auto [group, place] = places[static_cast<size_t>(prior.unknown)];
+    const auto [group, place] = places[prior.unknown];
     if (group == kNobody) continue;  // no reading, and so no step, has anything to do with it
     prior.unknown = place;
-    own[static_cast<size_t>(group)].push_back(prior);
+    own[group].push_back(prior);
   }
   return own;
 }
@@ -207,8 +207,8 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
     std::vector<double*> blocks;
     for (const SessionModels::Run& run : models.runs(g)) blocks.push_back(x.data() + run.first);
     costs.push_back(std::make_unique<FoldedCost>(
-        models, g, law, own_priors[static_cast<size_t>(g)], by,
-        kept.empty() ? nullptr : &kept[static_cast<size_t>(g)], curvature));
+        models, g, law, own_priors[g], by,
+        kept.empty() ? nullptr : &kept[g], curvature));
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;

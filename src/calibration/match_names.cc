@@ -136,14 +136,14 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain) {
         "session; leave the column out, and give a contact that was moved another name");
   std::vector<bool> is_point;
   for (const ContactPoint& matched : match_contacts(campaign, chain))
-    is_point.push_back(reads_point(chain.contacts[static_cast<size_t>(matched.contact)].kind));
+    is_point.push_back(reads_point(chain.contacts[matched.contact].kind));
   for (int row = 0; row < campaign.rows(); ++row)
     if (campaign.kind(row) == ReadingKind::touch && campaign.distance[row] != 0 &&
-        is_point[static_cast<size_t>(campaign.touch[row].contact)])
+        is_point[campaign.touch[row].contact])
       fail_at(
           campaign, static_cast<size_t>(row),
           "column 'l_mm': a gauge shows how far the tool stands off a plane or a sphere, and '" +
-              campaign.contact_names[static_cast<size_t>(campaign.touch[row].contact)] +
+              campaign.contact_names[campaign.touch[row].contact] +
               "' is a point; empty the cell");
   touches_to_coordinates(campaign, is_point);
 }

@@ -29,9 +29,9 @@ std::vector<int> first_rows_of_posture(const Campaign& campaign) {
   std::vector<int> last_of_pose(campaign.pose_ids.size(), kNone);
   std::vector<int> first(static_cast<size_t>(campaign.rows()));
   for (int row = 0; row < campaign.rows(); ++row) {
-    int& last = last_of_pose[static_cast<size_t>(campaign.pose[row])];
+    int& last = last_of_pose[campaign.pose[row]];
     const bool is_again = last != kNone && same_posture(campaign, row, last);
-    first[static_cast<size_t>(row)] = is_again ? first[static_cast<size_t>(last)] : row;
+    first[row] = is_again ? first[last] : row;
     last = row;
   }
   return first;
@@ -90,10 +90,10 @@ void ObservationModel::choose_columns() {
   };
   for (int parameter : geometric_) need(parameter);
   for (int e = 0; e < fitted_effects_; ++e)
-    for (const BoundEffect::Term& term : effects_[static_cast<size_t>(e)].terms())
+    for (const BoundEffect::Term& term : effects_[e].terms())
       need(term.parameter);
   for (int k = 0; k < layout.geometric; ++k)
-    if (needed[static_cast<size_t>(k)]) columns_.push_back(k);
+    if (needed[k]) columns_.push_back(k);
 }
 
 // The values of the drivers do not depend on the unknowns (see BoundEffect), so each is evaluated
@@ -119,7 +119,7 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
   }
   const ChainEvaluator chain(robot.chain);
   const auto place = [&](const BoundEffect* effect, int row) {
-    return &effect_values_(first_value_[static_cast<size_t>(effect - effects_.data())], row);
+    return &effect_values_(first_value_[effect - effects_.data()], row);
   };
   const auto evaluate_at = [&](const std::vector<const BoundEffect*>& own, int row) {
     if (!own.empty())
@@ -137,10 +137,10 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
         [](int) {});
   };
   for_rows([&](int row) {
-    if (first[static_cast<size_t>(row)] == row) evaluate_at(all, row);
+    if (first[row] == row) evaluate_at(all, row);
   });
   for_rows([&](int row) {
-    const int before = first[static_cast<size_t>(row)];
+    const int before = first[row];
     if (before == row) return;
     effect_values_.col(row) = effect_values_.col(before);
     evaluate_at(of_visit, row);
@@ -160,7 +160,7 @@ std::vector<std::string> ObservationModel::unknown_names() const {
 bool ObservationModel::same_prediction(int row, int other) const {
   const auto same = [&](const auto& of_rows) {
     return of_rows.empty() ||
-           of_rows[static_cast<size_t>(row)] == of_rows[static_cast<size_t>(other)];
+           of_rows[row] == of_rows[other];
   };
   return same(campaign_.pose) && same(campaign_.q) &&
          campaign_.channel(row) == campaign_.channel(other) && same(campaign_.sigma_position) &&
@@ -174,9 +174,9 @@ size_t ObservationModel::hash_of_prediction(int row) const {
   const auto add = [&](double number) {
     hash = (hash ^ std::hash<double>{}(number)) * 1099511628211ULL;
   };
-  add(campaign_.pose[static_cast<size_t>(row)]);
+  add(campaign_.pose[row]);
   add(campaign_.channel(row));
-  for (double angle : campaign_.q[static_cast<size_t>(row)]) add(angle);
+  for (double angle : campaign_.q[row]) add(angle);
   for (Eigen::Index value = 0; value < effect_values_.rows(); ++value)
     add(effect_values_(value, row));
   return hash;
@@ -185,20 +185,20 @@ size_t ObservationModel::hash_of_prediction(int row) const {
 void ObservationModel::find_replicates() {
   constexpr int kNone = -1;
   std::vector<int> visits(campaign_.pose_ids.size()), last_of_pose(visits.size(), kNone);
-  for (int pose : campaign_.pose) ++visits[static_cast<size_t>(pose)];
+  for (int pose : campaign_.pose) ++visits[pose];
   const auto hash = [&](int row) { return hash_of_prediction(row); };
   const auto same = [&](int row, int other) { return same_prediction(row, other); };
   std::unordered_map<int, int, decltype(hash), decltype(same)> number_of(0, hash, same);
   std::vector<int> number;
-  number.reserve(static_cast<size_t>(rows()));
+  number.reserve(rows());
   int count = 0;
   for (int row = 0; row < rows(); ++row) {
-    const auto pose = static_cast<size_t>(campaign_.pose[static_cast<size_t>(row)]);
+    const auto pose = static_cast<size_t>(campaign_.pose[row]);
     const int last = std::exchange(last_of_pose[pose], row);
     if (visits[pose] == 1)
       number.push_back(count);
     else if (last != kNone && same(row, last))  // most often; the map takes more time
-      number.push_back(number[static_cast<size_t>(last)]);
+      number.push_back(number[last]);
     else
       number.push_back(number_of.try_emplace(row, count).first->second);
     count = std::max(count, number.back() + 1);

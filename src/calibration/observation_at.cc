@@ -38,7 +38,7 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
         inverse_right_jacobian(model.turn_of(x, first + kParametersOfContact * c)).inverse());
   if (!model.has_replicates()) return;
   const GroupedRows& rows = model.rows_by_prediction_;
-  predictions_.reserve(static_cast<size_t>(rows.groups()));
+  predictions_.reserve(rows.groups());
   for_each_prediction<false>(
       rows.groups(), [&](int k) { return rows.rows(k).front(); },
       [&](int, int, const Prediction& predicted) { predictions_.push_back(predicted); });
@@ -90,7 +90,7 @@ void ObservationModel::At::for_each_prediction(int count, const RowOf& row_of,
     const auto rows = static_cast<size_t>(std::min(kPosesAtOnce, count - begin));
     for (size_t k = 0; k < rows; ++k) {
       const int row = row_of(begin + static_cast<int>(k));
-      q[k] = model_.campaign_.q[static_cast<size_t>(row)];
+      q[k] = model_.campaign_.q[row];
       if (all.empty()) continue;
       all[k] = offsets(row);
       of_chain[k] = all[k].head(layout_.geometric);
@@ -243,7 +243,7 @@ void ObservationModel::At::residuals(int first, std::span<Eigen::Matrix<double, 
   for_each_prediction<false>(
       static_cast<int>(out.size()), [&](int k) { return first + k; },
       [&](int k, int row, const Prediction& predicted) {
-        out[static_cast<size_t>(k)] = residual(row, predicted);
+        out[k] = residual(row, predicted);
       });
 }
 

@@ -85,7 +85,7 @@ Eigen::VectorXd step_of(const Links& links, const State& state, double scale, do
   std::vector<TargetEquations> targets(static_cast<size_t>(state.targets.cols()));
   Eigen::Matrix<double, 3, 6> of_base;
   for (size_t row = 0; row < links.pose.size(); ++row) {
-    TargetEquations& target = targets[static_cast<size_t>(links.target[row])];
+    TargetEquations& target = targets[links.target[row]];
     const Eigen::Vector3d own =
         links.pose[row] * Eigen::Vector3d(state.targets.col(links.target[row]));
     const Eigen::Vector3d turned = state.base.rotation * own;

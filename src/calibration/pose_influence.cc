@@ -30,13 +30,13 @@ Eigen::MatrixXd weighted_rows(const SessionModels::At& at, const std::vector<dou
     auto block = all.middleRows(top, size);
     top += size;
     at.block(own.front(), block);
-    double weight = weights[static_cast<size_t>(own.front())];
+    double weight = weights[own.front()];
     if (own.size() > 1) {
       Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
       weight = 0;
       for (int row : own) {
-        weight += weights[static_cast<size_t>(row)];
-        sum += weights[static_cast<size_t>(row)] * at.residual(row);
+        weight += weights[row];
+        sum += weights[row] * at.residual(row);
       }
       block.col(p) = sum / weight;
     }
@@ -117,7 +117,7 @@ std::vector<Eigen::Index> SumOfSquares::places_of(const std::vector<Eigen::Index
   for (const Eigen::Index coordinate : coordinates) {
     if (coordinate >= std::ssize(place_of_))
       place_of_.resize(static_cast<size_t>(coordinate) + 1, kNowhere);
-    Eigen::Index& place = place_of_[static_cast<size_t>(coordinate)];
+    Eigen::Index& place = place_of_[coordinate];
     if (place == kNowhere) {
       place = std::ssize(coordinate_at_);
       coordinate_at_.push_back(coordinate);
@@ -229,7 +229,7 @@ std::vector<int> poses_by_group(const SessionModels::At& at, const GroupedRows& 
   std::vector<int> order(static_cast<size_t>(rows.groups()));
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](int pose) {
-    return at.group_of(rows.row[static_cast<size_t>(rows.first[static_cast<size_t>(pose)])]);
+    return at.group_of(rows.row[rows.first[pose]]);
   });
   return order;
 }

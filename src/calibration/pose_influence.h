@@ -197,7 +197,7 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
       [&](int begin, int end) {
         Sums sums;
         for (int k = begin; k < end; ++k) {
-          const PoseRows pose = roots.rows_of(at, weights, rows, order[static_cast<size_t>(k)]);
+          const PoseRows pose = roots.rows_of(at, weights, rows, order[k]);
           add(sums, influence_of_pose(pose.rows, pose.residual), pose.rows, pose.coordinates);
         }
         return sums;

@@ -111,9 +111,9 @@ Spread spread_of(const CalibrationResult& fit, const Campaign& campaign,
   const ReadingSize size = campaign.reading_size();
   double position = 0, orientation = 0, rows = 0;
   for (int row = 0; row < campaign.rows(); ++row) {
-    const double weight = fit.weights[static_cast<size_t>(row)];
-    position += weight * evaluation.residuals[static_cast<size_t>(row)].head<3>().squaredNorm();
-    orientation += weight * evaluation.residuals[static_cast<size_t>(row)].tail<3>().squaredNorm();
+    const double weight = fit.weights[row];
+    position += weight * evaluation.residuals[row].head<3>().squaredNorm();
+    orientation += weight * evaluation.residuals[row].tail<3>().squaredNorm();
     rows += std::min(1.0, weight);
   }
   // Readings of a pose share the lack of fit of the model: the unknowns follow poses, not readings.
@@ -171,7 +171,7 @@ std::vector<int> stated_unknowns(const CalibrationResult& fit) {
   const int end = first_anchor_parameter(fit.robot.chain);
   std::vector<int> unknowns;
   for (int k = 0; k < count; ++k) {
-    const int parameter = k < geometric ? fit.set.kept[static_cast<size_t>(k)] : 0;
+    const int parameter = k < geometric ? fit.set.kept[k] : 0;
     if (count <= kMaxUnknowns || parameter < first || parameter >= end) unknowns.push_back(k);
   }
   return unknowns;
@@ -189,7 +189,7 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   const std::vector<int> unknowns = stated_unknowns(fit);
   std::vector<int> geometric;
   for (int k : unknowns)
-    if (k < std::ssize(fit.set.kept)) geometric.push_back(fit.set.kept[static_cast<size_t>(k)]);
+    if (k < std::ssize(fit.set.kept)) geometric.push_back(fit.set.kept[k]);
   for (int k : geometric) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
   uncertainty.root = root_of(fit.covariance(unknowns, unknowns));
   const Spread spread = spread_of(fit, campaign, evaluation);
@@ -225,8 +225,8 @@ Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
   std::vector<Eigen::Index> others;
   for (Eigen::Index k = 0; k < known.root.rows(); ++k) {
     const bool geometric = k < std::ssize(before);
-    if (geometric && std::ranges::count(refitted, before[static_cast<size_t>(k)]) > 0) continue;
-    if (geometric) all.push_back(before[static_cast<size_t>(k)]);
+    if (geometric && std::ranges::count(refitted, before[k]) > 0) continue;
+    if (geometric) all.push_back(before[k]);
     others.push_back(k);
   }
   const ReadingSigma sigma{std::max(1e-9, known.reading.position),
@@ -239,7 +239,7 @@ Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
 
   const auto own = static_cast<Eigen::Index>(refitted.size());
   const auto rest = std::min<Eigen::Index>(std::ssize(others), model.unknowns() - own);
-  others.resize(static_cast<size_t>(rest));
+  others.resize(rest);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.leftCols(own));
   const Eigen::MatrixXd taken_up = -qr.solve(rows.middleCols(own, rest));
   const Eigen::MatrixXd root = known.root(others, Eigen::all);

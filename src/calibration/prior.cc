@@ -40,7 +40,7 @@ std::vector<PriorWidth> typical_widths() {
 
 Class class_of(const KinematicChain& chain, int parameter) {
   const int link = link_of_parameter(parameter);
-  const bool moves = chain.links[static_cast<size_t>(link)].joint != JointKind::fixed;
+  const bool moves = chain.links[link].joint != JointKind::fixed;
   if (moves && parameter == zero_of_link(chain, link)) return zero_offsets;
   return parameter_unit(chain, parameter) == ParameterUnit::metre ? lengths : angles;
 }
@@ -171,7 +171,7 @@ void add_coefficients(const Robot& robot, const SessionModels& models, Priors& p
       } else if (is_curve)
         priors.of_unknowns.push_back({k, curve, c.value, width});
       else if (!typical.empty()) {
-        const double unit = typical[static_cast<size_t>(&c - effect.coefficients.data())];
+        const double unit = typical[&c - effect.coefficients.data()];
         priors.of_unknowns.push_back(
             {k, priors.widths[of_family].deviation * unit, c.value, of_family, unit});
       } else if (value > 0)
@@ -252,17 +252,17 @@ void set_diagonal_of_inverse(const Eigen::LLT<Eigen::MatrixXd>& llt,
   for_ordered_blocks<int>(
       static_cast<int>(asked.size()), kColumnsPerBlock,
       [&](int begin, int end) {
-        const Eigen::Index first = asked[static_cast<size_t>(begin)];
+        const Eigen::Index first = asked[begin];
         const Eigen::Index left = llt.cols() - first;
         Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(left, end - begin);
         for (int k = begin; k < end; ++k)
-          columns(asked[static_cast<size_t>(k)] - first, k - begin) = 1;
+          columns(asked[k] - first, k - begin) = 1;
         llt.matrixLLT()
             .bottomRightCorner(left, left)
             .triangularView<Eigen::Lower>()
             .solveInPlace(columns);
         for (int k = begin; k < end; ++k)
-          inverse[asked[static_cast<size_t>(k)]] = columns.col(k - begin).squaredNorm();
+          inverse[asked[k]] = columns.col(k - begin).squaredNorm();
         return 0;
       },
       [](int) {});

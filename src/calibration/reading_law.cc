@@ -204,7 +204,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
   for_ordered_blocks<Tried>(
       static_cast<int>(kFreedom.size()), 1,
       [&](int k, int) {
-        const double dof = kFreedom[static_cast<size_t>(k)];
+        const double dof = kFreedom[k];
         const ReadingSigma sigma = most_likely_sigma(rows, start, dof, correction);
         return Tried{log_likelihood(rows, sigma, dof), dof, sigma};
       },

@@ -68,7 +68,7 @@ auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
     const double limit = median(misses);
     chosen.clear();
     for (int k = 0; k < count; ++k)
-      if (misses[static_cast<size_t>(k)] <= limit) chosen.push_back(k);
+      if (misses[k] <= limit) chosen.push_back(k);
     found = fit(chosen);
   }
   return found;

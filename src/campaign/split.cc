@@ -58,7 +58,7 @@ Split split_by_region(const Robot& robot, const Campaign& campaign, double share
   for (const auto& [id, point] : point_of_pose)
     along.emplace_back(-direction.dot(point - mean), id);
   std::sort(along.begin(), along.end());
-  along.resize(static_cast<size_t>(std::lround(share * static_cast<double>(point_of_pose.size()))));
+  along.resize(std::lround(share * static_cast<double>(point_of_pose.size())));
   std::set<int> held_out;
   for (const auto& [distance, id] : along) held_out.insert(id);
   return without_poses(pose, held_out);

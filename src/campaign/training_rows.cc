@@ -64,7 +64,7 @@ SeenPoses seen_poses(const TrainingRows& training, const Campaign& campaign) {
   for (int row = 0; row < campaign.rows(); ++row) {
     const std::uint32_t mark = mark_of(campaign, row);
     if (!are_all && mark > marks.back()) continue;
-    const int pose = campaign.pose[static_cast<size_t>(row)];
+    const int pose = campaign.pose[row];
     compared.insert(pose);
     if (std::ranges::binary_search(marks, mark)) seen.insert(pose);
   }

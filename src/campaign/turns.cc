@@ -126,7 +126,7 @@ std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector
   std::string names;
   int rows = 0;
   for (const MovedByTurns& of_joint : moved) {
-    names += (names.empty() ? "" : ", ") + joints[static_cast<size_t>(of_joint.joint)].column;
+    names += (names.empty() ? "" : ", ") + joints[of_joint.joint].column;
     rows += of_joint.rows;
   }
   const MovedByTurns& example = moved.front();
@@ -134,7 +134,7 @@ std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector
       "{} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
       "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
       "none",
-      rows, names, lines[static_cast<size_t>(example.first)], example.as_given / kDegree,
+      rows, names, lines[example.first], example.as_given / kDegree,
       example.as_read / kDegree);
 }
 

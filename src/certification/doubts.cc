@@ -129,7 +129,7 @@ std::vector<Pair> pairs_of(const Robot& robot, const Campaign& campaign,
     for (size_t b = 1; b < rows.size(); ++b)
       for (size_t a = 0; a < b; ++a) {
         const auto residual = [&](int row) -> Eigen::Vector3d {
-          return evaluation.residuals[static_cast<size_t>(row)].head<3>();
+          return evaluation.residuals[row].head<3>();
         };
         pairs.push_back({rows[a], rows[b], turned * (residual(rows[b]) - residual(rows[a]))});
       }

@@ -35,7 +35,7 @@ Repeatability repeatability(const std::vector<Visit>& visits) {
   const Eigen::Vector3d mean = mean_of(visits, &Visit::attained);
   Eigen::Matrix3Xd apart(3, n);
   for (Eigen::Index j = 0; j < n; ++j)
-    apart.col(j) = visits[static_cast<size_t>(j)].attained - mean;
+    apart.col(j) = visits[j].attained - mean;
   const Eigen::VectorXd l = apart.colwise().norm().transpose();
   const double s = std::sqrt((l.array() - l.mean()).square().sum() / (n - 1));
   const double rp = resolved(l.mean() + 3 * s, mean.norm());
@@ -47,7 +47,7 @@ Repeatability repeatability(const std::vector<Visit>& visits) {
 Eigen::Vector3d turn_repeatability(const std::vector<Visit>& visits) {
   Eigen::Matrix3Xd turns(3, static_cast<Eigen::Index>(visits.size()));
   for (Eigen::Index j = 0; j < turns.cols(); ++j)
-    turns.col(j) = rotation_log(*visits[static_cast<size_t>(j)].orientation *
+    turns.col(j) = rotation_log(*visits[j].orientation *
                                 visits.front().orientation->transpose());
   const Eigen::Vector3d mean = turns.rowwise().mean();
   return resolved_turn(
@@ -98,7 +98,7 @@ void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
 using Place = std::array<int, 3>;
 
 std::string label(const Campaign& campaign, int row) {
-  std::string text = campaign.pose_ids[static_cast<size_t>(campaign.pose[row])];
+  std::string text = campaign.pose_ids[campaign.pose[row]];
   if (!campaign.target.empty()) text += ", " + campaign.target_names[campaign.target[row]];
   if (campaign.session_names.size() > 1)
     text += ", session " + campaign.session_names[campaign.session[row]];
@@ -106,7 +106,7 @@ std::string label(const Campaign& campaign, int row) {
 }
 
 Visit visit_of(const Campaign& campaign, const Evaluation& evaluation, int row) {
-  const auto& residual = evaluation.residuals[static_cast<size_t>(row)];
+  const auto& residual = evaluation.residuals[row];
   Visit visit;
   visit.attained = campaign.position[row];
   visit.error = residual.head<3>();
@@ -199,7 +199,7 @@ CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluatio
   std::map<Place, int> last_stay;
   std::map<Place, bool> left;
   for (int row = 0; row < campaign.rows(); ++row) {
-    const Place place{order[static_cast<size_t>(row)],
+    const Place place{order[row],
                       campaign.target.empty() ? 0 : campaign.target[row],
                       campaign.session.empty() ? 0 : campaign.session[row]};
     visits[place].push_back(visit_of(campaign, evaluation, row));

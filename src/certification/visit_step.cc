@@ -36,15 +36,15 @@ std::vector<VisitInTime> visits_in_order(const Campaign& campaign, const Evaluat
   std::vector<VisitInTime> visits;
   for (size_t place = 0; place < places.size(); ++place) {
     const auto residual = [&](int row) -> Eigen::Vector3d {
-      return evaluation.residuals[static_cast<size_t>(row)].head<3>();
+      return evaluation.residuals[row].head<3>();
     };
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const int row : places[place]) mean += residual(row);
     mean /= static_cast<double>(places[place].size());
     for (const int row : places[place]) {
       const double time = campaign.time_s.empty()
-                              ? static_cast<double>(campaign.line[static_cast<size_t>(row)])
-                              : campaign.time_s[static_cast<size_t>(row)];
+                              ? static_cast<double>(campaign.line[row])
+                              : campaign.time_s[row];
       visits.push_back({row, place, time, residual(row) - mean});
     }
   }
@@ -69,7 +69,7 @@ std::vector<Cause> causes_of(const Robot& robot, const Campaign& campaign,
   Cause shift{"the instrument or the foot of the robot", {}}, frame = shift,
       reflector{"the reflector or the tool", {}};
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const auto& rows : places) middle += campaign.position[static_cast<size_t>(rows.front())];
+  for (const auto& rows : places) middle += campaign.position[rows.front()];
   middle /= static_cast<double>(places.size());
   for (const auto& rows : places) {
     const auto row = static_cast<size_t>(rows.front());
@@ -131,7 +131,7 @@ Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const E
 double left_by_drift(const Cause& cause, const std::vector<VisitInTime>& visits, double all) {
   const auto rows = static_cast<Index>(visits.size());
   Eigen::VectorXd time(rows);
-  for (Index i = 0; i < rows; ++i) time[i] = visits[static_cast<size_t>(i)].time;
+  for (Index i = 0; i < rows; ++i) time[i] = visits[i].time;
   Eigen::MatrixXd cubic(rows, 3);
   cubic << time, time.cwiseAbs2(), time.array().cube().matrix();
   double most = fall_by(cause, visits, cubic).squares;

@@ -22,7 +22,7 @@ Program select(const Program& program, const std::vector<int>& rows) {
   const auto pick = [&](const auto& from, auto& to) {
     if (from.empty()) return;
     to.clear();
-    for (int row : rows) to.push_back(from[static_cast<size_t>(row)]);
+    for (int row : rows) to.push_back(from[row]);
   };
   pick(program.poses, chosen.poses);
   pick(program.hinted, chosen.hinted);

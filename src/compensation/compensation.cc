@@ -72,7 +72,7 @@ class Compensation {
     for (int row = 0; row < program_.rows(); ++row) try_row(row);
     if (unreachable_) throw *unreachable_;
     for (int row = 0; row < program_.rows(); ++row)
-      visits_.q[static_cast<size_t>(row)] = targets_[static_cast<size_t>(row)].programmed;
+      visits_.q[row] = targets_[row].programmed;
     if (identified.uncertainty)
       for (const Arms& arms : arms_) cover_rows_of(arms, identified);
     for (CorrectedTarget& target : targets_) {
@@ -115,8 +115,8 @@ class Compensation {
                               : controller().pose(context);
     settle(target, context, intended);
     motion_.go_to(target.q);
-    visits_.arrival[static_cast<size_t>(row)] = context.arrival;
-    visits_.stroke[static_cast<size_t>(row)] = context.stroke;
+    visits_.arrival[row] = context.arrival;
+    visits_.stroke[row] = context.stroke;
     finish(target, context, intended);
     target.reached_q = target.programmed;
     if (!program_.is_cartesian(static_cast<size_t>(row)))
@@ -176,7 +176,7 @@ class Compensation {
 
   // R_0 from the TCP of a Cartesian target.
   Pose wanted_at(int row) const {
-    return arms_now_->options.base * program_.poses[static_cast<size_t>(row)];
+    return arms_now_->options.base * program_.poses[row];
   }
 
   JointVector programmed_at(int row, Context context) const {
@@ -333,8 +333,8 @@ double turn_of_last_frame(const Robot& robot, const Robot& controller) {
     }
     const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
     const Pose foot =
-        of.ground_link ? inverse(frames[static_cast<size_t>(*of.ground_link)]) : Pose{};
-    return std::array{foot * frames[static_cast<size_t>(link_of_joint(chain, joints - 1))],
+        of.ground_link ? inverse(frames[*of.ground_link]) : Pose{};
+    return std::array{foot * frames[link_of_joint(chain, joints - 1)],
                       foot * frames.back()};
   };
   const auto [own_joint, own] = last_frames(robot);
@@ -399,7 +399,7 @@ Robot in_session(Robot robot, const std::string& session) {
     throw std::invalid_argument("has no session '" + session + "'" +
                                 (names.empty() ? "" : "; it has " + names));
   for (const auto& [link, zero] : found->second.zero)
-    zero_of(robot.chain.links[static_cast<size_t>(link)]) = zero;
+    zero_of(robot.chain.links[link]) = zero;
   return robot;
 }
 

@@ -125,11 +125,11 @@ class ErrorMapper {
              const Campaign& visits) const {
     if (!identified_.uncertainty || rows.empty()) return;
     Campaign reached = visits.select(rows);
-    for (size_t k = 0; k < rows.size(); ++k) reached.q[k] = *points[static_cast<size_t>(rows[k])].q;
+    for (size_t k = 0; k < rows.size(); ++k) reached.q[k] = *points[rows[k]].q;
     const Coverage known = coverage(identified_, options_, reached);
     const double scatter = identified_.uncertainty->reading.position;
     for (size_t k = 0; k < rows.size(); ++k) {
-      MapPoint& point = points[static_cast<size_t>(rows[k])];
+      MapPoint& point = points[rows[k]];
       point.deviation = known.deviation[k];
       point.leverage = known.leverage[k];
       point.after = std::hypot(known.deviation[k], std::sqrt(3.0) * scatter);
@@ -225,7 +225,7 @@ int Grid::point(const std::array<int, 3>& place) const {
 }
 
 double Grid::coordinate(int axis, int place) const {
-  const int last = count[static_cast<size_t>(axis)] - 1;
+  const int last = count[axis] - 1;
   if (last == 0) return 0.5 * (low[axis] + high[axis]);
   return place == last ? high[axis] : low[axis] + (high[axis] - low[axis]) * place / last;
 }
@@ -244,7 +244,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Prog
   const ErrorMapper mapper(identified, controller, options, program.visits.temperature_names);
   ErrorMap map;
   for (int pose : program.visits.pose)
-    map.names.push_back(program.visits.pose_ids[static_cast<size_t>(pose)]);
+    map.names.push_back(program.visits.pose_ids[pose]);
   Campaign visits = program.visits;
   map.points = points_of(program, mapper, following, visits);
   predict_all(map, mapper, [&](int begin, int end) {
@@ -272,7 +272,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid
     map.names.push_back(std::to_string(k + 1));
     MapPoint& point = map.points.emplace_back();
     point.position = grid.position(k);
-    point.q = joints[static_cast<size_t>(k)];
+    point.q = joints[k];
   }
   predict_all(map, mapper, [&](int begin, int end) {
     return still.select(std::vector<int>(static_cast<size_t>(end - begin), 0));

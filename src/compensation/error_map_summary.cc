@@ -55,11 +55,11 @@ class BoxSums {
 std::array<int, 3> points_covered(const Grid& grid, const Eigen::Vector3d& part) {
   std::array<int, 3> covered{1, 1, 1};
   for (int axis = 0; axis < 3; ++axis) {
-    const int steps = grid.count[static_cast<size_t>(axis)] - 1;
+    const int steps = grid.count[axis] - 1;
     if (steps == 0) continue;
     const double step = (grid.high[axis] - grid.low[axis]) / steps;
     const double covers = std::min<double>(steps, part[axis] / step + kOnAPoint);
-    covered[static_cast<size_t>(axis)] = static_cast<int>(covers) + 1;
+    covered[axis] = static_cast<int>(covers) + 1;
   }
   return covered;
 }
@@ -132,7 +132,7 @@ void add_direction(const ErrorMap& map, ErrorMapSummary& summary) {
     if (!point.is_predicted) continue;
     const auto number = static_cast<int>(k);
     const auto length = [&](int other) {
-      return map.points[static_cast<size_t>(other)].error.norm();
+      return map.points[other].error.norm();
     };
     if (summary.best < 0 || point.error.norm() < length(summary.best)) summary.best = number;
     if (summary.worst < 0 || point.error.norm() > length(summary.worst)) summary.worst = number;

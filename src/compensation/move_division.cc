@@ -134,11 +134,11 @@ class MoveDivision {
     try {
       targets_ = compensate(identified_, controller_, divided, options_);
     } catch (const UnreachableTarget& error) {
-      const Row row = rows_[static_cast<size_t>(error.row)];
+      const Row row = rows_[error.row];
       if (!row.is_placed) {
         UnreachableTarget of_program(static_cast<int>(row.target()), error.what());
         for (const auto& [other, why] : error.out_of_reach)
-          if (const Row& of = rows_[static_cast<size_t>(other)]; !of.is_placed)
+          if (const Row& of = rows_[other]; !of.is_placed)
             of_program.out_of_reach.emplace_back(static_cast<int>(of.target()), why);
         throw of_program;
       }

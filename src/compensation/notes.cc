@@ -75,7 +75,7 @@ std::vector<int> worst_targets(const std::vector<CorrectedTarget>& targets, int 
   std::vector<int> rows(targets.size());
   std::iota(rows.begin(), rows.end(), 0);
   const auto rank = [&](int row) {
-    const CorrectedTarget& target = targets[static_cast<size_t>(row)];
+    const CorrectedTarget& target = targets[row];
     return std::tuple(-target.expected(), -target.before.position, row);
   };
   std::ranges::sort(rows, {}, rank);

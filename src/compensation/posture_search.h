@@ -31,7 +31,7 @@ class PostureSearch {
   /// travel; nothing if that cannot be.
   std::optional<JointVector> in_ranges(JointVector q, bool in_travel) const;
   bool has_sides(const JointVector& q) const;
-  int joint(int axis) const { return joints_.arm[static_cast<size_t>(axis)]; }
+  int joint(int axis) const { return joints_.arm[axis]; }
 
   const ProgramArm& arm_;
   const ProgramJoints joints_;

@@ -13,14 +13,14 @@ int ProgramJoints::count() const {
 
 JointVector ProgramJoints::arm_of(const JointVector& q) const {
   JointVector angles(kProgramAxes);
-  for (int j = 0; j < kProgramAxes; ++j) angles[j] = q[arm[static_cast<size_t>(j)]];
+  for (int j = 0; j < kProgramAxes; ++j) angles[j] = q[arm[j]];
   angles[2] += third_by_second * angles[1];
   return angles;
 }
 
 JointVector ProgramJoints::whole(const JointVector& arm_joints, const JointVector& other) const {
   JointVector q = other;
-  for (int j = 0; j < kProgramAxes; ++j) q[arm[static_cast<size_t>(j)]] = arm_joints[j];
+  for (int j = 0; j < kProgramAxes; ++j) q[arm[j]] = arm_joints[j];
   q[arm[2]] -= third_by_second * arm_joints[1];
   return q;
 }
@@ -42,13 +42,13 @@ std::optional<ProgramJoints> program_joints(const KinematicChain& chain, bool fr
   int joint = 0, found = 0;
   for (const JointName& name : joint_names(chain)) {
     if (name.is_external()) {
-      joints.external[static_cast<size_t>(name.column[1] - '1')] = {joint, name.si()};
+      joints.external[name.column[1] - '1'] = {joint, name.si()};
     } else {
       const int link = link_of_joint(chain, joint);
       if (found == 0) joints.first_link = link;
       if (found == kProgramAxes || name.is_length || link != joints.first_link + found)
         return std::nullopt;
-      joints.arm[static_cast<size_t>(found++)] = joint;
+      joints.arm[found++] = joint;
     }
     ++joint;
   }

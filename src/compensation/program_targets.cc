@@ -16,7 +16,7 @@ namespace {
 
 // The frame or tool that the program names.
 const Pose& frame_of(const RobotProgram& program, int index) {
-  return program.frames[static_cast<size_t>(index)].pose;
+  return program.frames[index].pose;
 }
 
 // Names all frames and tools whose values Cartesian targets lack, as the options to type.
@@ -28,7 +28,7 @@ void require_frames(const RobotProgram& program) {
   std::vector<Missing> all;
   const auto add = [&](const ProgramTarget& target, int index, const char* what) {
     if (index < 0 || target.kind == TargetKind::joints) return;
-    const ProgramFrame& frame = program.frames[static_cast<size_t>(index)];
+    const ProgramFrame& frame = program.frames[index];
     const auto is_it = [&](const Missing& other) { return other.name == frame.name; };
     if (!frame.is_known && std::ranges::none_of(all, is_it))
       all.push_back({frame.name, what, target.line});
@@ -77,7 +77,7 @@ void finish(CorrectedMoves& moves) {
 bool states_turn(const RobotProgram& program, size_t row) {
   const ProgramTarget& target = program.targets[row];
   return program.dialect == Dialect::krl && target.kind == TargetKind::cartesian &&
-         states_turn(program.points[static_cast<size_t>(target.point)]);
+         states_turn(program.points[target.point]);
 }
 
 // The external axes of a target, in a vector of all joints.

@@ -64,7 +64,7 @@ JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& pr
 
 JointVector ProgrammedJoints::with_external(int row, JointVector q) const {
   if (program_.states_external)
-    controller_.program_joints().move_external(q, program_.visits.q[static_cast<size_t>(row)]);
+    controller_.program_joints().move_external(q, program_.visits.q[row]);
   return q;
 }
 
@@ -74,7 +74,7 @@ JointVector ProgrammedJoints::at(int row, const Context& context, const JointVec
     check_turn(row, hint);
     return hint;
   }
-  const Pose wanted = options_.base * program_.poses[static_cast<size_t>(row)];
+  const Pose wanted = options_.base * program_.poses[row];
   const FoundJoints found = joints_on_branch(controller_, context, wanted, hint, more_starts);
   if (found.reach == Reach::on_another_branch)
     throw OutOfReach(
@@ -92,7 +92,7 @@ JointVector ProgrammedJoints::at(int row, const Context& context, const JointVec
 
 void ProgrammedJoints::check_turn(int row, const JointVector& q) const {
   if (program_.turns.empty()) return;
-  const int turn = program_.turns[static_cast<size_t>(row)];
+  const int turn = program_.turns[row];
   for (int j = 0; j < kProgramAxes; ++j) {
     const bool below = (turn >> j) & 1;
     if ((q[j] < 0) != below)
@@ -109,7 +109,7 @@ JointVector ProgrammedJoints::in_turn(int row, JointVector q) const {
   if (program_.turns.empty()) return q;
   const KinematicChain& chain = controller_.robot().chain;
   for (int j = 0; j < kProgramAxes; ++j) {
-    const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
+    const bool below = (program_.turns[row] >> j) & 1;
     if ((q[j] < 0) == below) continue;
     q[j] += below ? -kTurn : kTurn;
     const Link& link = joint_link(chain, j);

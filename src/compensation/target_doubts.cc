@@ -59,7 +59,7 @@ void check_joints(const RobotProgram& program, std::vector<std::string>& doubts)
   double most = 0;
   for (const ProgramTarget& target : program.targets) {
     if (target.kind != TargetKind::joints) continue;
-    const std::vector<double> values = values_of(program.points[static_cast<size_t>(target.point)]);
+    const std::vector<double> values = values_of(program.points[target.point]);
     const double largest = largest_of(values);
     most = std::max(most, largest);
     if (program.dialect == Dialect::urscript) {
@@ -86,7 +86,7 @@ void check_points(const RobotProgram& program, std::vector<std::string>& doubts)
     if (target.kind != TargetKind::cartesian) continue;
     if (program.dialect == Dialect::urscript) {
       const std::vector<double> values =
-          values_of(program.points[static_cast<size_t>(target.point)]);
+          values_of(program.points[target.point]);
       const double turn = std::hypot(values[3], values[4], values[5]);
       if (turn <= kTurn) continue;
       doubts.push_back(fmt::format(
@@ -109,7 +109,7 @@ void check_tools(const RobotProgram& program, const CompensationOptions& options
   const ProgramTarget* without = nullptr;
   for (const ProgramTarget& target : program.targets) {
     if (target.tool >= 0)
-      is_tool[static_cast<size_t>(target.tool)] = true;
+      is_tool[target.tool] = true;
     else if (!without && target.kind == TargetKind::cartesian)
       without = &target;
   }

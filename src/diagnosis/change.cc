@@ -31,7 +31,7 @@ std::vector<int> find_blunders(const ChangeProblem& problem) {
   const std::vector<double> promised = problem.promised_falls(law, best);
   for (int k = 0; k < problem.hypotheses(); ++k) {
     const double of_moves = price * problem.moves_in({k});
-    if (kMostTimesPromised * promised[static_cast<size_t>(k)] < of_moves) continue;
+    if (kMostTimesPromised * promised[k] < of_moves) continue;
     ChangeProblem::Fit other = problem.fit({k}, law);
     other.loss += of_moves;
     if (other.loss < best.loss) best = std::move(other);

@@ -59,7 +59,7 @@ ChangeProblem::Sums ChangeProblem::sums_of(const std::vector<Unknown>& unknowns,
   const Eigen::Index columns = fitted.x.size() + 1;
   const int size = models_.row_size();
   const bool keeps_weights = law.degrees_of_freedom > 0;
-  if (keeps_weights) fitted.weights.resize(static_cast<size_t>(models_.rows()));
+  if (keeps_weights) fitted.weights.resize(models_.rows());
   Sums total{Eigen::MatrixXd::Zero(columns, columns), 0};
   for (int s = 0; s < sessions(); ++s) {
     const std::vector<int>& rows_of_session = models_.rows_of(s);
@@ -73,7 +73,7 @@ ChangeProblem::Sums ChangeProblem::sums_of(const std::vector<Unknown>& unknowns,
             const int last = std::min(end, first + kRowsAtOnce);
             models.blocks(s, first, last - first, of_model, rows.topRows((last - first) * size));
             for (int own = first; own < last; ++own) {
-              const int row = rows_of_session[static_cast<size_t>(own)];
+              const int row = rows_of_session[own];
               auto block = rows.middleRows((own - first) * size, size);
               const double squared_norm = block.rightCols<1>().squaredNorm();
               const double weight = weigh ? law.weight(squared_norm, size) : 1;
@@ -116,7 +116,7 @@ Eigen::MatrixXd ChangeProblem::known_of(const std::vector<Unknown>& unknowns) co
   const Eigen::Index count = std::ssize(unknowns), errors = correlated_.rows();
   Eigen::MatrixXd known = Eigen::MatrixXd::Zero(count, count);
   for (Eigen::Index i = 0; i < count; ++i)
-    known(i, i) = 1 / unknowns[static_cast<size_t>(i)].deviation;
+    known(i, i) = 1 / unknowns[i].deviation;
   known.topLeftCorner(errors, errors) = correlated_;
   return known;
 }

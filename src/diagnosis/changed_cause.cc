@@ -42,7 +42,7 @@ std::string describe_zero(const Cause& cause, double value, const KinematicChain
   return fmt::format(
       "{} the zero of {} is {:.3g} {} away from that in the others: was the arm mastered, or a "
       "motor exchanged? Then {}write identify_per_session: [{}] into the robot file",
-      part.words, chain.links[static_cast<size_t>(link_of_parameter(cause.parameter))].name,
+      part.words, chain.links[link_of_parameter(cause.parameter)].name,
       std::abs(value) / (is_length ? kMillimetre : kDegree), is_length ? "mm" : "deg",
       part.session.empty() ? "" : "give " + part.session + ", and ",
       parameter_name(chain, cause.parameter));

@@ -44,7 +44,7 @@ std::vector<int> rows_of_some_sessions(const Campaign& campaign) {
   constexpr size_t kFewestPoses = 4;
   std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   std::erase_if(sessions, [&](const std::vector<int>& own) {
-    const auto pose_of = [&](size_t k) { return campaign.pose[static_cast<size_t>(own[k])]; };
+    const auto pose_of = [&](size_t k) { return campaign.pose[own[k]]; };
     return !have_poses(own.size(), pose_of, kFewestPoses);
   });
   std::vector<int> numbers(sessions.size());
@@ -52,7 +52,7 @@ std::vector<int> rows_of_some_sessions(const Campaign& campaign) {
   numbers = evenly_chosen(numbers, kMostSessions);
   std::vector<int> rows;
   for (int session : numbers)
-    std::ranges::copy(evenly_chosen(sessions[static_cast<size_t>(session)],
+    std::ranges::copy(evenly_chosen(sessions[session],
                                     kMostRows / static_cast<int>(numbers.size())),
                       std::back_inserter(rows));
   std::ranges::sort(rows);

@@ -28,7 +28,7 @@ WayToGo by_arrival(const Campaign& readings, Eigen::Index joints) {
   Eigen::MatrixXd signs(readings.rows(), joints);
   for (int row = 0; row < readings.rows(); ++row)
     for (Eigen::Index j = 0; j < joints; ++j)
-      signs(row, j) = readings.arrival[row][static_cast<size_t>(j)];
+      signs(row, j) = readings.arrival[row][j];
   return {signs, false};
 }
 
@@ -86,7 +86,7 @@ Eigen::MatrixXd sag_columns(const FitEquations& equations, const Robot& robot,
         for (int row = 0; row < readings.rows(); ++row) {
           const LinkFrames frames = chain.link_frames(readings.q[row]);
           const auto frame = [&](int j) -> const Eigen::Matrix3d& {
-            return frames[static_cast<size_t>(link_of_joint(robot.chain, j))].rotation;
+            return frames[link_of_joint(robot.chain, j)].rotation;
           };
           torques[row] = frame(joint).col(2).dot(frame(carrier).col(axis).cross(down));
         }

@@ -333,7 +333,7 @@ LogFindings check_travel(const Robot& robot, const Campaign& campaign) {
   for (int row = 0; row < campaign.rows(); ++row)
     for (int j = 0; j < static_cast<int>(names.size()); ++j) {
       const Link& link = joint_link(robot.chain, j);
-      const JointName& name = names[static_cast<size_t>(j)];
+      const JointName& name = names[j];
       const double q = campaign.q[row][j];
       const double beyond = std::max(link.min - q, q - link.max);
       if (beyond < (name.is_length ? kFarBeyond : std::numbers::pi)) continue;

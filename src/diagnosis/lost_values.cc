@@ -302,7 +302,7 @@ struct Load {
 bool name_equal_components(const Load& load, const Campaign& campaign, LogFindings& findings) {
   std::map<double, std::vector<int>> rows_of;
   for (int row = 0; row < campaign.rows(); ++row) {
-    const auto value = [&](const Series& s) { return s.values[static_cast<size_t>(row)]; };
+    const auto value = [&](const Series& s) { return s.values[row]; };
     const double first = value(load.components.front());
     if (std::ranges::all_of(load.components, [&](const Series& s) { return value(s) == first; }))
       rows_of[first].push_back(row);

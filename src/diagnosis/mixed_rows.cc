@@ -126,7 +126,7 @@ std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& c
   const std::vector<double> miss = evaluate(placed, campaign).*errors;
   std::vector<int> off;
   for (int row = 0; row < campaign.rows(); ++row)
-    if (miss[static_cast<size_t>(row)] > good) off.push_back(row);
+    if (miss[row] > good) off.push_back(row);
   if (off.empty()) return std::nullopt;
   std::optional<std::string> finding;
   size_t most_poses = kPosesThatProve - 1;
@@ -137,7 +137,7 @@ std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& c
     std::vector<int> found;
     std::set<int> poses;
     for (size_t k = 0; k < off.size(); ++k)
-      if (left[k] <= std::min(good, kTenth * miss[static_cast<size_t>(off[k])])) {
+      if (left[k] <= std::min(good, kTenth * miss[off[k]])) {
         found.push_back(off[k]);
         poses.insert(campaign.pose[off[k]]);
       }

@@ -85,7 +85,7 @@ FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_
     Eigen::MatrixXd block(size, model.unknowns() + 1);
     for (int row = 0; row < model.rows(); ++row) {
       at.block(row, block);
-      const int first = sessions[session][static_cast<size_t>(row)] * size;
+      const int first = sessions[session][row] * size;
       fitted.block(first, 0, size, shared) = block.leftCols(shared);
       fitted.block(first, shared + own * static_cast<Eigen::Index>(session), size, own) =
           block.middleCols(shared, own);

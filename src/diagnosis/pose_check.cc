@@ -50,11 +50,11 @@ void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
   const std::vector<JointName> joints = joint_names(robot.chain);
   for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
     const std::string& name = joint_link(robot.chain, j).name;
-    const std::string& axis = joints[static_cast<size_t>(j)].axis;
+    const std::string& axis = joints[j].axis;
     mistakes.push_back(
         {fmt::format("joint {} ({}) counts the other way: turn its sign", axis, name),
          [j](Reading& r) { r.q[j] = -r.q[j]; }, j});
-    if (joints[static_cast<size_t>(j)].is_length) continue;
+    if (joints[j].is_length) continue;
     for (const double zero : {kRight, -kRight, 2 * kRight})
       mistakes.push_back(
           {fmt::format("the zero of joint {} ({}) differs by {:g} deg: add {:g} to its theta_deg",
@@ -191,7 +191,7 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
   Pose station_from_foot = chain.base;
   if (robot.ground_link)
     station_from_foot =
-        chain.base * ChainEvaluator(chain).link_frames(q)[static_cast<size_t>(*robot.ground_link)];
+        chain.base * ChainEvaluator(chain).link_frames(q)[*robot.ground_link];
   const Pose tool_in_foot = inverse(station_from_foot) * tool_in_station;
   const std::string last = fmt::format("R_{}", link_count(chain));
   const std::string foot = robot.ground_link ? "the foot of the arm" : "R_0";

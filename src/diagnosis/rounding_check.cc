@@ -43,7 +43,7 @@ std::array<std::vector<double>, 3> numbers_read(const Campaign& readings, bool o
     const Eigen::Vector3d read =
         of_orientation ? abc_from_rotation(readings.orientation[row].toRotationMatrix())
                        : readings.position[row];
-    for (int axis = 0; axis < 3; ++axis) numbers[static_cast<size_t>(axis)].push_back(read[axis]);
+    for (int axis = 0; axis < 3; ++axis) numbers[axis].push_back(read[axis]);
   }
   return numbers;
 }

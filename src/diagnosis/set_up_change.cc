@@ -35,7 +35,7 @@ SetUpChange best_place(const FitEquations& equations, const Cause& cause,
   Eigen::VectorXd slope = Eigen::VectorXd::Zero(unknowns);
   SetUpChange best;
   for (int k = rows - 1; k > 0; --k) {
-    const int first = order[static_cast<size_t>(k)] * size;
+    const int first = order[k] * size;
     const auto columns = equations.columns.block(first, cause.first_column, size, unknowns);
     on_basis.noalias() += equations.basis.middleRows(first, size).transpose() * columns;
     gram.noalias() += columns.transpose() * columns;
@@ -63,7 +63,7 @@ Eigen::VectorXd explained_by(const SetUpChange& change, const FitEquations& equa
 std::vector<int> sorted_by(const std::vector<double>& keys) {
   std::vector<int> order(keys.size());
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, {}, [&](int row) { return keys[static_cast<size_t>(row)]; });
+  std::ranges::stable_sort(order, {}, [&](int row) { return keys[row]; });
   return order;
 }
 
@@ -71,7 +71,7 @@ std::vector<int> sorted_by(const std::vector<double>& keys) {
 std::vector<double> pose_numbers(const Campaign& campaign) {
   std::vector<double> numbers;
   for (int pose : campaign.pose) {
-    const std::string& id = campaign.pose_ids[static_cast<size_t>(pose)];
+    const std::string& id = campaign.pose_ids[pose];
     const auto [end, error] =
         std::from_chars(id.data(), id.data() + id.size(), numbers.emplace_back());
     if (error != std::errc() || end != id.data() + id.size()) return {};
@@ -96,12 +96,12 @@ std::vector<Order> orders_of(const Campaign& campaign) {
 std::string place_of(size_t row, const Order& order, const Campaign& campaign) {
   if (order.of == "time") return fmt::format("t_s = {:.10g}", campaign.time_s[row]);
   if (order.of == "pose")
-    return "pose " + campaign.pose_ids[static_cast<size_t>(campaign.pose[row])];
+    return "pose " + campaign.pose_ids[campaign.pose[row]];
   return fmt::format("line {}", campaign.line[row]);
 }
 
 ChangedPart part_of(const SetUpChange& change, const Order& order, const Campaign& campaign) {
-  const auto row = static_cast<size_t>(order.rows[static_cast<size_t>(change.first_row)]);
+  const auto row = static_cast<size_t>(order.rows[change.first_row]);
   std::string by_time;
   if (order.of == "time")
     by_time = fmt::format("--new-session-at-s {:.10g} or ", campaign.time_s[row]);

@@ -67,7 +67,7 @@ std::vector<Part> parts_of(const Campaign& readings) {
   std::vector<Part> parts;
   if (order.size() < 2) return parts;
   const auto name = [&](size_t k) {
-    return fmt::format("session '{}'", readings.session_names[static_cast<size_t>(order[k])]);
+    return fmt::format("session '{}'", readings.session_names[order[k]]);
   };
   // Of two sessions the other differs by the same.
   for (size_t k = order.size() == 2 ? 1 : 0; k < order.size(); ++k)

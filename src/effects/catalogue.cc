@@ -38,7 +38,7 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
   const int joints = joint_count(robot.chain);
   // A number in the catalogue counts the joints of the arm.
   const auto in_chain = [&](int number) {
-    return number < static_cast<int>(of_arm.size()) ? of_arm[static_cast<size_t>(number)] : -1;
+    return number < static_cast<int>(of_arm.size()) ? of_arm[number] : -1;
   };
   const std::vector<JointName> axes = joint_names(robot.chain);
   // Puts the name of a joint in the place of a letter; false if there is no such joint.
@@ -46,7 +46,7 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
     const size_t at = text.find(letter);
     if (at == std::string::npos) return true;
     if (joint < 0 || joint >= joints) return false;
-    text.replace(at, 3, axes[static_cast<size_t>(joint)].axis);
+    text.replace(at, 3, axes[joint].axis);
     return true;
   };
   const auto add = [&](const Parameter& parameter, int joint) {

@@ -52,8 +52,8 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
   if (link_ < links_ && parameter == zero_of_link(robot.chain, link_)) {
     const std::vector<double> moved = moved_with(robot.chain, link_);
     for (int j = 0; j < links_; ++j)
-      if (const double factor = moved[static_cast<size_t>(j)]; j != link_ && factor != 0)
-        followers_.push_back({j, factor, !is_prismatic(robot.chain.links[static_cast<size_t>(j)])});
+      if (const double factor = moved[j]; j != link_ && factor != 0)
+        followers_.push_back({j, factor, !is_prismatic(robot.chain.links[j])});
   }
   if (!by_masses_) choose_basis(robot, ChainEvaluator(robot.chain));
 }
@@ -93,7 +93,7 @@ Vector3d GravityLoad::velocity(const Motion& moved, const ArmFrames& frames, int
   Vector3d sum = link >= link_ ? moved.velocity(point) : Vector3d(Vector3d::Zero());
   for (const Follower& follower : followers_) {
     if (link < follower.link) continue;
-    const Pose& frame = frames[static_cast<size_t>(follower.link)];
+    const Pose& frame = frames[follower.link];
     sum += follower.factor *
            Motion{frame.rotation.col(2), frame.translation, follower.turns}.velocity(point);
   }
@@ -114,7 +114,7 @@ double GravityLoad::first_moment_value(const FirstMoment& moment, const Motion& 
   Vector3d axis = moved.turns ? moved.axis : Vector3d(Vector3d::Zero());
   for (const Follower& follower : followers_)
     if (follower.turns && moment.link >= follower.link)
-      axis += follower.factor * frames[static_cast<size_t>(follower.link)].rotation.col(2);
+      axis += follower.factor * frames[follower.link].rotation.col(2);
   const Vector3d direction = moment.link < 0
                                  ? Vector3d(Vector3d::Unit(moment.axis))
                                  : Vector3d(frames[moment.link].rotation.col(moment.axis));

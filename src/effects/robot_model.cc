@@ -140,8 +140,8 @@ void BoundEffect::set_terms(int load_values) {
     for (int i = 0; i < members; ++i)
       for (const std::string& name : names)
         coefficient_names_.push_back(values == 1
-                                         ? kTwistNames[static_cast<size_t>(i)]
-                                         : kTwistNames[static_cast<size_t>(i)] + (" " + name));
+                                         ? kTwistNames[i]
+                                         : kTwistNames[i] + (" " + name));
 }
 
 // Terms, values and coefficients of the members, one after the other.
@@ -231,7 +231,7 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
     return evaluate_polynomial(shape_, frames->back() * tool_.translation, out);
   if (driver_.kind == DriverKind::gravity_direction) {
     const Eigen::Vector3d down =
-        ground_ < 0 ? gravity_ : Vector3d((*frames)[static_cast<size_t>(ground_)].rotation * gravity_);
+        ground_ < 0 ? gravity_ : Vector3d((*frames)[ground_].rotation * gravity_);
     Eigen::Map<Eigen::Vector3d>(out, 3) = frames->back().rotation.transpose() * down;
     return;
   }
@@ -332,7 +332,7 @@ Pose RobotModel::pose(const Context& context) const {
 Vector3d RobotModel::place(const Context& context, int target,
                            const Eigen::VectorXd& offsets) const {
   const Vector3d position =
-      target < 0 ? Vector3d::Zero() : targets_[static_cast<size_t>(target)].position;
+      target < 0 ? Vector3d::Zero() : targets_[target].position;
   if (offsets.size() == 0) return chain_.pose(context.q) * position;
   const Vector3d moved =
       target < 0 ? position : position + offsets.segment<3>(layout_.targets + 3 * target);
@@ -346,7 +346,7 @@ Vector3d RobotModel::point(const Context& context, int target) const {
 }
 
 double RobotModel::distance(const Context& context, int target, int anchor) const {
-  const Anchor& from = anchors_[static_cast<size_t>(anchor)];
+  const Anchor& from = anchors_[anchor];
   if (effects_.empty()) return (place(context, target, {}) - from.position).norm() + from.zero;
   const Eigen::VectorXd all = offsets(context);
   const Eigen::Vector4d moved =

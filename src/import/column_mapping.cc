@@ -63,7 +63,7 @@ class Mapper {
   }
 
  private:
-  const std::string& header(int k) const { return table_.columns[static_cast<size_t>(k)].name; }
+  const std::string& header(int k) const { return table_.columns[k].name; }
 
   void leave_out(int k, const std::string& why) { mapping_.unused.push_back({header(k), why}); }
 
@@ -148,14 +148,14 @@ class Mapper {
   bool is_turn_or_temperature(int k) const {
     const ColumnName name = column_name(header(k));
     const auto unit =
-        find_unit(name.unit.empty() ? table_.columns[static_cast<size_t>(k)].unit_row : name.unit);
+        find_unit(name.unit.empty() ? table_.columns[k].unit_row : name.unit);
     return name.stem == "T" && !names_.unit_of(header(k)) &&
            !(unit && unit->kind == UnitKind::time);
   }
 
   void leave_unknown(int k) {
     const std::string& name = header(k);
-    const std::string& unit_row = table_.columns[static_cast<size_t>(k)].unit_row;
+    const std::string& unit_row = table_.columns[k].unit_row;
     const ColumnName parts = column_name(name);
     if (looks_like_angle(name, parts.unit.empty() ? unit_row : parts.unit))
       table_.fail_header("the column '" + name +
@@ -210,7 +210,7 @@ class Mapper {
     for (const auto& [quantity, column] : mapping_.columns) {
       if (!is_number(quantity)) continue;
       for (const PlainRow& row : table_.rows) {
-        const std::string& cell = row.cells[static_cast<size_t>(column.column)];
+        const std::string& cell = row.cells[column.column];
         const DecimalEvidence evidence = decimal_evidence(cell);
         if (evidence == DecimalEvidence::point) point = {&row, column.column};
         if (evidence == DecimalEvidence::comma) comma = {&row, column.column};
@@ -244,7 +244,7 @@ class Mapper {
     bool by_day = true, by_month = true;
     const PlainRow* open = nullptr;
     for (const PlainRow& row : table_.rows) {
-      const std::string& cell = row.cells[static_cast<size_t>(column->column)];
+      const std::string& cell = row.cells[column->column];
       const auto day = day_of(cell, DateOrder::day_first), month = day_of(cell, DateOrder::month_first);
       by_day = by_day && (day || !month);
       by_month = by_month && (month || !day);
@@ -300,7 +300,7 @@ std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping) 
         joint == mapping.joints.end() ? our_column(quantity) : joint->encoder();
     const auto ours_unit = find_unit(column_name(ours).unit);
     const bool has_factor = !column.unit.empty() && ours_unit && ours_unit->factor > 0;
-    line(ours, table.columns[static_cast<size_t>(column.column)].name, column.unit,
+    line(ours, table.columns[column.column].name, column.unit,
          has_factor ? fmt::format("{:.10g}", column.factor / ours_unit->factor) : "");
   }
   for (const ColumnMapping::Note& note : mapping.unused) line("-", note.header, "", note.why);

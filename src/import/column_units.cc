@@ -36,11 +36,11 @@ const char* example_unit(UnitKind kind) {
 void ColumnUnits::find(const std::string& quantity, MappedColumn& column) {
   const UnitKind kind = kind_of(quantity);
   if (kind == UnitKind::none || (quantity == "t" && is_clock_time(column.column))) return;
-  const std::string& name = table_.columns[static_cast<size_t>(column.column)].name;
+  const std::string& name = table_.columns[column.column].name;
   const std::string* const stated = names_.unit_of(name);
   std::string found;
   const bool is_doubted = names_.doubts_unit_of(name);
-  const std::string& unit_row = table_.columns[static_cast<size_t>(column.column)].unit_row;
+  const std::string& unit_row = table_.columns[column.column].unit_row;
   for (const std::string& text :
        {is_doubted ? std::string() : column_name(name).unit, is_doubted ? std::string() : unit_row,
         stated ? *stated : std::string()}) {

@@ -22,7 +22,7 @@ void require_whole_covariance(const PlainTable& table, const ColumnMapping& mapp
   int count = 0;
   for (int k = 0; k < kEntries; ++k)
     if (const MappedColumn* const column = mapping.find(fmt::format("cov{}", k))) {
-      if (there.empty()) there = table.columns[static_cast<size_t>(column->column)].name;
+      if (there.empty()) there = table.columns[column->column].name;
       ++count;
     }
   if (count == 0 || count == kEntries) return;

@@ -98,12 +98,12 @@ class CampaignBuilder {
     const int r = row_in(table, match);
     const int pose = index_of(campaign_.pose_ids, poses_, table->name(r, "pose"));
     if (pose == static_cast<int>(first_row_.size())) first_row_.push_back(row);
-    const int first = first_row_[static_cast<size_t>(pose)];
+    const int first = first_row_[pose];
     if (const double difference = differs(first, row); difference > kSamePose)
       table->fail(r, "pose",
                   fmt::format("has joint angles {:.4g} deg away from those of the same pose in "
                               "line {}; give different poses different names, or check the join",
-                              difference / kDegree, campaign_.line[static_cast<size_t>(first)]));
+                              difference / kDegree, campaign_.line[first]));
     return pose;
   }
 
@@ -126,7 +126,7 @@ class CampaignBuilder {
 
   // Largest difference of a joint [rad or m].
   double differs(int a, int b) const {
-    return (campaign_.q[static_cast<size_t>(a)] - campaign_.q[static_cast<size_t>(b)])
+    return (campaign_.q[a] - campaign_.q[b])
         .cwiseAbs()
         .maxCoeff();
   }
@@ -211,7 +211,7 @@ struct Import {
 void leave_out_empty_rows(Import& import) {
   const auto is_empty = [&](const PlainRow& row) {
     return std::ranges::all_of(import.mapping.joints, [&](const JointName& joint) {
-      return row.cells[static_cast<size_t>(import.mapping.find(joint.column)->column)].empty();
+      return row.cells[import.mapping.find(joint.column)->column].empty();
     });
   };
   const size_t before = import.table.rows.size();
@@ -324,7 +324,7 @@ ImportedReadings import_readings(const std::string& points, const std::string& j
   for (const auto& [quantity, column] : of_points.mapping.columns)
     if (joint_number(quantity) > 0)
       of_points.table.fail_header(
-          "the column '" + of_points.table.columns[static_cast<size_t>(column.column)].name +
+          "the column '" + of_points.table.columns[column.column].name +
           "' holds joint angles, as " + of_joints.table.file +
           " does; leave them out here with --ignore, or give this file alone without --joints");
   const TableReader point_reader(of_points.table, of_points.mapping);

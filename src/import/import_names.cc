@@ -40,7 +40,7 @@ std::string joint_in_cells(const PlainTable& table, const std::string& header) {
     table.fail_header("has no column '" + header +
                       "', which names the joint; record the whole message");
   const auto index = static_cast<int>(column - table.columns.begin());
-  const auto cell = [&](const PlainRow& row) { return row.cells[static_cast<size_t>(index)]; };
+  const auto cell = [&](const PlainRow& row) { return row.cells[index]; };
   for (const PlainRow& row : table.rows)
     if (cell(row) != cell(table.rows.front()) || cell(row).empty())
       table.fail(row, index,

@@ -180,7 +180,7 @@ class IdJoin {
                    fmt::format("stands {} times here and {} times in {}, so that rows cannot be "
                                "told apart; number the visits in both: --column repeat=NAME",
                                here.size(), rows.size(), joints_.table().file));
-    return rows[static_cast<size_t>(std::ranges::find(here, r) - here.begin())];
+    return rows[std::ranges::find(here, r) - here.begin()];
   }
 
   const TableReader& points_;
@@ -201,7 +201,7 @@ class TimeJoin {
     int outside = 0, moving = 0, first_moving = 0;
     for (int r = 0; r < points_.rows(); ++r) {
       if (points_.is_unmeasured(r)) continue;
-      const double t = point_s_[static_cast<size_t>(r)];
+      const double t = point_s_[r];
       const auto after = std::ranges::lower_bound(joint_s_, t);
       if (after == joint_s_.end() || (after == joint_s_.begin() && *after > t)) {
         ++outside;
@@ -242,7 +242,7 @@ class TimeJoin {
       point_s_.push_back(points.since(r, zero) + options_.clock_offset_s.value_or(0));
     for (int r = 0; r < joints_.rows(); ++r) {
       joint_s_.push_back(joints.since(r, zero));
-      if (r > 0 && joint_s_[static_cast<size_t>(r)] <= joint_s_[static_cast<size_t>(r) - 1])
+      if (r > 0 && joint_s_[r] <= joint_s_[static_cast<size_t>(r) - 1])
         joints_.fail(r, "t",
                      "is not after the time of the row above; joint angles that are joined by time "
                      "need increasing times");

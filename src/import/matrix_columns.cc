@@ -60,7 +60,7 @@ std::map<int, std::string> matrix_columns(const PlainTable& table,
                                           const std::function<bool(int)>& is_free) {
   std::map<std::string, Places> by_letters;
   for (int k = 0; k < static_cast<int>(table.columns.size()); ++k)
-    if (const auto element = element_of(table.columns[static_cast<size_t>(k)].name);
+    if (const auto element = element_of(table.columns[k].name);
         element && is_free(k))
       by_letters[element->letters].emplace(std::pair(element->row, element->column), k);
   std::map<int, std::string> found;
@@ -69,8 +69,8 @@ std::map<int, std::string> matrix_columns(const PlainTable& table,
         quantities_of(places, places.contains({0, 0}) ? 0 : 1);
     if (!quantities.empty() && !found.empty())
       table.fail_header("two matrices stand here, of " +
-                        table.columns[static_cast<size_t>(found.begin()->first)].name + " and of " +
-                        table.columns[static_cast<size_t>(quantities.begin()->first)].name +
+                        table.columns[found.begin()->first].name + " and of " +
+                        table.columns[quantities.begin()->first].name +
                         "; leave one out with --ignore");
     if (!quantities.empty()) found = quantities;
   }

@@ -28,14 +28,14 @@ std::string their_names(const PlainTable& table, const ColumnMapping& mapping,
   for (const std::string& quantity : group)
     if (const MappedColumn* const column = mapping.find(quantity))
       names += (names.empty() ? "'" : ", '") +
-               table.columns[static_cast<size_t>(column->column)].name + "'";
+               table.columns[column->column].name + "'";
   return names;
 }
 
 // The columns of armtrue's own files say what they are.
 bool is_our_name(const PlainTable& table, const ColumnMapping& mapping) {
   return std::ranges::all_of(std::array{"a", "b", "c"}, [&](const std::string& name) {
-    const std::string& header = table.columns[static_cast<size_t>(mapping.find(name)->column)].name;
+    const std::string& header = table.columns[mapping.find(name)->column].name;
     return header == name + "_deg" || header == name + "_rad";
   });
 }

@@ -49,13 +49,13 @@ void check_points(const PlainTable& table) {
   const int x = column("X");
   for (const PlainRow& row : table.rows)
     for (int k = x; k < x + 3; ++k)
-      if (!has_decimals(row.cells[static_cast<size_t>(k)]))
+      if (!has_decimals(row.cells[k]))
         table.fail(row, k,
                    "is no coordinate with decimals; the columns must be the names, X, Y, Z and, "
                    "last, date and time: export nothing else, and decimals");
   for (int k = 0; k < x; ++k) {
     const auto is_number = [&](const PlainRow& row) {
-      return has_decimals(row.cells[static_cast<size_t>(k)]);
+      return has_decimals(row.cells[k]);
     };
     if (std::ranges::all_of(table.rows, is_number))
       table.fail(table.rows.front(), k,

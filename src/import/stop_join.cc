@@ -51,7 +51,7 @@ struct Record {
     Record some;
     some.times = times(samples);
     some.values = values(Eigen::all, samples);
-    for (const Eigen::Index k : samples) some.rows.push_back(rows[static_cast<size_t>(k)]);
+    for (const Eigen::Index k : samples) some.rows.push_back(rows[k]);
     return some;
   }
 };
@@ -126,7 +126,7 @@ class StopJoin {
     point_record_.times.resize(n);
     point_record_.values.resize(3, n);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const int r = rows[static_cast<size_t>(k)];
+      const int r = rows[k];
       point_record_.times[k] = clock.since(r, zero);
       point_record_.values.col(k) = points_.position(r);
     }
@@ -139,7 +139,7 @@ class StopJoin {
     const Record joints = thinned(joint_record_);
     Eigen::VectorXd still(joints.values.rows());
     for (Eigen::Index j = 0; j < still.size(); ++j) {
-      const JointName& joint = joints_.joint_names()[static_cast<size_t>(j)];
+      const JointName& joint = joints_.joint_names()[j];
       still[j] = joint.is_length ? kStillTravel : kStillAngle;
     }
     stops_ = find_standstills(joints.times, joints.values, still);
@@ -198,7 +198,7 @@ class StopJoin {
     return clearest(ways);
   }
 
-  const JointVector& joints_at(int stop) const { return stop_joints_[static_cast<size_t>(stop)]; }
+  const JointVector& joints_at(int stop) const { return stop_joints_[stop]; }
 
   // Visits to the same joint angles must have measured the same point.
   bool returns_to_points(const StandstillMatch& way) const {
@@ -322,13 +322,13 @@ class StopJoin {
     const std::vector<Eigen::Index> samples = samples_of(reading);
     if (points_.has("cov0"))
       for (const Eigen::Index k : samples)
-        mean.covariance += covariance_of(points_, point_record_.rows[static_cast<size_t>(k)]) /
+        mean.covariance += covariance_of(points_, point_record_.rows[k]) /
                            static_cast<double>(samples.size());
     if (!points_.has_orientation()) return mean;
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
     for (const Eigen::Index k : samples) {
       const Eigen::Vector4d one =
-          points_.orientation(point_record_.rows[static_cast<size_t>(k)]).coeffs();
+          points_.orientation(point_record_.rows[k]).coeffs();
       sum += sum.dot(one) < 0 ? -one : one;
     }
     mean.orientation = Eigen::Quaterniond(sum.normalized());
@@ -342,7 +342,7 @@ class StopJoin {
       const int stop = way.standstill[k];
       if (stop < 0) continue;
       const std::vector<Eigen::Index> samples =
-          inner_samples(joint_record_, stops_[static_cast<size_t>(stop)]);
+          inner_samples(joint_record_, stops_[stop]);
       const std::vector<Eigen::Index> of_point = samples_of(k);
       const auto point = static_cast<size_t>(of_point[of_point.size() / 2]);
       const auto joint = static_cast<size_t>(samples[samples.size() / 2]);

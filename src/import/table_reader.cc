@@ -22,7 +22,7 @@ std::vector<std::string> TableReader::quantities() const {
 }
 
 const std::string& TableReader::cell(int r, const std::string& quantity) const {
-  return row(r).cells[static_cast<size_t>(mapping_.find(quantity)->column)];
+  return row(r).cells[mapping_.find(quantity)->column];
 }
 
 void TableReader::fail(int r, const std::string& quantity, const std::string& what) const {
@@ -65,10 +65,10 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 }
 
 JointVector TableReader::joints(int r) const {
-  if (!moved_.empty()) return moved_[static_cast<size_t>(moved_row_[static_cast<size_t>(r)])];
+  if (!moved_.empty()) return moved_[moved_row_[r]];
   JointVector q(static_cast<Eigen::Index>(mapping_.joints.size()));
   for (Eigen::Index j = 0; j < q.size(); ++j)
-    q[j] = number(r, mapping_.joints[static_cast<size_t>(j)].column);
+    q[j] = number(r, mapping_.joints[j].column);
   return q;
 }
 
@@ -78,7 +78,7 @@ std::string TableReader::move_joints_into_travel(const KinematicChain& chain) {
   std::map<std::string, int> numbers;  // of the poses
   for (int r = 0; r < rows(); ++r) {
     if (has("x") && is_unmeasured(r)) continue;
-    row_of[static_cast<size_t>(r)] = static_cast<int>(q.size());
+    row_of[r] = static_cast<int>(q.size());
     q.push_back(joints(r));
     lines.push_back(row(r).line);
     if (has("pose"))
@@ -118,8 +118,8 @@ bool TableReader::is_unmeasured(int r) const {
 }
 
 double TableReader::Clock::since(int r, const PlainTime& zero) const {
-  return is_number ? seconds[static_cast<size_t>(r)]
-                   : seconds_between(times[static_cast<size_t>(r)], zero);
+  return is_number ? seconds[r]
+                   : seconds_between(times[r], zero);
 }
 
 PlainTime TableReader::time(int r) const {

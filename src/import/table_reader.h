@@ -23,7 +23,7 @@ class TableReader {
   const std::vector<JointName>& joint_names() const { return mapping_.joints; }
   std::vector<std::string> quantities() const;
   int rows() const { return static_cast<int>(table_.rows.size()); }
-  const PlainRow& row(int r) const { return table_.rows[static_cast<size_t>(r)]; }
+  const PlainRow& row(int r) const { return table_.rows[r]; }
 
   const std::string& cell(int r, const std::string& quantity) const;
   double number(int r, const std::string& quantity) const;

@@ -30,7 +30,7 @@ std::vector<int> numbers_of(const std::vector<std::string>& names, TextIndex& in
 
 void append_numbers(std::vector<int>& all, const std::vector<int>& part,
                     const std::vector<int>& numbers) {
-  for (int number : part) all.push_back(numbers[static_cast<size_t>(number)]);
+  for (int number : part) all.push_back(numbers[number]);
 }
 
 }  // namespace
@@ -43,7 +43,7 @@ void JoinedCampaign::append(const CampaignPart& part) {
   Campaign& all = campaign_;
   const std::vector<int> poses = numbers_of(rows.pose_ids, indices_.poses);
   for (size_t k = 0; k < rows.q.size(); ++k) {
-    const int pose = poses[static_cast<size_t>(rows.pose[k])];
+    const int pose = poses[rows.pose[k]];
     check_configuration(pose, rows.q[k], rows.line[k], static_cast<int>(all.q.size()));
     all.pose.push_back(pose);
     all.q.push_back(rows.q[k]);
@@ -57,11 +57,11 @@ void JoinedCampaign::append(const CampaignPart& part) {
   for (size_t k = 0; k < rows.anchor.size(); ++k) {
     const bool is_touch = !rows.touch.empty() && rows.touch[k].contact >= 0;
     const bool has_anchor = rows.distance[k] > 0 && !is_touch;
-    all.anchor.push_back(has_anchor ? anchors[static_cast<size_t>(rows.anchor[k])] : 0);
+    all.anchor.push_back(has_anchor ? anchors[rows.anchor[k]] : 0);
   }
   const std::vector<int> contacts = numbers_of(rows.contact_names, indices_.contacts);
   for (Touch touch : rows.touch) {
-    if (touch.contact >= 0) touch.contact = contacts[static_cast<size_t>(touch.contact)];
+    if (touch.contact >= 0) touch.contact = contacts[touch.contact];
     all.touch.push_back(touch);
   }
   append_column(all.position, rows.position);
@@ -86,7 +86,7 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
     first_row_of_pose_.push_back(row);
     return;
   }
-  const auto first = static_cast<size_t>(first_row_of_pose_[static_cast<size_t>(pose)]);
+  const auto first = static_cast<size_t>(first_row_of_pose_[pose]);
   for (size_t k = 0; k < joints_.size(); ++k) {
     const auto j = static_cast<Eigen::Index>(k);
     double difference = std::abs(q[j] - campaign_.q[first][j]);
@@ -99,7 +99,7 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
               "pose '{}' stands {:.4g} {} away from its reading in line {}; rows that share "
               "a pose id are replicates of one configuration: give different "
               "configurations different ids",
-              campaign_.pose_ids[static_cast<size_t>(pose)], difference / joints_[k].si(),
+              campaign_.pose_ids[pose], difference / joints_[k].si(),
               joints_[k].unit(), campaign_.line[first]));
   }
 }

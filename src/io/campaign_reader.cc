@@ -258,7 +258,7 @@ class CampaignReader {
     for_ordered_blocks<CampaignPart>(
         static_cast<int>(blocks.size()), 1,
         [&](int begin, int) {
-          Block& block = blocks[static_cast<size_t>(begin)];
+          Block& block = blocks[begin];
           Source lines(source_.name(), block.text, block.lines_before);
           CsvTable rows(table_, lines);
           return RowReader(rows, columns_).read();

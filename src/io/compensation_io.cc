@@ -72,10 +72,10 @@ class CommandWriter {
       if (appended_)
         cells.push_back(text);
       else if (target.is_corrected || !is_own_kind)
-        cells[static_cast<size_t>(places_[i].column)] = text;
+        cells[places_[i].column] = text;
     }
     if (file_.turn.column >= 0)
-      cells[static_cast<size_t>(file_.turn.column)] =
+      cells[file_.turn.column] =
           std::to_string(turn_of(file_.program.turns[number], target.q));
     cells.push_back(length(target.before.position, kMillimetre));
     cells.push_back(length(target.before.orientation, kMilliradian));
@@ -142,9 +142,9 @@ ErrorSummary summary_of(const std::vector<CorrectedTarget>& targets, auto value)
 YAML::Node worst_node(const std::vector<CorrectedTarget>& targets, const Program& program) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (int row : worst_targets(targets, kWorst)) {
-    const CorrectedTarget& target = targets[static_cast<size_t>(row)];
+    const CorrectedTarget& target = targets[row];
     YAML::Node node;
-    node["pose"] = program.visits.pose_ids[static_cast<size_t>(row)];
+    node["pose"] = program.visits.pose_ids[row];
     node["before_mm"] = rounded(target.before.position / kMillimetre);
     node["after_mm"] = rounded(target.after.position / kMillimetre);
     if (target.deviation) node["std_mm"] = rounded(*target.deviation / kMillimetre);
@@ -235,12 +235,12 @@ std::string compensation_table(const std::vector<CorrectedTarget>& targets,
   text += fmt::format("{:<20}{:>12}{:>12}{:>10}{:>10}  {}\n", "worst", "before_mm", "after_mm",
                       "std_mm", "leverage", "note");
   for (int row : worst_targets(targets, kWorst)) {
-    const CorrectedTarget& target = targets[static_cast<size_t>(row)];
+    const CorrectedTarget& target = targets[row];
     const auto number = [](const std::optional<double>& value, double unit) {
       return value ? fmt::format("{:.3g}", *value / unit) : std::string("-");
     };
     text += fmt::format("{:<20}{:>12.3g}{:>12.3g}{:>10}{:>10}  {}\n",
-                        program.visits.pose_ids[static_cast<size_t>(row)],
+                        program.visits.pose_ids[row],
                         target.before.position / kMillimetre, target.after.position / kMillimetre,
                         number(target.deviation, kMillimetre), number(target.leverage, 1),
                         notes_text(target));

@@ -32,7 +32,7 @@ ContextColumns::ContextColumns(const CsvTable& table, const std::vector<JointNam
     stroke_.clear();
   for (const auto& stroke : stroke_) used_.insert(stroke->column);
   for (int c = 0; c < static_cast<int>(table.columns().size()); ++c) {
-    const std::string& name = table.columns()[static_cast<size_t>(c)];
+    const std::string& name = table.columns()[c];
     if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
     if (temperatures_.size() == kMaxTemperatures)
       table.fail(c, "more than 8 temperatures; remove the least useful");

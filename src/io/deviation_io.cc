@@ -57,7 +57,7 @@ std::string write_pass_as_poses(const Path& programmed, const JointMatrix& q,
         for (const double value : mean) text += ',' + decimal_text(value / unit, decimals);
       };
       for (Eigen::Index j = 0; j < angles.rows(); ++j)
-        add(angles.row(j), joints[static_cast<size_t>(j)].si(), 9);
+        add(angles.row(j), joints[j].si(), 9);
       add(measured, kMillimetre, 6);
       text += sigma;
       if (with_force) add(deviation.force, 1, 6);

@@ -17,7 +17,7 @@ YAML::Node prediction_node(const Evaluation& evaluation, const Campaign& campaig
   for (size_t row = 0; row < predictions.size(); ++row) {
     inside += evaluation.position[row] <= predictions[row].bound_95;
     deviation += predictions[row].deviation * predictions[row].deviation;
-    double& of_pose = leverage[static_cast<size_t>(campaign.pose[row])];
+    double& of_pose = leverage[campaign.pose[row]];
     of_pose = std::max(of_pose, predictions[row].leverage);
   }
   const auto rows = static_cast<double>(predictions.size());

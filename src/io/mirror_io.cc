@@ -29,7 +29,7 @@ YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vecto
   node["bad_samples"] = whole_number(pass.bad.size());
   constexpr size_t kNamed = 20;
   for (size_t i = 0; i < std::min(pass.bad.size(), kNamed); ++i)
-    node["bad_lines"].push_back(whole_number(lines[static_cast<size_t>(pass.bad[i].sample)]));
+    node["bad_lines"].push_back(whole_number(lines[pass.bad[i].sample]));
   if (!pass.bad.empty()) node["bad_lines"].SetStyle(YAML::EmitterStyle::Flow);
   node["longest_gap_s"] = rounded(pass.longest_gap);
   node["offset_s"] = number_in_form("{:.6f}", clock.offset);
@@ -148,7 +148,7 @@ YAML::Node force_node(const ForceLaw& law) {
   for (const ReversalStep& reversal : law.reversals) {
     YAML::Node entry;
     for (const Eigen::Index axis : reversal.axes)
-      entry["axes"].push_back(std::string(1, "xyz"[static_cast<size_t>(axis)]));
+      entry["axes"].push_back(std::string(1, "xyz"[axis]));
     entry["axes"].SetStyle(YAML::EmitterStyle::Flow);
     for (size_t axis = 0; axis < 3; ++axis)
       entry["step_mm"][std::string(1, "xyz"[axis])] =

@@ -140,7 +140,7 @@ class ProgramReader {
       for (const Quantity& column : file_.q) empty += table_.is_empty(column.column);
     const bool hinted = has_joints_ && !(is_cartesian_ && empty == joints);
     for (int j = 0; hinted && j < joints; ++j)
-      q[j] = table_.number(file_.q[static_cast<size_t>(j)]);
+      q[j] = table_.number(file_.q[j]);
     program.visits.q.push_back(q);
     if (is_cartesian_) {
       std::array<double, 6> value{};
@@ -175,10 +175,10 @@ ProgramFile read_program(const std::string& path, const KinematicChain& chain) {
   const JointRows given = q;
   file.moved_by_turns = move_into_travel(q, {}, chain);
   for (const MovedByTurns& moved : file.moved_by_turns) {
-    const QuantityColumn& column = file.q[static_cast<size_t>(moved.joint)];
+    const QuantityColumn& column = file.q[moved.joint];
     for (size_t row = 0; row < q.size(); ++row) {
       if (q[row][moved.joint] == given[row][moved.joint]) continue;
-      std::string& cell = file.cells[row][static_cast<size_t>(column.column)];
+      std::string& cell = file.cells[row][column.column];
       cell = decimal_text(q[row][moved.joint] / column.unit, command_decimals(column.unit));
       if (file.has_decimal_commas) std::ranges::replace(cell, '.', ',');
     }

@@ -99,7 +99,7 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
     append_rows(
         part.campaign.rows(),
         [&](int row, std::string& lines) {
-          append_row(part, row, errors[static_cast<size_t>(row)], {of_distances, predicted}, lines);
+          append_row(part, row, errors[row], {of_distances, predicted}, lines);
         },
         text);
   }

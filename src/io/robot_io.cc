@@ -357,7 +357,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   for (int j = 0; j < link_count(robot.chain); ++j)
     root["links"].push_back(link_node(robot.chain, j));
   if (robot.ground_link)
-    root["ground_link"] = robot.chain.links[static_cast<size_t>(*robot.ground_link)].name;
+    root["ground_link"] = robot.chain.links[*robot.ground_link].name;
   root["tool"] = pose_node(robot.chain.tool);
   for (const Target& target : robot.chain.targets)
     root["targets"][target.name] = point_node(target.position);

@@ -20,7 +20,7 @@ class TextIndex {
     const auto hash = static_cast<std::uint32_t>(std::hash<std::string_view>{}(text));
     size_t slot = first_slot(hash);
     for (; slots_[slot].place >= 0; slot = next_slot(slot))
-      if (slots_[slot].hash == hash && names_[static_cast<size_t>(slots_[slot].place)] == text)
+      if (slots_[slot].hash == hash && names_[slots_[slot].place] == text)
         return slots_[slot].place;
     const int place = static_cast<int>(names_.size());
     names_.emplace_back(text);

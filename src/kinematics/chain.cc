@@ -17,12 +17,12 @@ int joint_count(const KinematicChain& chain) {
 int link_of_joint(const KinematicChain& chain, int joint) {
   int left = joint;
   for (int j = 0; left >= 0 && j < link_count(chain); ++j)
-    if (is_driven(chain.links[static_cast<size_t>(j)]) && left-- == 0) return j;
+    if (is_driven(chain.links[j]) && left-- == 0) return j;
   throw std::out_of_range("the chain has no joint " + std::to_string(joint + 1));
 }
 
 int joint_of_link(const KinematicChain& chain, int link) {
-  if (!is_driven(chain.links[static_cast<size_t>(link)])) return -1;
+  if (!is_driven(chain.links[link])) return -1;
   return static_cast<int>(
       std::count_if(chain.links.begin(), chain.links.begin() + link, is_driven));
 }
@@ -40,7 +40,7 @@ std::vector<int> coupling_order(const KinematicChain& chain) {
   const std::vector<Coupling>& all = chain.couplings;
   const auto moves = [&](int link) {
     return link >= 0 && link < link_count(chain) &&
-           chain.links[static_cast<size_t>(link)].joint != JointKind::fixed;
+           chain.links[link].joint != JointKind::fixed;
   };
   for (const Coupling& one : all)
     if (!moves(one.follower) || !moves(one.followed))
@@ -62,7 +62,7 @@ std::vector<int> coupling_order(const KinematicChain& chain) {
     if (order.size() > before) continue;
     const auto left = static_cast<size_t>(std::ranges::find(done, false) - done.begin());
     throw std::invalid_argument("the joint of link '" +
-                                chain.links[static_cast<size_t>(all[left].follower)].name +
+                                chain.links[all[left].follower].name +
                                 "' follows itself");
   }
   return order;
@@ -70,9 +70,9 @@ std::vector<int> coupling_order(const KinematicChain& chain) {
 
 std::vector<double> moved_with(const KinematicChain& chain, int link) {
   std::vector<double> moved(chain.links.size(), 0.0);
-  moved[static_cast<size_t>(link)] = 1;
+  moved[link] = 1;
   for (const int k : coupling_order(chain)) {
-    const Coupling& coupling = chain.couplings[static_cast<size_t>(k)];
+    const Coupling& coupling = chain.couplings[k];
     const auto followed = static_cast<size_t>(coupling.followed);
     const auto follower = static_cast<size_t>(coupling.follower);
     moved[follower] += chain.links[follower].sign * coupling.coefficient *
@@ -84,13 +84,13 @@ std::vector<double> moved_with(const KinematicChain& chain, int link) {
 std::vector<double> joint_values(const KinematicChain& chain, const JointVector& q) {
   std::vector<double> values(chain.links.size(), 0.0);
   for (int j = 0; j < joint_count(chain); ++j)
-    values[static_cast<size_t>(link_of_joint(chain, j))] = q[j];
+    values[link_of_joint(chain, j)] = q[j];
   for (const int k : coupling_order(chain)) {
-    const Coupling& coupling = chain.couplings[static_cast<size_t>(k)];
+    const Coupling& coupling = chain.couplings[k];
     const auto followed = static_cast<size_t>(coupling.followed);
     const Link& link = chain.links[followed];
     const double zero = is_prismatic(link) ? link.r : link.theta;
-    values[static_cast<size_t>(coupling.follower)] +=
+    values[coupling.follower] +=
         coupling.coefficient * (values[followed] + link.sign * (zero - coupling.from));
   }
   return values;
@@ -105,8 +105,8 @@ std::optional<BeyondTravel> beyond_travel(const KinematicChain& chain, const Joi
   if (chain.couplings.empty()) return std::nullopt;
   const std::vector<double> values = joint_values(chain, q);
   for (int j = 0; j < link_count(chain); ++j) {
-    const Link& link = chain.links[static_cast<size_t>(j)];
-    const double value = values[static_cast<size_t>(j)];
+    const Link& link = chain.links[j];
+    const double value = values[j];
     if (!link.has_encoder && is_beyond(link, value)) return BeyondTravel{j, value};
   }
   return std::nullopt;

@@ -94,7 +94,7 @@ template <bool kWithOffsets, bool kWithJacobian, typename Number, typename Links
 inline void pass_along(const Links& links, int count, const Motion& motion, const Offset& offset,
                        MovingFrame<Number>& frame, Axes& axes) {
   for (int j = 0; j < count; ++j) {
-    const auto& link = links[static_cast<size_t>(j)];
+    const auto& link = links[j];
     Turn<Number> about_x{link.cos_alpha, link.sin_alpha}, about_y{link.cos_beta, link.sin_beta};
     Number d = link.d, theta = link.theta, r = link.r;
     if (link.moves) (link.slides ? r : theta) += motion(j);
@@ -106,17 +106,17 @@ inline void pass_along(const Links& links, int count, const Motion& motion, cons
       r += offset(first + 3);
       about_y = turn_moved(about_y, link.beta, offset(first + 4));
     }
-    if constexpr (kWithJacobian) axes[static_cast<size_t>(j)].y = frame.y;
+    if constexpr (kWithJacobian) axes[j].y = frame.y;
     frame.rotate_y(about_y);
     if constexpr (kWithJacobian) {
-      axes[static_cast<size_t>(j)].x = frame.x;
-      axes[static_cast<size_t>(j)].x_origin = frame.origin;
+      axes[j].x = frame.x;
+      axes[j].x_origin = frame.origin;
     }
     frame.rotate_x(about_x);
     frame.origin += d * frame.x + r * frame.z;
     if constexpr (kWithJacobian) {
-      axes[static_cast<size_t>(j)].z = frame.z;
-      axes[static_cast<size_t>(j)].z_origin = frame.origin;
+      axes[j].z = frame.z;
+      axes[j].z_origin = frame.origin;
     }
     frame.rotate_z(turn_by(theta));
   }
@@ -148,7 +148,7 @@ inline void for_each_column(int count, const VectorOf<Number>& base_origin,
     rotation(layout.tool + 3 + i, *of_tool[i], zero);
   }
   for (int j = 0; j < count; ++j) {
-    const auto& link = axes[static_cast<size_t>(j)];
+    const auto& link = axes[j];
     const int first = link_parameter(j, LinkParameter::alpha);
     const VectorOf<Number> from_x = end - link.x_origin;
     rotation(first + 0, link.x, from_x);
@@ -163,24 +163,24 @@ template <bool kWithOffsets, typename Number, typename Encoder, typename Offset>
 void ChainEvaluator::find_motions(const Encoder& encoder, const Offset& offset,
                                   Motions<Number>& motions) const {
   for (int j = 0; j < count_; ++j) {
-    const Trigonometry& link = links_[static_cast<size_t>(j)];
-    motions.of_link[static_cast<size_t>(j)] =
+    const Trigonometry& link = links_[j];
+    motions.of_link[j] =
         link.joint >= 0 ? link.sign * encoder(link.joint) : Number(0.0);
   }
   for (size_t k = 0; k < couplings_.size(); ++k) {
     const BoundCoupling& coupling = couplings_[k];
-    const Trigonometry& followed = links_[static_cast<size_t>(coupling.followed)];
-    Number value = motions.of_link[static_cast<size_t>(coupling.followed)] +
+    const Trigonometry& followed = links_[coupling.followed];
+    Number value = motions.of_link[coupling.followed] +
                    Number((followed.slides ? followed.r : followed.theta) - coupling.from);
     Number coefficient = coupling.coefficient;
     if constexpr (kWithOffsets) {
       value += offset(followed.zero);
       coefficient += offset(coupling.parameter);
     }
-    const double sign = links_[static_cast<size_t>(coupling.follower)].sign;
+    const double sign = links_[coupling.follower].sign;
     motions.of_followed[k] = sign * followed.sign * value;
     motions.factor[k] = sign * followed.sign * coefficient;
-    motions.of_link[static_cast<size_t>(coupling.follower)] += motions.factor[k] * value;
+    motions.of_link[coupling.follower] += motions.factor[k] * value;
   }
 }
 
@@ -188,8 +188,8 @@ template <typename Number, typename Column>
 void ChainEvaluator::follow(const Motions<Number>& motions, const Column& column) const {
   for (size_t k = couplings_.size(); k-- > 0;) {
     const BoundCoupling& coupling = couplings_[k];
-    const auto of_follower = column(links_[static_cast<size_t>(coupling.follower)].zero);
-    auto of_followed = column(links_[static_cast<size_t>(coupling.followed)].zero);
+    const auto of_follower = column(links_[coupling.follower].zero);
+    auto of_followed = column(links_[coupling.followed].zero);
     auto of_coefficient = column(coupling.parameter);
     for (int row = 0; row < 6; ++row) {
       const Number moved = of_follower.get(row);

@@ -75,8 +75,8 @@ ChainEvaluator::ChainEvaluator(const KinematicChain& chain)
                                 std::to_string(chain.couplings.size()) + " times; at most " +
                                 std::to_string(kMaxCouplings) + " are possible");
   for (const int k : coupling_order(chain)) {
-    const Coupling& coupling = chain.couplings[static_cast<size_t>(k)];
-    links_[static_cast<size_t>(coupling.follower)].moves = true;
+    const Coupling& coupling = chain.couplings[k];
+    links_[coupling.follower].moves = true;
     couplings_.push_back({coupling, layout_of(chain).couplings + k});
   }
 }
@@ -85,9 +85,9 @@ ColumnSet ChainEvaluator::with_followers(ColumnSet columns) const {
   // A follower's own followers stand behind it in this order.
   for (const BoundCoupling& coupling : couplings_) {
     const auto zero = [&](int link) {
-      return static_cast<size_t>(links_[static_cast<size_t>(link)].zero);
+      return static_cast<size_t>(links_[link].zero);
     };
-    if (columns[zero(coupling.followed)] || columns[static_cast<size_t>(coupling.parameter)])
+    if (columns[zero(coupling.followed)] || columns[coupling.parameter])
       columns.set(zero(coupling.follower));
   }
   return columns;
@@ -112,14 +112,14 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
     pass_along<kWithOffsets, kWithJacobian>(
         links_, count,
         [&](int j) {
-          const Trigonometry& link = links_[static_cast<size_t>(j)];
+          const Trigonometry& link = links_[j];
           return link.sign * encoder(link.joint);
         },
         offset, frame, axes);
   } else {
     find_motions<kWithOffsets>(encoder, offset, motions);
     pass_along<kWithOffsets, kWithJacobian>(
-        links_, count, [&](int j) { return motions.of_link[static_cast<size_t>(j)]; }, offset,
+        links_, count, [&](int j) { return motions.of_link[j]; }, offset,
         frame, axes);
   }
   const Pose a_from_measured = pose_of(frame) * tool;
@@ -169,7 +169,7 @@ LinkFrames ChainEvaluator::link_frames(const JointVector& q) const {
   for (int j = 0; j < count_; ++j) {
     const Trigonometry& link = links_[j];
     double theta = link.theta, r = link.r;
-    if (link.moves) (link.slides ? r : theta) += motions.of_link[static_cast<size_t>(j)];
+    if (link.moves) (link.slides ? r : theta) += motions.of_link[j];
     frame.rotate_y({link.cos_beta, link.sin_beta});
     frame.rotate_x({link.cos_alpha, link.sin_alpha});
     frame.origin += link.d * frame.x + r * frame.z;

@@ -36,7 +36,7 @@ JointColumns<kJoints> joint_columns(const KinematicChain& chain, const PoseJacob
   JointColumns<kJoints> columns(6, kJoints == Eigen::Dynamic ? joint_count(chain) : kJoints);
   int joint = 0;
   for (int j = 0; j < link_count(chain); ++j) {
-    const Link& link = chain.links[static_cast<size_t>(j)];
+    const Link& link = chain.links[j];
     if (is_driven(link)) columns.col(joint++) = link.sign * jacobian.col(zero_of_link(chain, j));
   }
   return columns;

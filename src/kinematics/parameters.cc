@@ -118,8 +118,8 @@ int zero_offset(const KinematicChain& chain, int joint) {
 }
 
 std::string coupling_name(const KinematicChain& chain, const Coupling& coupling) {
-  return chain.links[static_cast<size_t>(coupling.follower)].name + std::string(kFollows) +
-         chain.links[static_cast<size_t>(coupling.followed)].name;
+  return chain.links[coupling.follower].name + std::string(kFollows) +
+         chain.links[coupling.followed].name;
 }
 
 bool is_zero_offset(const KinematicChain& chain, int index) {
@@ -130,7 +130,7 @@ bool is_zero_offset(const KinematicChain& chain, int index) {
 
 double coefficient_unit(const KinematicChain& chain, const Coupling& coupling) {
   const auto unit = [&](int link) {
-    return is_prismatic(chain.links[static_cast<size_t>(link)]) ? kMillimetre : 1.0;
+    return is_prismatic(chain.links[link]) ? kMillimetre : 1.0;
   };
   return unit(coupling.follower) / unit(coupling.followed);
 }
@@ -223,7 +223,7 @@ std::string to_string(const Parameter& parameter) {
     if (owner == parameter.owner) text = word;
   if (parameter.component != Parameter::kWhole && parameter.owner != Owner::coupling) {
     const std::string name =
-        component_names(parameter.owner)[static_cast<size_t>(parameter.component)];
+        component_names(parameter.owner)[parameter.component];
     return text.empty() ? name : text + "." + name;
   }
   return parameter.owner == Owner::instrument ? text + "." + std::string(kPointName) : text;
@@ -238,22 +238,22 @@ Parameter parameter_of(const KinematicChain& chain, int index) {
   if (index < kFirstLinkParameter) return {Owner::base, "", index};
   const ParameterLayout layout = layout_of(chain);
   if (index < layout.tool)
-    return {Owner::link, chain.links[static_cast<size_t>(link_of_parameter(index))].name,
+    return {Owner::link, chain.links[link_of_parameter(index)].name,
             static_cast<int>(kind_of_parameter(index))};
   if (index < layout.couplings) return {Owner::tool, "", index - layout.tool};
   if (layout.is_of_couplings(index))
     return {Owner::coupling,
-            coupling_name(chain, chain.couplings[static_cast<size_t>(index - layout.couplings)]),
+            coupling_name(chain, chain.couplings[index - layout.couplings]),
             0};
   if (layout.is_of_instrument(index))
     return {Owner::instrument, "", index - layout.instrument_scale};
   if (const int k = index - first_contact_parameter(chain); k >= 0)
-    return {Owner::contact, chain.contacts[static_cast<size_t>(k / kParametersOfContact)].name,
+    return {Owner::contact, chain.contacts[k / kParametersOfContact].name,
             k % kParametersOfContact};
   if (const int k = index - first_anchor_parameter(chain); k >= 0)
-    return {Owner::anchor, chain.anchors[static_cast<size_t>(k / 4)].name, k % 4};
+    return {Owner::anchor, chain.anchors[k / 4].name, k % 4};
   const int k = index - layout.targets;
-  return {Owner::target, chain.targets[static_cast<size_t>(k / 3)].name, k % 3};
+  return {Owner::target, chain.targets[k / 3].name, k % 3};
 }
 
 std::string parameter_name(const KinematicChain& chain, int index) {
@@ -373,19 +373,19 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
   if (index < kFirstLinkParameter) return move_pose(chain.base, index, delta);
   const ParameterLayout layout = layout_of(chain);
   if (index < layout.tool) {
-    Link& link = chain.links[static_cast<size_t>(link_of_parameter(index))];
+    Link& link = chain.links[link_of_parameter(index)];
     double* const members[] = {&link.alpha, &link.d, &link.theta, &link.r, &link.beta};
     *members[static_cast<int>(kind_of_parameter(index))] += delta;
     return;
   }
   if (index < layout.couplings) return move_pose(chain.tool, index - layout.tool, delta);
   if (layout.is_of_couplings(index)) {
-    chain.couplings[static_cast<size_t>(index - layout.couplings)].coefficient += delta;
+    chain.couplings[index - layout.couplings].coefficient += delta;
     return;
   }
   if (layout.is_of_instrument(index)) return;
   if (const int k = index - first_contact_parameter(chain); k >= 0)
-    return move_contact(chain.contacts[static_cast<size_t>(k / kParametersOfContact)],
+    return move_contact(chain.contacts[k / kParametersOfContact],
                         k % kParametersOfContact, delta);
   if (const int k = index - first_anchor_parameter(chain); k >= 0) {
     Anchor& anchor = chain.anchors[k / 4];

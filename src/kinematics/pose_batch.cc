@@ -122,14 +122,14 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
     pass_along<kWithOffsets, kWithJacobian>(
         links_, count,
         [&](int j) {
-          const Trigonometry& link = links_[static_cast<size_t>(j)];
+          const Trigonometry& link = links_[j];
           return link.sign * encoder(link.joint);
         },
         offset, last, axes);
   } else {
     find_motions<kWithOffsets>(encoder, offset, motions);
     pass_along<kWithOffsets, kWithJacobian>(
-        links_, count, [&](int j) { return motions.of_link[static_cast<size_t>(j)]; }, offset, last,
+        links_, count, [&](int j) { return motions.of_link[j]; }, offset, last,
         axes);
   }
   const MovingFrame<Lanes> tool = end_frames<kWithOffsets>(tool_, moved, layout.tool);
@@ -148,7 +148,7 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
     jacobians->set_columns(layout.geometric);
     for_each_column(count, base_origin, last, end, axes,
                     [&](int column, const LaneVector& of_point, const LaneVector& of_rotation) {
-                      if (!columns[static_cast<size_t>(column)]) return;
+                      if (!columns[column]) return;
                       write_column({of_point.x, of_point.y, of_point.z, of_rotation.x,
                                     of_rotation.y, of_rotation.z},
                                    jacobians->entries(0, column));

@@ -22,12 +22,12 @@ class Bordered {
     Eigen::Index own = 0;
     for (const auto& block : blocks)
       for (const Eigen::Index k : block) {
-        is_own[static_cast<size_t>(k)] = true;
+        is_own[k] = true;
         ++own;
       }
     std::vector<Eigen::Index> border;
     for (Eigen::Index k = 0; k < symmetric.cols(); ++k)
-      if (!is_own[static_cast<size_t>(k)]) border.push_back(k);
+      if (!is_own[k]) border.push_back(k);
     corner_ = symmetric(border, border);
     diagonal_.resize(own);
     edge_.resize(own, std::ssize(border));

@@ -128,7 +128,7 @@ PathErrors path_errors(const Eigen::Matrix3Xd& deviation) {
   };
   PathErrors errors;
   for (Eigen::Index a = 0; a < 3; ++a)
-    errors.axis[static_cast<size_t>(a)] = summary(deviation.row(a).cwiseAbs().transpose());
+    errors.axis[a] = summary(deviation.row(a).cwiseAbs().transpose());
   errors.whole = summary(deviation.colwise().norm().transpose());
   return errors;
 }

@@ -53,7 +53,7 @@ void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Inde
 void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Index i) {
   const std::optional<BeyondTravel> beyond = beyond_travel(chain, q);
   if (!beyond) return;
-  const Link& link = chain.links[static_cast<size_t>(beyond->link)];
+  const Link& link = chain.links[beyond->link];
   const auto shown = [&](double value) {
     return is_prismatic(link) ? text(value / kMillimetre, "mm") : degrees(value);
   };

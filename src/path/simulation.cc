@@ -109,8 +109,8 @@ Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matr
     const double u = (t - time[i]) / (time[i + 1] - time[i]);
     Context context;
     context.q = between(angles, i, u);
-    context.arrival = arrival[static_cast<size_t>(i + 1)].direction();
-    context.stroke = arrival[static_cast<size_t>(i + 1)].stroke();
+    context.arrival = arrival[i + 1].direction();
+    context.stroke = arrival[i + 1].stroke();
     context.time_s = t;
     context.force_n = between(force, i, u);
     const Vector3d noise = recorder.noise * random.normal3();

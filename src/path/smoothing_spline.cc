@@ -24,7 +24,7 @@ Eigen::MatrixXd smoothing_spline(const Eigen::MatrixXd& samples, double cutoff, 
   // (R + weight Q'Q) c = Q'y, g = y - weight Q c, with c the second derivatives inside, R their
   // Gram matrix 1/6 2/3 1/6 and Q the second difference 1 -2 1.
   std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(static_cast<size_t>(3 * n));
+  entries.reserve(3 * n);
   for (Eigen::Index i = 0; i < n - 2; ++i) {
     entries.emplace_back(i, i, 2.0 / 3 + 6 * weight);
     if (i > 0) entries.emplace_back(i, i - 1, 1.0 / 6 - 4 * weight);

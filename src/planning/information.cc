@@ -55,9 +55,9 @@ UnknownGroups::UnknownGroups(const SessionModels& candidates)
   std::vector<int> groups_of(static_cast<size_t>(candidates.unknowns()), 0);
   for (int g = 0; g < candidates.groups(); ++g)
     for (const SessionModels::Run& run : candidates.runs(g))
-      for (int k = run.first; k < run.first + run.count; ++k) ++groups_of[static_cast<size_t>(k)];
+      for (int k = run.first; k < run.first + run.count; ++k) ++groups_of[k];
   const auto is_own = [&](int k) {
-    return candidates.groups() > 1 && groups_of[static_cast<size_t>(k)] == 1;
+    return candidates.groups() > 1 && groups_of[k] == 1;
   };
   for (int k = 0; k < candidates.unknowns(); ++k)
     if (!is_own(k)) common_.push_back(k);
@@ -108,7 +108,7 @@ GroupedDerivatives UnknownGroups::derivatives(const SessionModels& models) const
     const size_t group = group_of(models, g);
     all.groups[group] = apart(models, g, rows);
     for (int i : models.rows_of(g))
-      all.pose_of_row[group].push_back(models.campaign().pose[static_cast<size_t>(i)]);
+      all.pose_of_row[group].push_back(models.campaign().pose[i]);
   }
   return all;
 }
@@ -195,7 +195,7 @@ Information::Information(GroupedDerivatives candidates, int poses, const Grouped
 
 Eigen::Block<const Eigen::MatrixXd> Information::columns_of(const Eigen::MatrixXd& columns,
                                                             size_t group, int candidate) const {
-  const Eigen::Index first = first_[group][static_cast<size_t>(candidate)];
+  const Eigen::Index first = first_[group][candidate];
   const Eigen::Index end = first_[group][static_cast<size_t>(candidate) + 1];
   return columns.block(0, first, columns.rows(), end - first);
 }

@@ -31,7 +31,7 @@ double lowest_height(const Robot& robot, const JointVector& q) {
   const KinematicChain& chain = robot.chain;
   const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
   const int ground = robot.ground_link.value_or(-1);  // what a positioner moves stands before it
-  const Pose floor_from_foot = ground < 0 ? Pose{} : inverse(frames[static_cast<size_t>(ground)]);
+  const Pose floor_from_foot = ground < 0 ? Pose{} : inverse(frames[ground]);
   const auto height = [&](const Eigen::Vector3d& point) { return (floor_from_foot * point).z(); };
   const Pose tool = frames.back() * chain.tool;
   double lowest = height(tool.translation);
@@ -206,7 +206,7 @@ Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configur
 
 Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& rows) {
   std::vector<int> count(readings.pose_ids.size(), 0);
-  for (int pose : readings.pose) ++count[static_cast<size_t>(pose)];
+  for (int pose : readings.pose) ++count[pose];
   const Eigen::Index size = readings.reading_size().all();
   const Eigen::Index block = size * *std::ranges::max_element(count);
   if (block * std::ssize(count) == rows.rows()) return rows;
@@ -214,7 +214,7 @@ Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& ro
   std::vector<int> filled(count.size(), 0);
   for (int row = 0; row < readings.rows(); ++row) {
     const int pose = readings.pose[row];
-    blocks.middleRows(pose * block + size * filled[static_cast<size_t>(pose)]++, size) =
+    blocks.middleRows(pose * block + size * filled[pose]++, size) =
         rows.middleRows(row * size, size);
   }
   return blocks;

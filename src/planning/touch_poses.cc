@@ -15,9 +15,9 @@ constexpr double kOff = 1e-3;  // m; a joint farther from the tip shows on which
 
 PlannedPose touch_at(const Campaign& campaign, int row) {
   PlannedPose pose;
-  pose.contact = campaign.contact_names[static_cast<size_t>(campaign.touch[row].contact)];
+  pose.contact = campaign.contact_names[campaign.touch[row].contact];
   if (!campaign.target.empty())
-    pose.target = campaign.target_names[static_cast<size_t>(campaign.target[row])];
+    pose.target = campaign.target_names[campaign.target[row]];
   return pose;
 }
 
@@ -43,7 +43,7 @@ class Sides {
     for (int row = 0; row < cloud.given.rows(); ++row) {
       if (cloud.given.kind(row) != ReadingKind::touch) continue;
       const PlannedPose pose = touch_at(cloud.given, row);
-      given_[pose.contact] += height(pose, cloud.given.q[static_cast<size_t>(row)]) < 0 ? -1 : 1;
+      given_[pose.contact] += height(pose, cloud.given.q[row]) < 0 ? -1 : 1;
     }
   }
 
@@ -122,7 +122,7 @@ std::vector<PlannedPose> random_touches(const PoseCloud& cloud, int count, std::
     poses.clear();
     for (int row = 0; row < moved.rows() && std::ssize(poses) < count; ++row) {
       if (moved.touch[row].axis > 0) continue;
-      PlannedPose pose = drawn[static_cast<size_t>(moved.line[row])];
+      PlannedPose pose = drawn[moved.line[row]];
       pose.q = moved.q[row];
       if (!beyond_travel(cloud.robot.chain, pose.q) && is_above_floor(cloud, pose.q) &&
           sides.is_reachable(pose))
@@ -160,7 +160,7 @@ std::vector<PlannedPose> given_touches(const PoseCloud& cloud) {
     if (is_in[pose] || cloud.given.kind(row) != ReadingKind::touch) continue;
     is_in[pose] = true;
     poses.push_back(touch_at(cloud.given, row));
-    poses.back().q = cloud.given.q[static_cast<size_t>(row)];
+    poses.back().q = cloud.given.q[row];
   }
   return poses;
 }

@@ -146,7 +146,7 @@ bool has_check_digits(const RobotProgram& program, Corrector by) {
       if (!number.is_written()) continue;
       if (check.rounded > 0) rounded.add_rounded(number.value, check.rounded);
       if (check.decimals == 0) continue;
-      std::string_view text = program.texts[static_cast<size_t>(number.text)].text;
+      std::string_view text = program.texts[number.text].text;
       text = text.substr(number.begin, number.end - number.begin);
       const int written = written_decimals(text.substr(0, text.find_last_not_of('0') + 1));
       digits.add(number.value, std::max(written, check.decimals));

@@ -91,7 +91,7 @@ class Displacement {
           "{}: no point of the program lies on the programmed path; the nearest, in line {} at "
           "({:.3f}, {:.3f}, {:.3f}) mm, is {:.3f} mm off. Is this the program of that path, not "
           "corrected before, and are its coordinates in the frame of the program?",
-          program_.texts[0].name, target(known_[static_cast<size_t>(nearest.point)]).line,
+          program_.texts[0].name, target(known_[nearest.point]).line,
           point.x(), point.y(), point.z(), nearest.distance / kMillimetre));
     }
     place_.assign(program_.targets.size(), kOff);
@@ -144,10 +144,10 @@ class Displacement {
       const ProgramTarget& here = target(k);
       if (here.kind == TargetKind::joints) continue;
       Pose pose = here.pose;
-      const ProgramPoint& point = program_.points[static_cast<size_t>(here.point)];
+      const ProgramPoint& point = program_.points[here.point];
       const bool is_moved = !is_found(k) && !point.is_expression;
       for (int i = 0; i < 3; ++i)
-        if (is_moved && !point.numbers[static_cast<size_t>(i)].is_written())
+        if (is_moved && !point.numbers[i].is_written())
           pose.translation[i] = commanded_before(k, i).value_or(pose.translation[i]);
       pose.translation += displacement_of(k);
       commands_[k] = {true, here.q, here.q, pose, {}};
@@ -316,7 +316,7 @@ class Displacement {
   }
 
   std::string obstacle(size_t first, size_t k) const {
-    const auto& numbers = program_.points[static_cast<size_t>(target(k).point)].numbers;
+    const auto& numbers = program_.points[target(k).point].numbers;
     const bool is_turned = std::any_of(numbers.begin() + 3, numbers.end(),
                                        [](const ProgramNumber& n) { return n.is_written(); });
     const bool is_known = target(first).has_orientation && target(k).has_orientation;

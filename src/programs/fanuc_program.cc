@@ -96,7 +96,7 @@ class FanucReader {
     for (const Statement& statement : statements) read_statement(part, statement);
     for (const auto& [id, position] : positions_)
       if (position.point >= 0)
-        program_.points[static_cast<size_t>(position.point)].is_shared = position.is_shared;
+        program_.points[position.point].is_shared = position.is_shared;
     for (ProgramPoint& point : program_.points) point.is_shared |= point.starts_from >= 0;
   }
 
@@ -397,7 +397,7 @@ class FanucReader {
 
   void add_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
     const FanucPosition& position = positions_[of_move.id];
-    const ProgramPoint& point = program_.points[static_cast<size_t>(position.point)];
+    const ProgramPoint& point = program_.points[position.point];
     std::vector<double> numbers;
     for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
     ProgramTarget target;
@@ -492,7 +492,7 @@ class FanucReader {
     if (number == 0) pose = Pose{};
     if (const FanucRegister* const found = registers_->find_frame(is_tool, number);
         found && number > 0) {
-      pose = program_.frames[static_cast<size_t>(add_frame_of(is_tool, 0, line))].pose *
+      pose = program_.frames[add_frame_of(is_tool, 0, line)].pose *
              pose_of_numbers(Dialect::fanuc, found->numbers);
       const bool is_world_given = std::ranges::any_of(
           known_, [](const auto& frame) { return upper(frame.first) == "UF[0]"; });
@@ -510,11 +510,11 @@ class FanucReader {
     for (const Displacement& displacement : displacements)
       (displacement.is_tool ? target.behind : target.before) = *pose_of(displacement);
     target.pose = target.before * target.pose * target.behind;
-    ProgramPoint point = program_.points[static_cast<size_t>(target.point)];
+    ProgramPoint point = program_.points[target.point];
     point.starts_from = target.point;
     target.point = static_cast<int>(program_.points.size());
     program_.points.push_back(point);
-    ids_of_points_.push_back(ids_of_points_[static_cast<size_t>(point.starts_from)]);
+    ids_of_points_.push_back(ids_of_points_[point.starts_from]);
   }
 
   RobotProgram& program_;

@@ -125,14 +125,14 @@ class Inserter {
   // The point of a target with other numbers, as it stands in a move.
   std::string written(size_t target, const std::vector<TextEdit>& changes) {
     const ProgramPoint& point =
-        program_.points[static_cast<size_t>(program_.targets[target].point)];
+        program_.points[program_.targets[target].point];
     return program_.dialect == Dialect::fanuc ? new_position(point, changes, "]")
                                               : on_one_line(changed(point, changes));
   }
 
   // The same in the move of the target: of FANUC with the name that it has there.
   std::string own_point(const ProgramTarget& target, const std::vector<TextEdit>& changes) {
-    const ProgramPoint& point = program_.points[static_cast<size_t>(target.point)];
+    const ProgramPoint& point = program_.points[target.point];
     if (program_.dialect != Dialect::fanuc) return on_one_line(changed(point, changes));
     const std::string head = text_.substr(point.begin, point.declaration.open - point.begin);
     const std::string in_move =
@@ -148,7 +148,7 @@ class Inserter {
       edit.begin -= point.begin;
       edit.end -= point.begin;
     }
-    const std::string& text = program_.texts[static_cast<size_t>(point.text)].text;
+    const std::string& text = program_.texts[point.text].text;
     return apply_edits(text.substr(point.begin, point.end - point.begin), edits, point.text);
   }
 

@@ -52,7 +52,7 @@ void KrlFlow::begin_branch(bool is_last) {
 
 void KrlFlow::drop_blocks() {
   for (const Block& block : blocks_)
-    if (block.is_loop) nodes_[static_cast<size_t>(block.begin)].from.push_back(kElsewhere);
+    if (block.is_loop) nodes_[block.begin].from.push_back(kElsewhere);
   blocks_.clear();
   loops_ = 0;
   at_ = kElsewhere;
@@ -69,7 +69,7 @@ void KrlFlow::close(bool is_loop, std::string_view word) {
   loops_ -= is_loop;
   if (is_loop) {
     at_ = add({at_});  // with the frames that the next turn begins with
-    nodes_[static_cast<size_t>(block.begin)].from.push_back(at_);
+    nodes_[block.begin].from.push_back(at_);
   }
   // FOR and WHILE end where they begin, REPEAT at UNTIL, LOOP only by EXIT.
   if (is_loop ? word == "UNTIL" : block.is_open) block.ends.push_back(at_);

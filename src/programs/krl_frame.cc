@@ -100,7 +100,7 @@ KrlAggregate take_krl_aggregate(TextCursor& cursor) {
       const auto value = cursor.take_number();
       if (!value || std::isfinite(frame.values[index])) return result;
       frame.values[index] = *value * krl_unit(index);
-      frame.numbers[static_cast<size_t>(index)] = {
+      frame.numbers[index] = {
           static_cast<unsigned>(begin - frame.begin),
           static_cast<unsigned>(cursor.at() - frame.begin)};
       positions |= index < 6;

@@ -69,9 +69,9 @@ class KrlReader {
     for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
     find_starts();
     for (const auto& [point, frame] : starts_of_points_)
-      program_.points[point].starts_from = point_of_frame_[static_cast<size_t>(frame)];
+      program_.points[point].starts_from = point_of_frame_[frame];
     for (size_t i = 0; i < program_.points.size(); ++i)
-      if (frame_of_point_[i] >= 0 && is_left_alone_[static_cast<size_t>(frame_of_point_[i])])
+      if (frame_of_point_[i] >= 0 && is_left_alone_[frame_of_point_[i]])
         program_.points[i].is_shared = true;
     find_names();
     program_.warnings = warnings_.list();
@@ -109,7 +109,7 @@ class KrlReader {
     }
     for (const KrlTarget* target : {&move.auxiliary, &move.target})
       for (const int frame : {target->frame, target->starts_from})
-        if (frame >= 0) is_left_alone_[static_cast<size_t>(frame)] = true;
+        if (frame >= 0) is_left_alone_[frame] = true;
   }
 
   void read_move(size_t index) {
@@ -135,7 +135,7 @@ class KrlReader {
     for (size_t k = 0; k < program_.targets.size(); ++k)
       for (int move : starts_.moves_before(move_of_target_[k]))
         program_.targets[k].starts.push_back(
-            static_cast<size_t>(end_of_move_[static_cast<size_t>(move)]));
+            static_cast<size_t>(end_of_move_[move]));
     if (syntax_.keeps_orientation && parts_ == TargetParts::pose)
       for (const ProgramTarget& target : program_.targets) warn_of_orientation(target);
   }
@@ -210,8 +210,8 @@ class KrlReader {
     const KrlTarget& target = is_auxiliary ? move.auxiliary : move.target;
     const KrlSetUps::SetUp& set_up = set_ups_.of_moves[index];
     const bool is_axes = target.kind == KrlTargetKind::axes;
-    const KrlFrame& frame = is_axes ? syntax_.axes[static_cast<size_t>(target.axes)]
-                                    : syntax_.frames[static_cast<size_t>(target.frame)];
+    const KrlFrame& frame = is_axes ? syntax_.axes[target.axes]
+                                    : syntax_.frames[target.frame];
     const KrlValues before = is_auxiliary ? starts_.before(index) : starts_.before_end(index);
     const KrlValues values = is_auxiliary ? inherit(before, frame.values) : starts_.reached(index);
     ProgramTarget result;
@@ -258,11 +258,11 @@ class KrlReader {
   int point_for(const KrlTarget& target, const KrlFrame& frame, const KrlValues& values,
                 bool is_auxiliary) {
     const bool is_axes = target.kind == KrlTargetKind::axes;
-    int& point = is_axes ? point_of_axes_[static_cast<size_t>(target.axes)]
-                         : point_of_frame_[static_cast<size_t>(target.frame)];
+    int& point = is_axes ? point_of_axes_[target.axes]
+                         : point_of_frame_[target.frame];
     const bool is_another = point >= 0 && !is_axes && !states(point, values, is_auxiliary);
     if (point >= 0 && !is_another) return point;
-    if (is_another) program_.points[static_cast<size_t>(point)].is_shared = true;
+    if (is_another) program_.points[point].is_shared = true;
     point = add_point(target, frame, values, is_auxiliary);
     program_.points.back().is_shared |= is_another;
     return point;
@@ -270,7 +270,7 @@ class KrlReader {
 
   // Whether a point has these values, also where they are not written.
   bool states(int point, const KrlValues& values, bool is_auxiliary) const {
-    const std::vector<ProgramNumber>& numbers = program_.points[static_cast<size_t>(point)].numbers;
+    const std::vector<ProgramNumber>& numbers = program_.points[point].numbers;
     for (size_t i = 0; i < 6; ++i) {
       if (numbers[i].is_written()) continue;
       if (numbers[i].prefix.empty() != (is_auxiliary && i > 2)) return false;
@@ -285,7 +285,7 @@ class KrlReader {
 
   std::vector<double> values_of(int point) const {
     std::vector<double> values;
-    for (const ProgramNumber& number : program_.points[static_cast<size_t>(point)].numbers)
+    for (const ProgramNumber& number : program_.points[point].numbers)
       values.push_back(number.value);
     return values;
   }
@@ -379,8 +379,8 @@ class KrlReader {
 
   // Counts on from the last place: points mostly come in their order.
   int line_of(int text, size_t at) {
-    const std::string& whole = program_.texts[static_cast<size_t>(text)].text;
-    auto& [place, line] = counted_[static_cast<size_t>(text)];
+    const std::string& whole = program_.texts[text].text;
+    auto& [place, line] = counted_[text];
     if (at < place) {
       place = 0;
       line = 1;

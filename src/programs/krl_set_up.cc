@@ -222,8 +222,8 @@ int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::stri
   Pose product;
   for (const Statement& factor : factors) {
     const int index = frame_of(factor.begin, factor.end);
-    if (!frames_[static_cast<size_t>(index)].is_known) return index;
-    product = product * frames_[static_cast<size_t>(index)].pose;
+    if (!frames_[index].is_known) return index;
+    product = product * frames_[index].pose;
   }
   return add(spelled, product);
 }
@@ -232,7 +232,7 @@ int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::stri
 int KrlSetUps::add_name(const std::string& name) {
   const auto found = syntax_.frame_names.find(name);
   if (found == syntax_.frame_names.end()) return add(name, std::nullopt);
-  return add(name, pose_of(syntax_.frames[static_cast<size_t>(found->second)]));
+  return add(name, pose_of(syntax_.frames[found->second]));
 }
 
 int KrlSetUps::number_of(const char* list, int number) {

@@ -64,13 +64,13 @@ void KrlStarts::find_what_runs() {
       if (runs[i]) continue;
       const KrlNode& node = syntax_.nodes[i];
       runs[i] = std::ranges::any_of(
-          node.from, [&](int from) -> bool { return runs[static_cast<size_t>(from)]; });
+          node.from, [&](int from) -> bool { return runs[from]; });
       is_changed |= runs[i];
     }
   }
   for (size_t i = 0; i < runs.size(); ++i)
     if (const int move = syntax_.nodes[i].move; move >= 0)
-      runs_[static_cast<size_t>(move)] = runs[i];
+      runs_[move] = runs[i];
 }
 
 // Returns whether anything has changed.
@@ -79,14 +79,14 @@ bool KrlStarts::follow_ways() {
   for (size_t i = KrlFlow::kElsewhere + 1; i < ends_.size(); ++i) {
     const KrlNode& node = syntax_.nodes[i];
     Start here;
-    for (int from : node.from) meet(ends_[static_cast<size_t>(from)], here);
+    for (int from : node.from) meet(ends_[from], here);
     const KrlSetUps::SetUp& set_up = node.move >= 0
-                                         ? set_ups_.of_moves[static_cast<size_t>(node.move)]
+                                         ? set_ups_.of_moves[node.move]
                                          : set_ups_.behind[node.set_ups];
     if (!(here.set_up == set_up)) here.values.head<6>() = unknown_krl_values().head<6>();
     here.set_up = set_up;
     if (node.move >= 0) {
-      starts_[static_cast<size_t>(node.move)] = here;
+      starts_[node.move] = here;
       here = end_of(static_cast<size_t>(node.move));
     }
     Start& end = ends_[i];
@@ -201,8 +201,8 @@ std::string KrlStarts::why_left_alone(const KrlTarget& target, const KrlValues& 
 }
 
 const KrlFrame& KrlStarts::frame_of(const KrlTarget& target) const {
-  return target.kind == KrlTargetKind::axes ? syntax_.axes[static_cast<size_t>(target.axes)]
-                                            : syntax_.frames[static_cast<size_t>(target.frame)];
+  return target.kind == KrlTargetKind::axes ? syntax_.axes[target.axes]
+                                            : syntax_.frames[target.frame];
 }
 
 }  // namespace armtrue

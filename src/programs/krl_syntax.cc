@@ -490,7 +490,7 @@ class KrlParser {
       index = found->second;
     }
     if (index < 0) return std::nullopt;
-    return KrlValue{std::nullopt, syntax_.frames[static_cast<size_t>(index)], false};
+    return KrlValue{std::nullopt, syntax_.frames[index], false};
   }
 
   // Drops the named targets of the current move: they were parts of an expression.
@@ -620,8 +620,8 @@ class KrlParser {
   }
 
   KrlFrame value_of(const Declaration& declaration) const {
-    if (declaration.axes >= 0) return syntax_.axes[static_cast<size_t>(declaration.axes)];
-    if (declaration.frame >= 0) return syntax_.frames[static_cast<size_t>(declaration.frame)];
+    if (declaration.axes >= 0) return syntax_.axes[declaration.axes];
+    if (declaration.frame >= 0) return syntax_.frames[declaration.frame];
     return {};
   }
 

@@ -53,7 +53,7 @@ std::optional<KrlValue> KrlVariables::value_at(const std::string& name, size_t p
   if (variable == variables_.end() || !variable->second.is_followed) return std::nullopt;
   const int value = variable->second.values.at(place);
   if (value == ProgramFlow::kUncertain) return std::nullopt;
-  return values_[static_cast<size_t>(value)];
+  return values_[value];
 }
 
 void KrlVariables::note_what_is_stated(Variable& variable) const {
@@ -67,7 +67,7 @@ void KrlVariables::note_what_is_stated(Variable& variable) const {
     if (number == ProgramFlow::kUncertain)
       variable.is_anything = true;
     else
-      note(values_[static_cast<size_t>(number)].point);
+      note(values_[number].point);
 }
 
 bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,
@@ -168,7 +168,7 @@ std::optional<KrlValue> KrlVariables::with_component(KrlValue value, const std::
     return value;
   }
   if (const int axis = axis_of(component); axis >= 0 && value.is_axes) {
-    value.point.axes[static_cast<size_t>(axis)] = number;
+    value.point.axes[axis] = number;
     return value;
   }
   return std::nullopt;
@@ -214,7 +214,7 @@ std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) con
   if (const int k = krl_component(component); k >= 0 && (k > 5 || !value->is_axes))
     found = value->point.values[k] / krl_unit(k);
   else if (const int axis = axis_of(component); axis >= 0 && value->is_axes)
-    found = value->point.axes[static_cast<size_t>(axis)];
+    found = value->point.axes[axis];
   return std::isfinite(found) ? std::optional(found) : std::nullopt;
 }
 

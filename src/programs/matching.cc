@@ -42,7 +42,7 @@ class SegmentTree {
   static constexpr Index kPerLeaf = 4;
 
   Index segments() const { return polygon_.cols() - 1; }
-  Eigen::AlignedBox3d& box(Index node) { return boxes_[static_cast<size_t>(node)]; }
+  Eigen::AlignedBox3d& box(Index node) { return boxes_[node]; }
 
   Foot foot(Index segment, const Eigen::Vector3d& point) const {
     const Eigen::Vector3d from = polygon_.col(segment);
@@ -56,7 +56,7 @@ class SegmentTree {
 
   template <class Visit>
   void descend(Index node, const Eigen::Vector3d& point, double& distance, Visit& visit) const {
-    const Eigen::AlignedBox3d& bounds = boxes_[static_cast<size_t>(node)];
+    const Eigen::AlignedBox3d& bounds = boxes_[node];
     if (bounds.isEmpty() || bounds.squaredExteriorDistance(point) > distance * distance) return;
     if (node < leaves_) {
       descend(2 * node, point, distance, visit);
@@ -117,7 +117,7 @@ class BestUpTo {
  private:
   static bool better(Index a, Index b, const std::vector<Candidate>& candidates) {
     if (a < 0) return false;
-    return b < 0 || candidates[static_cast<size_t>(a)].sum > candidates[static_cast<size_t>(b)].sum;
+    return b < 0 || candidates[a].sum > candidates[b].sum;
   }
 
   std::vector<Index> best_;
@@ -142,7 +142,7 @@ Index chain(std::vector<Candidate>& candidates) {
       candidate.before = best.find(rank(candidate), candidates);
       candidate.sum = candidate.merit;
       if (candidate.before >= 0)
-        candidate.sum += candidates[static_cast<size_t>(candidate.before)].sum;
+        candidate.sum += candidates[candidate.before].sum;
     }
     for (size_t i = begin; i < end; ++i)
       best.add(rank(candidates[i]), static_cast<Index>(i), candidates);
@@ -168,8 +168,8 @@ Eigen::VectorXd places_in_order(const Eigen::Matrix3Xd& polygon, const Eigen::Ma
   Eigen::VectorXd places =
       Eigen::VectorXd::Constant(points.cols(), std::numeric_limits<double>::quiet_NaN());
   for (Index last = chain(candidates); last >= 0;
-       last = candidates[static_cast<size_t>(last)].before) {
-    const Candidate& candidate = candidates[static_cast<size_t>(last)];
+       last = candidates[last].before) {
+    const Candidate& candidate = candidates[last];
     places[candidate.point] = candidate.place;
   }
   return places;

@@ -171,7 +171,7 @@ class ProjectRewriter {
     const RewrittenProgram rewritten = rewrite(program, programs_[index].commands, {}, by_);
     for (const size_t i : points) {
       const ProgramPoint& point = program.points[i];
-      Shared& shared = shared_[{program.texts[static_cast<size_t>(point.text)].name, point.begin}];
+      Shared& shared = shared_[{program.texts[point.text].name, point.begin}];
       shared.name = point.name;
       shared.line = point.line;
       shared.programs.insert(index);
@@ -200,7 +200,7 @@ class ProjectRewriter {
           });
       const bool is_written = is_agreed && !shared.must_stay && others.empty();
       for (const auto& [program, point] : shared.points)
-        programs_[program].program.points[static_cast<size_t>(point)].is_of_others = !is_written;
+        programs_[program].program.points[point].is_of_others = !is_written;
       if (!shared.is_changed) continue;
       std::vector<std::string> users;
       for (const size_t program : shared.programs)
@@ -239,7 +239,7 @@ class ProjectRewriter {
   void take_edits(size_t index) {
     const RobotProgram& program = programs_[index].program;
     for (const TextEdit& edit : result_.programs.back().edits) {
-      const std::string& name = program.texts[static_cast<size_t>(edit.file)].name;
+      const std::string& name = program.texts[edit.file].name;
       std::map<Key, TextEdit>& of_text = edits_[name];
       // Insertions at one place keep their order; a shared declaration changes once.
       const bool is_insertion = edit.begin == edit.end;

@@ -324,11 +324,11 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
   }
   const int from = point_at(parts[0], kind, line, why_not);
   if (from < 0) return -1;
-  if (program_.points[static_cast<size_t>(from)].is_expression) {  // Offs(Offs(..),..)
+  if (program_.points[from].is_expression) {  // Offs(Offs(..),..)
     why_not = kWhy;
     return -1;
   }
-  ProgramPoint point = program_.points[static_cast<size_t>(from)];
+  ProgramPoint point = program_.points[from];
   std::vector<double> numbers;
   for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
   Pose pose = pose_of_numbers(Dialect::rapid, numbers);
@@ -412,8 +412,8 @@ void RapidData::leave(const Statement& argument) {
 
 std::vector<std::pair<int, std::string>> RapidData::finish() {
   const auto mark = [&](const Datum& datum, int point) {
-    program_.points[static_cast<size_t>(point)].is_shared = datum.is_shared;
-    program_.points[static_cast<size_t>(point)].is_of_others = datum.is_of_others;
+    program_.points[point].is_shared = datum.is_shared;
+    program_.points[point].is_of_others = datum.is_of_others;
   };
   names_.each([&](const Datum& datum) {
     for (const auto& [element, point] : datum.points)

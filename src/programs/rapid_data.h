@@ -97,7 +97,7 @@ class RapidData {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
   }
   bool is_word(const ListItem& item, int text, const char* word) const {
-    const std::string& whole = program_.texts[static_cast<size_t>(text)].text;
+    const std::string& whole = program_.texts[text].text;
     return upper(std::string_view(whole).substr(item.begin, item.end - item.begin)) == word;
   }
 

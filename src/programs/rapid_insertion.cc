@@ -15,7 +15,7 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
   };
   if (target.kind == TargetKind::joints) return "its point is joint angles";
   for (int point : points)
-    if (program.points[static_cast<size_t>(point)].is_expression)
+    if (program.points[point].is_expression)
       return "its point is an expression";
   if (std::string(move.kind_of->name).starts_with("TRIGG"))
     return "its events count from its start";
@@ -26,7 +26,7 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
   if (!move.is_first || !before.done()) return "it does not begin its line";
   constexpr double kMost = 8;
   for (int point : points)
-    for (const ProgramNumber& number : program.points[static_cast<size_t>(point)].configuration)
+    for (const ProgramNumber& number : program.points[point].configuration)
       if (number.value != std::floor(number.value) || std::abs(number.value) > kMost)
         return "the confdata of its point is no plain one";
   // The auxiliary point of an arc is a target already.

@@ -146,9 +146,9 @@ class RapidReader {
     std::vector<int> points;
     for (int i = 0; i < move.points && why_not.empty(); ++i)
       points.push_back(
-          data_.point_at(arguments[static_cast<size_t>(i)], target.kind, line, why_not));
+          data_.point_at(arguments[i], target.kind, line, why_not));
     if (!why_not.empty()) {
-      for (int i = 0; i < move.points; ++i) data_.leave(arguments[static_cast<size_t>(i)]);
+      for (int i = 0; i < move.points; ++i) data_.leave(arguments[i]);
       return leave(line, why_not);
     }
     const char kind = move_.kind();
@@ -210,7 +210,7 @@ class RapidReader {
   }
 
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
-    const ProgramPoint& point = program_.points[static_cast<size_t>(index)];
+    const ProgramPoint& point = program_.points[index];
     target.point = index;
     target.never_runs = is_dead_ || !is_called_;
     std::vector<double> numbers;

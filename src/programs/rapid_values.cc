@@ -17,7 +17,7 @@ Configuration rapid_configuration(const ProgramPoint& point) {
     if (number.value != std::floor(number.value) || std::abs(number.value) > kMost) return result;
   for (int k = 0; k < 3; ++k) {
     const int joint = k == 0 ? 0 : k == 1 ? 3 : 5;
-    result.low[joint] = 90 * kDegree * point.configuration[static_cast<size_t>(k)].value;
+    result.low[joint] = 90 * kDegree * point.configuration[k].value;
     result.high[joint] = result.low[joint] + 90 * kDegree;
   }
   const int cfx = static_cast<int>(point.configuration[3].value);

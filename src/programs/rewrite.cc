@@ -48,14 +48,14 @@ class Rewriter {
         is_changed_(program.points.size(), false),
         is_divided_(program.targets.size(), false) {
     for (size_t k = 0; k < program.targets.size(); ++k)
-      uses_[static_cast<size_t>(program.targets[k].point)].push_back(k);
+      uses_[program.targets[k].point].push_back(k);
     for (const ProgramPointBetween& point : between)
       if (can_be_inserted(point)) between_.push_back(point);
     for (const ProgramPointBetween& point : between_) {
       is_divided_[point.target] = true;
       // The auxiliary point of a divided arc is written out in its move.
       if (point.motion == MotionKind::via)
-        std::erase(uses_[static_cast<size_t>(program.targets[point.target].point)], point.target);
+        std::erase(uses_[program.targets[point.target].point], point.target);
     }
     changes_between_.resize(between_.size());
   }
@@ -196,7 +196,7 @@ class Rewriter {
       stays_[point] |= of.is_shared || of.is_of_others;
       if (of.starts_from >= 0 &&
           !std::ranges::all_of(uses_[point], [&](size_t k) { return commands_[k].is_corrected; }))
-        stays_[static_cast<size_t>(of.starts_from)] = true;
+        stays_[of.starts_from] = true;
     }
   }
 
@@ -258,7 +258,7 @@ class Rewriter {
   }
 
   bool starts_from_changed(const ProgramPoint& point) const {
-    return point.starts_from >= 0 && is_changed_[static_cast<size_t>(point.starts_from)];
+    return point.starts_from >= 0 && is_changed_[point.starts_from];
   }
 
   std::string written_out(const ProgramPoint& point, const Wanted& wanted) const {
@@ -270,7 +270,7 @@ class Rewriter {
                                          decimals_kept(program_.dialect, point.kind, i)));
     if (program_.dialect == Dialect::krl) return krl_point(point, texts, wanted);
     if (program_.dialect == Dialect::fanuc) return fanuc_position(point, texts);
-    const ProgramPoint& from = program_.points[static_cast<size_t>(point.starts_from)];
+    const ProgramPoint& from = program_.points[point.starts_from];
     std::vector<TextEdit> edits;
     const auto add = [&](const ProgramNumber& number, const std::string& text) {
       edits.push_back({from.text, number.begin - from.begin, number.end - from.begin, text});
@@ -278,7 +278,7 @@ class Rewriter {
     for (size_t i = 0; i < texts.size(); ++i) add(from.numbers[i], texts[i]);
     for (size_t i = 0; i < wanted.configuration.size(); ++i)
       if (!wanted.configuration[i].empty()) add(from.configuration[i], wanted.configuration[i]);
-    const std::string& text = program_.texts[static_cast<size_t>(from.text)].text;
+    const std::string& text = program_.texts[from.text].text;
     return apply_edits(text.substr(from.begin, from.end - from.begin), edits, from.text);
   }
 
@@ -333,12 +333,12 @@ class Rewriter {
   }
 
   std::string_view text_of(const ProgramNumber& number) const {
-    return std::string_view(program_.texts[static_cast<size_t>(number.text)].text)
+    return std::string_view(program_.texts[number.text].text)
         .substr(number.begin, number.end - number.begin);
   }
 
   const ProgramPoint& point_of(size_t target) const {
-    return program_.points[static_cast<size_t>(program_.targets[target].point)];
+    return program_.points[program_.targets[target].point];
   }
 
   static double half_step(int decimals) { return 0.5 * std::pow(10.0, -decimals); }

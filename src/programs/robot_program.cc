@@ -37,7 +37,7 @@ void refuse_huge_numbers(const RobotProgram& program) {
     for (const ProgramNumber& number : point.numbers)
       if (number.is_written() && !(std::abs(number.value) < kFarthest))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
-                                     program.texts[static_cast<size_t>(number.text)].name,
+                                     program.texts[number.text].name,
                                      point.line, point.name));
 }
 
@@ -58,10 +58,10 @@ void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why
     if (is_left[move[0]]) continue;
     for (const size_t k : move) {
       is_left[k] = true;
-      ProgramPoint& point = program.points[static_cast<size_t>(program.targets[k].point)];
+      ProgramPoint& point = program.points[program.targets[k].point];
       point.is_shared = true;
       if (point.starts_from >= 0)
-        program.points[static_cast<size_t>(point.starts_from)].is_shared = true;
+        program.points[point.starts_from].is_shared = true;
     }
     warnings.add(program.targets[target].line, "left alone: " + reason);
     if (program.targets[target].never_runs) continue;

@@ -17,7 +17,7 @@ class Scopes {
   /// The innermost scope at a place.
   int at(size_t place) const;
   /// The scope that a routine stands in; -1 of scope 0.
-  int parent(int scope) const { return parents_[static_cast<size_t>(scope)]; }
+  int parent(int scope) const { return parents_[scope]; }
   /// Whether `inner` is `outer` or stands in it.
   bool contains(int outer, int inner) const;
 

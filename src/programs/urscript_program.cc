@@ -149,7 +149,7 @@ class UrReader {
         value && value->kind == TargetKind::cartesian)
       pose = pose_of_numbers(Dialect::urscript, *value->list.numbers(6));
     const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
-    const bool is_known = program_.frames[static_cast<size_t>(tool)].is_known;
+    const bool is_known = program_.frames[tool].is_known;
     return !is_known && values_.has_several_values(argument) ? ProgramFlow::kUncertain : tool;
   }
 

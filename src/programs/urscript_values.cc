@@ -152,7 +152,7 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   value->base =
       add_frame(frames_, known_, part_of(arguments[0]), constant(arguments[0], depth + 1));
   value->is_in_calculated_frame =
-      !frames_[static_cast<size_t>(value->base)].is_known && is_calculated(arguments[0]);
+      !frames_[value->base].is_known && is_calculated(arguments[0]);
   return value;
 }
 
@@ -174,7 +174,7 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
     if (value->kind != TargetKind::cartesian || value->near) return std::nullopt;
     const Pose pose = pose_of_numbers(Dialect::urscript, *value->list.numbers(6));
     if (value->base < 0) return pose;
-    const ProgramFrame& base = frames_[static_cast<size_t>(value->base)];
+    const ProgramFrame& base = frames_[value->base];
     return base.is_known ? std::optional(base.pose * pose) : std::nullopt;
   }
   TextCursor cursor(text_, argument.begin, argument.end);
@@ -258,7 +258,7 @@ void UrValues::finish(const std::vector<Statement>& statements, std::vector<Prog
       const Variable* const variable =
           variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
       if (variable && variable->point >= 0)
-        points[static_cast<size_t>(variable->point)].is_shared = true;
+        points[variable->point].is_shared = true;
     });
 }
 

@@ -93,8 +93,8 @@ Report calibration_page(const CalibrationResult& result, const Robot& nominal,
   std::vector<bool> left_out(static_cast<size_t>(campaign.rows()), false);
   std::vector<int> lines;
   for (int row : story.quality.blunders) {
-    left_out[static_cast<size_t>(row)] = true;
-    lines.push_back(campaign.line[static_cast<size_t>(row)]);
+    left_out[row] = true;
+    lines.push_back(campaign.line[row]);
   }
   Page page(head, result.robot.name, "Calibration");
   add_calibration_verdict(page, result, campaign, story, models);

@@ -83,8 +83,8 @@ Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
   const auto rows = static_cast<Eigen::Index>(targets.size());
   Eigen::VectorXd before(rows), after(rows);
   for (Eigen::Index k = 0; k < rows; ++k) {
-    before[k] = targets[static_cast<size_t>(k)].before.position / kMillimetre;
-    after[k] = targets[static_cast<size_t>(k)].expected() / kMillimetre;
+    before[k] = targets[k].before.position / kMillimetre;
+    after[k] = targets[k].expected() / kMillimetre;
   }
   return rows_picture(before, after,
                       {.after = targets.front().deviation ? "corrected, standard deviation included"
@@ -109,8 +109,8 @@ void add_between(Page& page, const BetweenPoints& between, const Program& progra
   if (!summary.before || !summary.after) return;
   Eigen::VectorXd before(static_cast<Eigen::Index>(between.moves.size())), after(before.size());
   for (Eigen::Index k = 0; k < before.size(); ++k) {
-    before[k] = between.moves[static_cast<size_t>(k)].before / kMillimetre;
-    after[k] = between.moves[static_cast<size_t>(k)].after / kMillimetre;
+    before[k] = between.moves[k].before / kMillimetre;
+    after[k] = between.moves[k].after / kMillimetre;
   }
   page.pictures({rows_picture(before, after,
                               {.file = "between",

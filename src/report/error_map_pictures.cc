@@ -83,7 +83,7 @@ class GridPictures {
   }
 
  private:
-  Eigen::Index count(int axis) const { return grid_.count[static_cast<size_t>(axis)]; }
+  Eigen::Index count(int axis) const { return grid_.count[axis]; }
 
   double mm(int axis, Eigen::Index place) const {
     return grid_.coordinate(axis, static_cast<int>(place)) / kMillimetre;
@@ -118,10 +118,10 @@ class GridPictures {
 
   const MapPoint& at(int slice, Eigen::Index right, Eigen::Index up) const {
     std::array<int, 3> place{};
-    place[static_cast<size_t>(across_)] = slice;
-    place[static_cast<size_t>(right_)] = static_cast<int>(right);
-    place[static_cast<size_t>(up_)] = static_cast<int>(up);
-    return map_.points[static_cast<size_t>(grid_.point(place))];
+    place[across_] = slice;
+    place[right_] = static_cast<int>(right);
+    place[up_] = static_cast<int>(up);
+    return map_.points[grid_.point(place)];
   }
 
   void draw(Panel& panel, int slice, bool is_before, double factor) const {
@@ -169,7 +169,7 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
   const double none = std::numeric_limits<double>::quiet_NaN();
   Eigen::VectorXd before = Eigen::VectorXd::Constant(rows, none), after = before;
   for (Eigen::Index k = 0; k < rows; ++k) {
-    const MapPoint& point = map.points[static_cast<size_t>(k)];
+    const MapPoint& point = map.points[k];
     if (!point.is_predicted) continue;
     places.push_back(point.position);
     errors.push_back(point.error);

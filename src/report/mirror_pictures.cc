@@ -156,7 +156,7 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
     }
     Points drawn;
     for (Eigen::Index k : evenly(static_cast<Eigen::Index>(points.size()), kMostPoints))
-      drawn.push_back(points[static_cast<size_t>(k)]);
+      drawn.push_back(points[k]);
     Panel& panel = picture->panel(axis_of(trend, fmt::format("{}, mm", "xyz"[axis]), 4), 80);
     panel.line(curve(deviation.time, trend), Look::after, "trend");
     panel.points(drawn, Look::mark, "correction point");
@@ -167,7 +167,7 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
 Drawing force_picture(const PathDeviation& deviation, const ForceLaw& law) {
   Eigen::Matrix3Xd forced = deviation.whole;
   for (int axis = 0; axis < 3; ++axis)
-    forced.row(axis).array() -= law.offset[static_cast<size_t>(axis)].value;
+    forced.row(axis).array() -= law.offset[axis].value;
   // Evenly: extremes would not show where most samples lie.
   Points samples;
   double most_force = 0, most_mm = 0;

@@ -84,12 +84,12 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
   for (const Judged& model : models) {
     std::vector<double> counts(kHistogramBins, 0);
     for (double error : model.evaluation.reading_errors())
-      ++counts[static_cast<size_t>(
-          std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width)))];
+      ++counts[
+          std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width))];
     std::vector<std::string> texts;
     for (int k = 0; k < kHistogramBins; ++k)
       texts.push_back(fmt::format("{:.3g} to {:.3g} mm: {:g}", k * width, (k + 1) * width,
-                                  counts[static_cast<size_t>(k)]));
+                                  counts[k]));
     Panel& panel = picture->panel(count_axis(std::ranges::max(counts), "", 3), 74);
     panel.bars(0, width, counts, texts, model.look, "");
     panel.rule_x(in_mm(summarize(model.evaluation.reading_errors()).mean), Look::mark, "mean");
@@ -189,7 +189,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
       evenly(static_cast<Eigen::Index>(places.size()), text.most);
   for (const VectorField& field : fields)
     for (Eigen::Index k : drawn)
-      longest = std::max(longest, field.vectors[static_cast<size_t>(k)].norm());
+      longest = std::max(longest, field.vectors[k].norm());
   const double factor = round_magnification(longest, (high - low).maxCoeff());
   const Eigen::Vector3d margin =
       Eigen::Vector3d::Constant(1.05 * factor * longest + 0.02 * (high - low).maxCoeff());
@@ -212,15 +212,15 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
     Panel& panel = picture->panel(axes.y, axes.height);
     Points drawn_places;
     for (Eigen::Index k : drawn) {
-      const Eigen::Vector3d& place = places[static_cast<size_t>(k)];
+      const Eigen::Vector3d& place = places[k];
       drawn_places.emplace_back(in_mm(place[right]), in_mm(place[up]));
     }
     panel.dots(drawn_places);
     for (const VectorField& field : fields) {
       Points from, to;
       for (Eigen::Index k : drawn) {
-        const Eigen::Vector3d& place = places[static_cast<size_t>(k)];
-        const Eigen::Vector3d end = place + factor * field.vectors[static_cast<size_t>(k)];
+        const Eigen::Vector3d& place = places[k];
+        const Eigen::Vector3d end = place + factor * field.vectors[k];
         from.emplace_back(in_mm(place[right]), in_mm(place[up]));
         to.emplace_back(in_mm(end[right]), in_mm(end[up]));
       }

@@ -51,8 +51,8 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
 // The length of a link as it was built.
 double length_of(const Parameter& parameter, const Robot& robot) {
   const KinematicChain& chain = robot.nominal ? *robot.nominal : robot.chain;
-  const Link& link = chain.links[static_cast<size_t>(
-      link_of_parameter(*find_parameter(chain, parameter)))];
+  const Link& link = chain.links[
+      link_of_parameter(*find_parameter(chain, parameter))];
   return is_link_parameter(parameter, LinkParameter::d) ? link.d : link.r;
 }
 
@@ -145,7 +145,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
   // One of the candidates that are at least as usual, and may be chosen.
   for (Candidate& candidate : candidates) {
     long choices = 0;
-    const Usual own = usual[static_cast<size_t>(&candidate - candidates.data())];
+    const Usual own = usual[&candidate - candidates.data()];
     for (size_t k = 0; k < candidates.size(); ++k)
       choices += usual[k] <= own && may_be_alone(candidates[k]);
     candidate.log_choices = std::log(static_cast<double>(std::max(1L, choices)));

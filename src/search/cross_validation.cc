@@ -87,11 +87,11 @@ GainLeftOut CrossValidation::gain_by(const ErrorsOf& errors_of) const {
   for_ordered_blocks<std::vector<OfPose>>(
       static_cast<int>(folds_.size()), 1,
       [&](int f, int) {
-        const Fold& fold = folds_[static_cast<size_t>(f)];
+        const Fold& fold = folds_[f];
         const Errors errors = errors_of(fold);
         std::vector<OfPose> of_fold(static_cast<size_t>(fold.poses));
         const auto add = [&](int pose, double without, double with) {
-          OfPose& loss = of_fold[static_cast<size_t>(pose)];
+          OfPose& loss = of_fold[pose];
           loss.before += without * without;
           loss.gain += without * without - with * with;
         };

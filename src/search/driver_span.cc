@@ -121,7 +121,7 @@ bool is_driven(DriverKind kind, int joint, const std::string& where, const Campa
                const Span& span) {
   const auto by = [&](const auto& column, const auto& value_in) {
     return !column.empty() && has_contrast(campaign, [&](int row) {
-      return std::optional(value_in(column[static_cast<size_t>(row)]));
+      return std::optional(value_in(column[row]));
     });
   };
   switch (kind) {
@@ -142,13 +142,13 @@ bool is_driven(DriverKind kind, int joint, const std::string& where, const Campa
     }
     case DriverKind::motor_torque:
       return by(campaign.motor_torque_nm,
-                [joint](const auto& row) { return row[static_cast<size_t>(joint)]; });
+                [joint](const auto& row) { return row[joint]; });
     case DriverKind::stroke:
       return by(campaign.stroke, [joint](const JointVector& stroke) { return stroke[joint]; });
     case DriverKind::arrival:
       // 0 is no direction: the joint has not moved yet.
       return !campaign.arrival.empty() && has_contrast(campaign, [&](int row) {
-        const int sign = campaign.arrival[static_cast<size_t>(row)][static_cast<size_t>(joint)];
+        const int sign = campaign.arrival[row][joint];
         return sign == 0 ? std::nullopt : std::optional(sign);
       });
     default:

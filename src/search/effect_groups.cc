@@ -38,7 +38,7 @@ class Groups {
         joints_(joint_count(robot.chain)),
         layout_(layout_of(robot.chain)) {
     std::vector<int> rows(static_cast<size_t>(campaign.rows()));
-    for (int row = 0; row < campaign.rows(); ++row) rows[static_cast<size_t>(row)] = row;
+    for (int row = 0; row < campaign.rows(); ++row) rows[row] = row;
     for (int row : evenly_chosen(rows, kContexts)) contexts_.push_back(campaign.context(row));
   }
 
@@ -92,7 +92,7 @@ class Groups {
     Eigen::MatrixXd values(std::ssize(contexts_), bound.value_count());
     Eigen::VectorXd row(bound.value_count());
     for (Eigen::Index k = 0; k < values.rows(); ++k) {
-      const Context& context = contexts_[static_cast<size_t>(k)];
+      const Context& context = contexts_[k];
       ArmFrames frames;
       PoseJacobian jacobian;
       if (bound.needs_frames()) frames = chain_.link_frames(context.q);
@@ -144,7 +144,7 @@ class Groups {
       double squares = 0;
       for (double weight : weights) squares += 0.5 * weight * weight;
       for (Eigen::Index k = 0; k < count; ++k)
-        random.root(k, k) = size * weights[static_cast<size_t>(k)] / std::sqrt(squares);
+        random.root(k, k) = size * weights[k] / std::sqrt(squares);
     }
     groups_.back().effects.push_back(std::move(random));
   }

@@ -216,7 +216,7 @@ void EffectModel::drop_impossible_members(size_t k) {
         *std::ranges::max_element(t, {}, [](double one) { return std::abs(one); });
     for (size_t m = 0; m < family.members.size(); ++m) {
       const size_t count = fitted.members[m].coefficients.size();
-      const Coefficient& c = fitted.coefficients[static_cast<size_t>(first)];
+      const Coefficient& c = fitted.coefficients[first];
       const bool may_be = is_allowed(alone(family.members[m]), {c}) &&
                           !(chosen_[k].alike && t[m] * strongest < 0);
       if (count == 1 && std::abs(t[m]) > most && !may_be) {
@@ -234,13 +234,13 @@ void EffectModel::drop_impossible_members(size_t k) {
 // The largest value over standard deviation among the coefficients of each member of a family, with
 // its sign. The fit is complete.
 std::vector<double> EffectModel::t_of_members(size_t k) const {
-  const Effect& fitted = fit_.robot.effects[static_cast<size_t>(in_fit(k))];
+  const Effect& fitted = fit_.robot.effects[in_fit(k)];
   std::vector<double> t;
   Eigen::Index coefficient = 0;
   for (const Effect& member : fitted.members) {
     double& largest = t.emplace_back(0);
     for (size_t c = 0; c < member.coefficients.size(); ++c, ++coefficient) {
-      const double own = fitted.coefficients[static_cast<size_t>(coefficient)].value /
+      const double own = fitted.coefficients[coefficient].value /
                          std::max(1e-300, standard_deviation(in_fit(k), coefficient));
       if (std::abs(own) > std::abs(largest)) largest = own;
     }

@@ -181,7 +181,7 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
 std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
   std::vector<int> found;
   for (size_t k = 0; k < model.chosen().size(); ++k) {
-    const Effect& effect = fitted.effects[static_cast<size_t>(model.in_fit(k))];
+    const Effect& effect = fitted.effects[model.in_fit(k)];
     if (effect.coefficients.size() != 1 || effect.family) continue;
     const auto [low, high] = effect.coefficients.front().ci95;
     if (low <= 0 && high >= 0) found.push_back(static_cast<int>(k));

@@ -97,7 +97,7 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
   // Without masses the loads have no scale. Those of a wrist are small beside those of the arm.
   const auto is_of_wrist = [&](const Driver& driver) {
     return robot.bodies.empty() && driver.kind == DriverKind::gravity_torque &&
-           lever[static_cast<size_t>(driver.joint)] < kLeverOfWrist * std::ranges::max(lever);
+           lever[driver.joint] < kLeverOfWrist * std::ranges::max(lever);
   };
   const auto same_family = [](const Candidate& family, const Candidate& single) {
     const Effect& first = family.effect.members.front();
@@ -124,9 +124,9 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
       family->log_choices = single.log_choices;
       values.emplace_back();
     }
-    values[static_cast<size_t>(family - families.begin())].push_back(value);
+    values[family - families.begin()].push_back(value);
     Effect& member = family->effect.members.emplace_back(single.effect);
-    member.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
+    member.coefficients.resize(bound.coefficient_count());
     for (size_t k = 0; k < member.coefficients.size(); ++k)
       member.coefficients[k].name = bound.coefficient_names()[k];
   }

@@ -223,7 +223,7 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
   // The fit has columns for each session, but an effect moves its parameter in all sessions.
   std::vector<int> row_of_nearest(static_cast<size_t>(campaign.rows()), kNone);
   for (size_t row = 0; row < rows.nearest.size(); ++row)
-    row_of_nearest[static_cast<size_t>(rows.nearest[row])] = static_cast<int>(row);
+    row_of_nearest[rows.nearest[row]] = static_cast<int>(row);
   for (int s = 1; s < models.sessions(); ++s) {
     const ObservationModel& own = models.model(s);
     const ObservationModel model(own.campaign(),
@@ -232,7 +232,7 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
     Eigen::MatrixXd block(size, model.unknowns() + 1);
     for (int i = 0; i < model.rows(); ++i) {
-      const int row = row_of_nearest[static_cast<size_t>(models.rows_of(s)[i])];
+      const int row = row_of_nearest[models.rows_of(s)[i]];
       if (row == kNone) continue;
       at.block(i, block);
       problem.jacobian.middleRows(row * size, size) =

@@ -170,7 +170,7 @@ Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squar
     return whole.transpose() * whole;
   }
   const Eigen::VectorXd& own =
-      squares[terms.front().parameter][static_cast<size_t>(scan_.part_[candidate])];
+      squares[terms.front().parameter][scan_.part_[candidate]];
   const auto values_at = [&](const auto& term) {
     return of_part.values().col(scan_.value_of_column_[term.column]).template cast<double>();
   };
@@ -194,7 +194,7 @@ void ProjectedCandidates::compute_grams() {
   Squares squares(static_cast<size_t>(scan_.parameters()));
   for (int parameter = 0; parameter < scan_.parameters(); ++parameter)
     for (size_t part = 0; part < parts_.size(); ++part)
-      squares[static_cast<size_t>(parameter)][part] = squares_by_context(parameter, parts_[part]);
+      squares[parameter][part] = squares_by_context(parameter, parts_[part]);
   for_ordered_blocks<int>(
       static_cast<int>(scan_.candidates_.size()), kCandidatesPerBlock,
       [&](int begin, int end) {

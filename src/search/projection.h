@@ -141,7 +141,7 @@ class ProjectedCandidates {
   void add_spreads(int candidate, Eigen::MatrixXd& gram) const;
   Eigen::MatrixXd rests(int candidate) const;
   const ValuesAtRows& values_of(int candidate) const {
-    return parts_[static_cast<size_t>(scan_.part_[candidate])];
+    return parts_[scan_.part_[candidate]];
   }
   Eigen::VectorXd squares_by_context(int parameter, const ValuesAtRows& values) const;
 
@@ -201,9 +201,9 @@ class ProjectedCandidates {
     for_ordered_blocks<int>(
         static_cast<int>(tasks.size()), 1,
         [&](int number, int) {
-          const auto& [parts, parameters] = tasks[static_cast<size_t>(number)];
+          const auto& [parts, parameters] = tasks[number];
           const auto sums =
-              sums_by_context(parameters, parts_[static_cast<size_t>(parts.front())], by_row);
+              sums_by_context(parameters, parts_[parts.front()], by_row);
           for (int part : parts)
             for (size_t p = 0; p < parameters.size(); ++p)
               take_columns(parameters[p], part, sums[p], take);
@@ -216,7 +216,7 @@ class ProjectedCandidates {
   void take_columns(int parameter, int part, const Eigen::MatrixX<Scalar>& sums,
                     const Take& take) const {
     constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
-    const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
+    const ValuesAtRows& of_part = parts_[part];
     const auto [begin, end] = scan_.columns_of(parameter, part);
     const auto found = scan_.periodograms_.find(parameter);
     const bool by_nodes =

@@ -48,8 +48,8 @@ RowsOfReplicates rows_of_replicates(const SessionModels& models,
   Replicates& replicates = all.replicates;
   const int rows = replicates.rows(), size = models.row_size(), p = models.unknowns();
   all.blocks.resize(rows * size, p + 1);
-  all.length.resize(static_cast<size_t>(rows));
-  all.nearest.resize(static_cast<size_t>(rows));
+  all.length.resize(rows);
+  all.nearest.resize(rows);
   replicates.share.resize(replicates.reading.size());
   replicates.rest.resize(size, replicates.readings());
   const SessionModels::At at = models.at(Eigen::VectorXd::Zero(p));

@@ -60,7 +60,7 @@ std::vector<int> contexts_of(const Campaign& campaign, int part, ScanValues& val
       values.readings_of_context.push_back(0);
     }
     values.context_of_reading.push_back(number);
-    ++values.readings_of_context[static_cast<size_t>(number)];
+    ++values.readings_of_context[number];
   }
   return first;
 }
@@ -129,7 +129,7 @@ void CandidateScan::find_periodograms(const std::vector<std::vector<Term>>& term
   for (const auto& [parameter, cycles] : of_parameter) {
     Eigen::VectorXd angles(std::ssize(readings));
     for (Eigen::Index k = 0; k < angles.size(); ++k)
-      angles[k] = campaign.q[static_cast<size_t>(readings[static_cast<size_t>(k)])][cycles.joint];
+      angles[k] = campaign.q[readings[k]][cycles.joint];
     const auto [least, most] = std::ranges::minmax_element(
         cycles.frequency_of_sine, {}, [](const auto& frequency) { return frequency.second; });
     Periodogram periodogram{CycleNodes(angles, least->second, most->second), {}};
@@ -235,7 +235,7 @@ double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& co
   }
   Eigen::VectorXd share(part.values.rows());  // of the readings
   for (Eigen::Index k = 0; k < share.size(); ++k)
-    share[k] = static_cast<double>(part.readings_of_context[static_cast<size_t>(k)]) /
+    share[k] = static_cast<double>(part.readings_of_context[k]) /
                static_cast<double>(part.context_of_reading.size());
   double largest = 0;
   for (const auto& [parameter, offset] : offsets) {

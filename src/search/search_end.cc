@@ -91,7 +91,7 @@ void ModelSearch::split_families() {
   for (;;) {
     std::vector<int> weak;
     for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k)
-      if (model_.chosen()[static_cast<size_t>(k)].effect.family && model_.score_of({k}).score <= 0)
+      if (model_.chosen()[k].effect.family && model_.score_of({k}).score <= 0)
         weak.push_back(k);
     if (weak.empty()) break;
     const CandidateScore together = model_.score_of(weak);
@@ -149,7 +149,7 @@ bool ModelSearch::add_beside_found(Candidate family) {
     const std::vector<int> beside = directions();
     const auto k = std::ranges::mismatch(alone, beside).in1 - alone.begin();
     if (k == found) return true;
-    const Parameter& taken = model_.chosen()[static_cast<size_t>(k)].effect.parameter;
+    const Parameter& taken = model_.chosen()[k].effect.parameter;
     if (std::erase_if(members, [&](const Effect& member) { return member.parameter == taken; }) ==
         0)
       members.clear();

@@ -52,7 +52,7 @@ bool ModelSearch::revise(KnownCauses known_causes) {
 bool ModelSearch::leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const {
   if (!revision.other) return false;
   std::vector<Candidate> revised = model_.chosen();
-  revised[static_cast<size_t>(revision.effect)] = *revision.other;
+  revised[revision.effect] = *revision.other;
   return std::ranges::equal(revised, chosen, [](const Candidate& a, const Candidate& b) {
     return same_form(a.effect, b.effect) &&
            std::ranges::equal(a.effect.members, b.effect.members, same_form);

@@ -37,7 +37,7 @@ bool add_rest_of_instrument(const std::optional<Candidate>& distortion, const Ca
     return false;
   rest->shape = distortion->effect.shape;
   const BoundEffect bound(*rest, robot, campaign.temperature_names);
-  rest->coefficients.assign(static_cast<size_t>(bound.coefficient_count()), {});
+  rest->coefficients.assign(bound.coefficient_count(), {});
   return true;
 }
 

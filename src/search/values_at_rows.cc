@@ -60,7 +60,7 @@ void ValuesAtRows::find_spreads(const std::set<std::pair<int, int>>& pairs) {
       static_cast<int>(all.size()), kValuesOfTask,
       [&](int begin, int end) {
         for (int pair = begin; pair < end; ++pair) {
-          const auto [u, v] = all[static_cast<size_t>(pair)];
+          const auto [u, v] = all[pair];
           Eigen::VectorXd& spread = spreads_.at({u, v});
           for (int row = 0; row < replicates_.rows(); ++row) {
             double sum = 0;

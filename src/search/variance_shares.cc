@@ -64,7 +64,7 @@ void leave_in_order(const BesideTheRest& beside, const std::vector<int>& order,
   Entry entry(beside);
   for (Eigen::Index k = 0; k < std::ssize(order); ++k) {
     left.col(k + 1) = left.col(k);
-    entry.enter(beside.columns[static_cast<size_t>(order[static_cast<size_t>(k)])],
+    entry.enter(beside.columns[order[k]],
                 left.col(k + 1));
   }
 }
@@ -89,7 +89,7 @@ Eigen::MatrixXd explained_in(const BesideTheRest& beside,
   const auto groups = std::ssize(orders.front()), columns = groups + 1;
   Eigen::MatrixXd left(beside.readings.size(), std::ssize(orders) * columns);
   for (Eigen::Index k = 0; k < std::ssize(orders); ++k)
-    leave_in_order(beside, orders[static_cast<size_t>(k)], left.middleCols(k * columns, columns));
+    leave_in_order(beside, orders[k], left.middleCols(k * columns, columns));
   const Eigen::MatrixXd squares = squares_by_pose(beside, left);
   Eigen::MatrixXd explained = Eigen::MatrixXd::Zero(squares.rows(), groups);
   Eigen::Index column = 0;

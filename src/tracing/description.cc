@@ -114,7 +114,7 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
 
 // "3"; "E1" of an external axis.
 std::string axis_name(const Robot& robot, int joint) {
-  return joint < 0 ? "0" : joint_names(robot.chain)[static_cast<size_t>(joint)].axis;
+  return joint < 0 ? "0" : joint_names(robot.chain)[joint].axis;
 }
 
 // The joint that an effect acts on; 0 if on none.

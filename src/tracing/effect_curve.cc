@@ -26,7 +26,7 @@ double reading_of(const Driver& driver, const Campaign& campaign, int row) {
   if (driver.kind == DriverKind::time) return campaign.time_s[row];
   const auto& names = campaign.temperature_names;
   const auto sensor = std::find(names.begin(), names.end(), driver.where) - names.begin();
-  return campaign.temperature_c[row][static_cast<size_t>(sensor)];
+  return campaign.temperature_c[row][sensor];
 }
 
 }  // namespace
@@ -95,8 +95,8 @@ std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& cur
   if (points < 8) return std::nullopt;
   Eigen::VectorXd x(points), y(points);
   for (Eigen::Index i = 0; i < points; ++i) {
-    x[i] = curve[static_cast<size_t>(i)].driver;
-    y[i] = curve[static_cast<size_t>(i)].value;
+    x[i] = curve[i].driver;
+    y[i] = curve[i].value;
   }
   const double resolution = 2 * std::numbers::pi / (x[points - 1] - x[0]);
   const double variance = (y.array() - y.mean()).matrix().squaredNorm();

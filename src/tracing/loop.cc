@@ -31,7 +31,7 @@ std::vector<int> poses_of_readings(const Campaign& campaign) {
   const std::vector<int> poses = campaign.pose_by_id(), first = campaign.first_rows_of_readings();
   if (first.empty()) return poses;
   std::vector<int> of_readings;
-  for (int row : first) of_readings.push_back(poses[static_cast<size_t>(row)]);
+  for (int row : first) of_readings.push_back(poses[row]);
   return of_readings;
 }
 
@@ -168,7 +168,7 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
       result.applied ? evaluate(result.applied->fit.robot, held_out).reading_errors() : named;
   const auto worst = std::ranges::max_element(result.errors_after) - result.errors_after.begin();
   const std::vector<int> first = held_out.first_rows_of_readings();
-  const int row = first.empty() ? static_cast<int>(worst) : first[static_cast<size_t>(worst)];
+  const int row = first.empty() ? static_cast<int>(worst) : first[worst];
   result.worst = {held_out.pose_ids[held_out.pose[row]], result.errors_after[worst]};
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;

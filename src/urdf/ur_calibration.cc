@@ -50,7 +50,7 @@ std::map<size_t, std::pair<size_t, std::string>> changes(
     const std::array<double, 6> n{t.x(), t.y(), t.z(), rpy[0], rpy[1], rpy[2]};
     for (size_t k = 0; k < n.size(); ++k) {
       const YAML::Node node = kinematics[link][kUrNumbers[k]];
-      result[static_cast<size_t>(node.Mark().pos)] = {node.Scalar().size(), number_text(n[k])};
+      result[node.Mark().pos] = {node.Scalar().size(), number_text(n[k])};
     }
   }
   return result;

@@ -125,7 +125,7 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
     for (const ChainMimic& mimic : joint.follows) {
       const auto followed = link_of.find(mimic.joint);
       if (followed == link_of.end()) return std::nullopt;
-      const double zero = zero_of(std::as_const(links[static_cast<size_t>(followed->second)]));
+      const double zero = zero_of(std::as_const(links[followed->second]));
       robot.chain.couplings.push_back(
           {own, followed->second, mimic.multiplier, entry.from.value_or(zero)});
     }
@@ -259,7 +259,7 @@ void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain&
       const auto followed = static_cast<int>(leader - moving.begin());
       chain.couplings.push_back(
           {static_cast<int>(j), followed, mimic.multiplier,
-           zero_of(std::as_const(chain.links[static_cast<size_t>(followed)]))});
+           zero_of(std::as_const(chain.links[followed]))});
       offsets[j] += mimic.offset;
     }
   }

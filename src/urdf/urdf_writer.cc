@@ -103,14 +103,14 @@ std::vector<const Coupling*> couplings_of(const KinematicChain& chain, int link)
 // own encoder.
 bool is_several_joints(const KinematicChain& chain, int link) {
   return couplings_of(chain, link).size() +
-             (chain.links[static_cast<size_t>(link)].has_encoder ? 1 : 0) >
+             (chain.links[link].has_encoder ? 1 : 0) >
          1;
 }
 
 // Adds the joints of a link that follows others, one behind the other on its axis.
 void add_following_joints(const KinematicChain& chain, int index, std::string parent,
                           std::string& links, std::string& joints) {
-  const Link& own = chain.links[static_cast<size_t>(index)];
+  const Link& own = chain.links[index];
   const std::vector<const Coupling*> couplings = couplings_of(chain, index);
   Link part = own;
   std::string others;
@@ -121,7 +121,7 @@ void add_following_joints(const KinematicChain& chain, int index, std::string pa
   };
   for (size_t k = 0; k < couplings.size(); ++k) {
     const Coupling& coupling = *couplings[k];
-    const Link& followed = chain.links[static_cast<size_t>(coupling.followed)];
+    const Link& followed = chain.links[coupling.followed];
     const bool is_last = k + 1 == couplings.size() && !own.has_encoder;
     part.name = is_last ? own.name : own.name + "_follows_" + followed.name;
     // A sum of joints has no travel of its own.
@@ -161,7 +161,7 @@ std::string write_urdf(const Robot& robot) {
   xml += fixed_joint_xml("base", "world", "base_link", robot.chain.base);
   std::string parent = "base_link", links, joints;
   for (int j = 0; j < link_count(robot.chain); ++j) {
-    const Link& link = robot.chain.links[static_cast<size_t>(j)];
+    const Link& link = robot.chain.links[j];
     if (!couplings_of(robot.chain, j).empty())
       add_following_joints(robot.chain, j, parent, links, joints);
     else
@@ -197,7 +197,7 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
     if (is_several_joints(robot.chain, coupling.followed))
       lost.push_back(coupling_name(robot.chain, coupling));
   for (int j = 0; j < link_count(robot.chain); ++j) {
-    const Link& link = robot.chain.links[static_cast<size_t>(j)];
+    const Link& link = robot.chain.links[j];
     if (!link.has_encoder && is_several_joints(robot.chain, j) && std::isfinite(link.max))
       lost.push_back("travel of " + link.name);
   }

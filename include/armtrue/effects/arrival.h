@@ -22,7 +22,7 @@ class Arrival {
       if (std::abs(motion) <= kMinMotion) continue;
       const bool reverses = motion * stroke_[j] < 0;
       stroke_[j] = reverses ? motion : stroke_[j] + motion;
-      direction_[static_cast<size_t>(j)] = motion > 0 ? 1 : -1;
+      direction_[j] = motion > 0 ? 1 : -1;
       moved_last_[j] = q[j];
     }
   }

@@ -131,7 +131,7 @@ int joint_count(const KinematicChain& chain);
 /// The link that a joint (0-based) drives. Throws std::out_of_range if there is no such joint.
 int link_of_joint(const KinematicChain& chain, int joint);
 inline const Link& joint_link(const KinematicChain& chain, int joint) {
-  return chain.links[static_cast<size_t>(link_of_joint(chain, joint))];
+  return chain.links[link_of_joint(chain, joint)];
 }
 
 /// The joint (0-based) that drives a link; -1 of a link without an encoder.

@@ -35,7 +35,7 @@ class JointRows {
 
     Iterator() = default;
     Iterator(Rows& rows, std::ptrdiff_t row) : rows_(&rows), row_(row) {}
-    View operator*() const { return (*rows_)[static_cast<size_t>(row_)]; }
+    View operator*() const { return (*rows_)[row_]; }
     View operator[](std::ptrdiff_t k) const { return *(*this + k); }
     Iterator& operator++() { return *this += 1; }
     Iterator& operator--() { return *this += -1; }

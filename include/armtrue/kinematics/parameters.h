@@ -95,7 +95,7 @@ inline double zero_of(const Link& link) { return is_prismatic(link) ? link.r : l
 
 /// The index of that constant.
 inline int zero_of_link(const KinematicChain& chain, int link) {
-  const bool slides = is_prismatic(chain.links[static_cast<size_t>(link)]);
+  const bool slides = is_prismatic(chain.links[link]);
   return link_parameter(link, slides ? LinkParameter::r : LinkParameter::theta);
 }
 

@@ -67,8 +67,8 @@ void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& r
   const std::vector<JointName> names = joint_names(robot.chain);
   for (int j = 0; j <= *robot.ground_link; ++j)
     if (const int joint = joint_of_link(robot.chain, j);
-        joint >= 0 && !names[static_cast<size_t>(joint)].is_external())
-      document.fail(key, "the axis '" + robot.chain.links[static_cast<size_t>(j)].name +
+        joint >= 0 && !names[joint].is_external())
+      document.fail(key, "the axis '" + robot.chain.links[j].name +
                              "' of a positioner is an external axis: call it E1 to E6");
   for (const Body& body : robot.bodies)
     if (body.link <= *robot.ground_link)
@@ -133,7 +133,7 @@ void use_convention(YamlMap& document, Robot& robot) {
   refuse_parameters(document, "names parameters of the modified convention");
   for (Body& body : robot.bodies)
     body.centre =
-        modified_from_standard(robot.chain.links[static_cast<size_t>(body.link)]) * body.centre;
+        modified_from_standard(robot.chain.links[body.link]) * body.centre;
   const KinematicChain rows = robot.chain;
   try {
     robot.chain = from_standard(rows);

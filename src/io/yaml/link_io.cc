@@ -65,7 +65,7 @@ std::array<NumberText, 3> rotation_texts(const Eigen::Matrix3d& rotation) {
   std::array<NumberText, 3> texts;
   const Eigen::Vector3d abc = abc_from_rotation(rotation) / kDegree;
   for (int k = 0; k < 3; ++k)
-    texts[static_cast<size_t>(k)] = number_text(*read_number(fmt::format("{:.12f}", abc[k])) + 0.0);
+    texts[k] = number_text(*read_number(fmt::format("{:.12f}", abc[k])) + 0.0);
   return texts;
 }
 
@@ -134,7 +134,7 @@ int followed_link(const YamlMap& map, const std::string& name, int own,
 }  // namespace
 
 void read_couplings(YamlMap& map, int link, KinematicChain& chain) {
-  const Link& own = chain.links[static_cast<size_t>(link)];
+  const Link& own = chain.links[link];
   const char* const key = key_of_couplings(own);
   if (!map.has(key)) return;
   YamlMap entries = map.map(key);
@@ -142,7 +142,7 @@ void read_couplings(YamlMap& map, int link, KinematicChain& chain) {
   for (const std::string& name : entries.keys()) {
     Coupling coupling{link, followed_link(entries, name, link, chain)};
     coupling.coefficient = entries.number(name) * coefficient_unit(chain, coupling);
-    coupling.from = zero_of(chain.links[static_cast<size_t>(coupling.followed)]);
+    coupling.from = zero_of(chain.links[coupling.followed]);
     chain.couplings.push_back(coupling);
   }
   if (chain.couplings.size() == first)
@@ -161,7 +161,7 @@ void read_couplings(YamlMap& map, int link, KinematicChain& chain) {
                        [&](const Coupling& coupling) { return coupling.followed == followed; });
       if (found == chain.couplings.end())
         from.fail(name, std::string("is not among the links of '") + key + "'");
-      const Link& of = chain.links[static_cast<size_t>(followed)];
+      const Link& of = chain.links[followed];
       if (zeros != std::string(key_of_zeros(of)))
         from.fail(name, std::string("belongs to '") + key_of_zeros(of) + "'");
       found->from = from.number(name) * (is_prismatic(of) ? kMillimetre : kDegree);
@@ -175,7 +175,7 @@ void add_couplings(const KinematicChain& chain, int link, std::vector<FlowEntry>
   std::vector<FlowEntry> coefficients, angles, lengths;
   for (const Coupling& coupling : chain.couplings) {
     if (coupling.follower != link) continue;
-    const Link& followed = chain.links[static_cast<size_t>(coupling.followed)];
+    const Link& followed = chain.links[coupling.followed];
     const bool slides = is_prismatic(followed);
     coefficients.emplace_back(followed.name,
                               number_text(coupling.coefficient, coefficient_unit(chain, coupling)));
@@ -184,7 +184,7 @@ void add_couplings(const KinematicChain& chain, int link, std::vector<FlowEntry>
           .emplace_back(followed.name, number_text(coupling.from, slides ? kMillimetre : kDegree));
   }
   if (coefficients.empty()) return;
-  entries.emplace_back(key_of_couplings(chain.links[static_cast<size_t>(link)]),
+  entries.emplace_back(key_of_couplings(chain.links[link]),
                        flow_map(coefficients));
   if (!angles.empty()) entries.emplace_back("from_deg", flow_map(angles));
   if (!lengths.empty()) entries.emplace_back("from_mm", flow_map(lengths));
@@ -193,7 +193,7 @@ void add_couplings(const KinematicChain& chain, int link, std::vector<FlowEntry>
 }  // namespace
 
 YAML::Node link_node(const KinematicChain& chain, int index) {
-  const Link& link = chain.links[static_cast<size_t>(index)];
+  const Link& link = chain.links[index];
   std::vector<FlowEntry> entries{
       {"name", link.name},
       {"joint", joint_word(link.joint)},

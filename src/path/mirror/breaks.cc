@@ -47,7 +47,7 @@ class JumpSearch {
              const std::vector<Eigen::Index>& likely)
       : noise_(std::max(noise, kMinNoise)), window_(window), likely_(samples.cols(), false) {
     for (const Eigen::Index i : likely)
-      if (i >= 0 && i < samples.cols()) likely_[static_cast<size_t>(i)] = true;
+      if (i >= 0 && i < samples.cols()) likely_[i] = true;
     sums_.resize(3, samples.cols() + 1);
     sums_.col(0).setZero();
     for (Eigen::Index i = 0; i < samples.cols(); ++i)
@@ -70,7 +70,7 @@ class JumpSearch {
       double highest = 1;
       for (Eigen::Index i = first + kMinPiece; i + kMinPiece <= last; ++i) {
         const double here =
-            statistic(first, i, last) / (likely_[static_cast<size_t>(i)] ? at_likely_ : anywhere_);
+            statistic(first, i, last) / (likely_[i] ? at_likely_ : anywhere_);
         if (here <= highest) continue;
         highest = here;
         best = i;

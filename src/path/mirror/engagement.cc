@@ -37,7 +37,7 @@ Air air_of(const Eigen::VectorXd& magnitude, Eigen::Index width,
 Air quiet_level(const Eigen::VectorXd& magnitude, Eigen::Index width) {
   const Eigen::Index count = magnitude.size() / width;
   std::vector<Eigen::Index> order(static_cast<size_t>(count));
-  for (Eigen::Index b = 0; b < count; ++b) order[static_cast<size_t>(b)] = b;
+  for (Eigen::Index b = 0; b < count; ++b) order[b] = b;
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return magnitude.segment(a * width, width).sum() < magnitude.segment(b * width, width).sum();
   });

@@ -57,7 +57,7 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
         .cwiseAbs()
         .cwiseQuotient(steps.colwise().norm().transpose())
         .maxCoeff(&most_like);
-    result.steps[static_cast<size_t>(most_like)].axes.push_back(axis);
+    result.steps[most_like].axes.push_back(axis);
   }
   return result;
 }
@@ -73,7 +73,7 @@ AxisDeviation deviation_along(const ForceRecord& record, Eigen::Index axis) {
                        Eigen::MatrixXd(record.deviation.cols(),
                                        static_cast<Eigen::Index>(record.shared_errors.size()))};
   for (Eigen::Index k = 0; k < result.shared.cols(); ++k)
-    result.shared.col(k) = record.shared_errors[static_cast<size_t>(k)].row(axis).transpose();
+    result.shared.col(k) = record.shared_errors[k].row(axis).transpose();
   return result;
 }
 
@@ -119,8 +119,8 @@ std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
     Eigen::Index largest = 0;
     u.cwiseAbs().maxCoeff(&largest);
     if (u[largest] < 0) u = -u;  // of the two signs always the same
-    directions[static_cast<size_t>(i)].direction = u;
-    directions[static_cast<size_t>(i)].rms = std::sqrt(std::max(solver.eigenvalues()[2 - i], 0.0));
+    directions[i].direction = u;
+    directions[i].rms = std::sqrt(std::max(solver.eigenvalues()[2 - i], 0.0));
   }
   return directions;
 }
@@ -168,7 +168,7 @@ ForceLaw force_law(const ForceRecord& record) {
     throw std::invalid_argument("force law: too few samples");
   ForceLaw law;
   for (Eigen::Index a = 0; a < 3; ++a)
-    law.axis[static_cast<size_t>(a)] = line(record.force.row(a).transpose(), record.force_noise[a],
+    law.axis[a] = line(record.force.row(a).transpose(), record.force_noise[a],
                                             beside.columns, deviation_along(record, a));
   law.directions = principal_directions(record, beside.columns);
   law.reversals = beside.steps;

@@ -56,14 +56,14 @@ std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
   const double threshold = std::max(kKnock, kTimesUsual * median(changes));
   std::optional<RecordStep> found;
   for (Index k = kSamplesBeside; k + kSamplesBeside <= count; ++k) {
-    const double jump = changes[static_cast<size_t>(k - 1)];
-    if (!straight_on[static_cast<size_t>(k)] || jump <= threshold ||
+    const double jump = changes[k - 1];
+    if (!straight_on[k] || jump <= threshold ||
         (found && jump <= found->moved))
       continue;
     const double stays = (deviation.middleCols(k, kSamplesBeside).rowwise().mean() -
                           deviation.middleCols(k - kSamplesBeside, kSamplesBeside).rowwise().mean())
                              .norm();
-    if (stays >= kShareThatStays * jump) found = RecordStep{sample[static_cast<size_t>(k)], jump};
+    if (stays >= kShareThatStays * jump) found = RecordStep{sample[k], jump};
   }
   return found;
 }
@@ -77,7 +77,7 @@ std::vector<bool> straight_on(const Path& programmed, const Eigen::VectorXd& tim
     const auto about = velocity.middleCols(k - kSamplesBeside, 2 * kSamplesBeside);
     const double change =
         (about.colwise() - Eigen::Vector3d(velocity.col(k))).colwise().norm().maxCoeff();
-    result[static_cast<size_t>(k)] = change <= kSameVelocity * velocity.col(k).norm();
+    result[k] = change <= kSameVelocity * velocity.col(k).norm();
   }
   return result;
 }
@@ -125,8 +125,8 @@ std::optional<UnfollowedShape> find_unfollowed(const Eigen::Matrix3Xd& measured,
       const auto record = without_even_motion(measured.middleCols(first, length), own_time);
       const double followed = shape.cwiseProduct(record).sum() / shape.squaredNorm();
       if (followed >= (found ? found->followed : kFollowed)) continue;
-      found = UnfollowedShape{sample[static_cast<size_t>(first)],
-                              sample[static_cast<size_t>(first + length - 1)], extent, followed};
+      found = UnfollowedShape{sample[first],
+                              sample[first + length - 1], extent, followed};
     }
   }
   return found;
@@ -300,10 +300,10 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
                            const std::vector<BadSample>& bad) {
   const Path joined = registered(measured, clock);
   std::vector<bool> taken(static_cast<size_t>(measured.samples()), true);
-  for (const BadSample& one : bad) taken[static_cast<size_t>(one.sample)] = false;
+  for (const BadSample& one : bad) taken[one.sample] = false;
   std::vector<Index> good;
   for (Index k = 0; k < measured.samples(); ++k)
-    if (taken[static_cast<size_t>(k)] && joined.time[k] >= programmed.time[0] &&
+    if (taken[k] && joined.time[k] >= programmed.time[0] &&
         joined.time[k] <= programmed.time[programmed.samples() - 1])
       good.push_back(k);
   if (good.size() < 3) return {};

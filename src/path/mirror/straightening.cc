@@ -82,7 +82,7 @@ void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(count), beside = Eigen::VectorXd::Zero(count);
   Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, count);
   const auto share_of = [&](Eigen::Index k, Eigen::Index i) {  // of the next point
-    const Eigen::Index from = points[static_cast<size_t>(k)];
+    const Eigen::Index from = points[k];
     const Eigen::Index to = points[static_cast<size_t>(k) + 1];
     return static_cast<double>(i - from) / static_cast<double>(to - from);
   };

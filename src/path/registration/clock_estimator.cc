@@ -123,7 +123,7 @@ class ClockEstimator {
     for (Eigen::Index i = 0; i < n && by_offset.col(i).isZero(0); ++i) before_start[i] = 1;
     const Eigen::Matrix3Xd lever = frame.rotation * (measured_.position.colwise() - centre_);
     for (int axis = 0; axis < 3; ++axis) {
-      AxisSamples& samples = samples_[static_cast<size_t>(axis)];
+      AxisSamples& samples = samples_[axis];
       samples.time = measured_.time;
       samples.jump_share = share;
       Eigen::MatrixXd& columns = samples.columns;
@@ -163,7 +163,7 @@ class ClockEstimator {
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns());
     Solution solution;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto& [cost, products] = *axes[static_cast<size_t>(axis)];
+      const auto& [cost, products] = *axes[axis];
       solution.cost += cost;
       const auto place = [&](Eigen::Index c) {  // of regressor c among the unknowns
         return c < shared_ ? c : c + 3 * axis;

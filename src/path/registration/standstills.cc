@@ -43,7 +43,7 @@ std::vector<Eigen::Index> span_ends(const Eigen::VectorXd& times) {
   for (Eigen::Index begin = 0; begin < n; ++begin) {
     while (end < n && times[end] < times[begin] + kShortest) ++end;
     if (end == n) break;
-    ends[static_cast<size_t>(begin)] = end;
+    ends[begin] = end;
   }
   return ends;
 }
@@ -130,7 +130,7 @@ ClockFit refined(const std::vector<Standstill>& standstills,
   const auto each = [&](const auto& use) {
     for (size_t k = 0; k < readings.size(); ++k) {
       if (match.standstill[k] < 0) continue;
-      const Standstill& still = standstills[static_cast<size_t>(match.standstill[k])];
+      const Standstill& still = standstills[match.standstill[k]];
       const double play = (still.end - still.begin) - (readings[k].end - readings[k].begin);
       // Anywhere between the ends: standard deviation of a uniform distribution.
       const double deviation = (2 * tolerance + std::max(0.0, play)) / std::sqrt(12);
@@ -249,7 +249,7 @@ std::vector<Standstill> find_standstills(const Eigen::VectorXd& times,
     first = 0;
   };
   for (Eigen::Index begin = 0; begin < times.size(); ++begin) {
-    const Eigen::Index end = ends[static_cast<size_t>(begin)];
+    const Eigen::Index end = ends[begin];
     if (end < 0) break;
     if (has_gap(times, begin, end, longest) ||
         (extent(values, begin, end).array() > tolerance.array()).any())
@@ -270,7 +270,7 @@ double rest_tolerance(const Eigen::VectorXd& times, const Eigen::Matrix3Xd& poin
   const std::vector<Eigen::Index> ends = span_ends(times);
   std::vector<double> extents;
   for (Eigen::Index begin = 0; begin < times.size(); ++begin)
-    if (const Eigen::Index end = ends[static_cast<size_t>(begin)]; end >= 0)
+    if (const Eigen::Index end = ends[begin]; end >= 0)
       extents.push_back(extent(points, begin, end).maxCoeff());
   if (extents.empty()) return kSmallestRest;
   const auto calm = extents.begin() +

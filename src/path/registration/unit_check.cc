@@ -57,7 +57,7 @@ std::optional<double> noise_of_samples(const Path& path) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     bool is_regular = true;
     for (Eigen::Index k = 0; k < 7; ++k) {
-      sum += kBinomials[static_cast<size_t>(k)] * path.position.col(i + k);
+      sum += kBinomials[k] * path.position.col(i + k);
       if (k > 0)
         is_regular = is_regular && std::abs(path.time[i + k] - path.time[i + k - 1] - period) <
                                        kIrregular * period;

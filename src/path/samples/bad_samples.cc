@@ -47,7 +47,7 @@ class JumpFilter {
   }
 
  private:
-  Index sample(Index k) const { return samples_[static_cast<size_t>(k)]; }
+  Index sample(Index k) const { return samples_[k]; }
   Index length(size_t k) const { return pieces_[k].last - pieces_[k].first + 1; }
   // Instruments write zeros while they have lost the target.
   bool is_zero(size_t k) const { return path_.position.col(sample(pieces_[k].first)).isZero(0); }
@@ -184,10 +184,10 @@ TooManyBadSamples::TooManyBadSamples(size_t which, std::vector<BadSample> those)
 Path without(const Path& path, const std::vector<BadSample>& bad) {
   if (bad.empty()) return path;
   std::vector<bool> good(static_cast<size_t>(path.samples()), true);
-  for (const BadSample& b : bad) good[static_cast<size_t>(b.sample)] = false;
+  for (const BadSample& b : bad) good[b.sample] = false;
   std::vector<Index> kept;
   for (Index i = 0; i < path.samples(); ++i)
-    if (good[static_cast<size_t>(i)]) kept.push_back(i);
+    if (good[i]) kept.push_back(i);
   Path rest;
   rest.time = path.time(kept);
   rest.position = path.position(Eigen::all, kept);

@@ -60,9 +60,9 @@ class DepartureFilter {
   Index side() const { return static_cast<Index>(side_); }
   double period() const { return period_; }
   double threshold() const { return threshold_; }
-  double time(Index k) const { return path_.time[good_[static_cast<size_t>(k)]]; }
-  Vector3d at(Index k) const { return path_.position.col(good_[static_cast<size_t>(k)]); }
-  double noise(Index k) const { return noise_[static_cast<size_t>(k / kStretch)]; }
+  double time(Index k) const { return path_.time[good_[k]]; }
+  Vector3d at(Index k) const { return path_.position.col(good_[k]); }
+  double noise(Index k) const { return noise_[k / kStretch]; }
 
   Index longest_run() const {
     return std::min(kMaxRun, static_cast<Index>(std::floor(kMinReturn / period_)) - 1);
@@ -71,7 +71,7 @@ class DepartureFilter {
   // The neighbours of a run of good samples, `count` on either side, with other positions.
   Neighbours around(Index k, Index length, const Eigen::Matrix3Xd& positions, size_t count) const {
     const auto of = [&](Index n) -> Vector3d {
-      return positions.col(good_[static_cast<size_t>(n)]);
+      return positions.col(good_[n]);
     };
     Neighbours result{};
     result.count = count;
@@ -124,7 +124,7 @@ class DepartureFilter {
     for (Index k = side(); k + side() < size(); ++k) {
       const Difference both = around(k, 1).from_both_sides(0);
       all.push_back(std::pow(both.length() / both.deviation, 2));
-      stretches[static_cast<size_t>(k / kStretch)].push_back(all.back());
+      stretches[k / kStretch].push_back(all.back());
     }
     usual_ = std::max(rounding_, from_squares(std::move(all)));
     noise_.assign(stretches.size(), usual_);
@@ -236,7 +236,7 @@ class RecordFilter final : public DepartureFilter {
 
  private:
   Departure own_departure(const Run& run) override {
-    std::optional<Departure>& value = largest_[static_cast<size_t>(run.length - 1)];
+    std::optional<Departure>& value = largest_[run.length - 1];
     if (!value) value = largest_departure(programmed_, period(), run.length);
     return *value;
   }

@@ -68,11 +68,11 @@ std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& tr
         jump > travel(first, next) + kMaxDeviation)
       continue;
     for (Index k = first + 1; k <= last; ++k)
-      frozen[static_cast<size_t>(k)] = has_left(k, next, jump);
+      frozen[k] = has_left(k, next, jump);
   }
   std::vector<Index> rest;
   for (Index k = 0; k < count; ++k)
-    if (!frozen[static_cast<size_t>(k)]) rest.push_back(k);
+    if (!frozen[k]) rest.push_back(k);
   return rest;
 }
 

@@ -30,10 +30,10 @@ Departure largest_departure(const Path& programmed, const Eigen::ArrayXd& times,
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Departure most;
   for (Index i = 0; i < times.size(); ++i) {
-    const auto sample = [&](Index k) -> Vector3d { return at[static_cast<size_t>(k)].col(i); };
+    const auto sample = [&](Index k) -> Vector3d { return at[k].col(i); };
     for (Index k = 0; k < kSide; ++k) {
-      around.before_at[static_cast<size_t>(k)] = sample(kSide - 1 - k);
-      around.after_at[static_cast<size_t>(k)] = sample(kSide + length + k);
+      around.before_at[k] = sample(kSide - 1 - k);
+      around.after_at[k] = sample(kSide + length + k);
     }
     around.ends_at = {sample(kSide), sample(kSide + length - 1)};
     Departure here{kNone, kNone};
