@@ -111,8 +111,7 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
   const NearNominal near = near_nominal(result, campaign);
   if (near.parameters.empty()) return;
   std::string names;
-  for (int k : near.parameters)
-    names += (names.empty() ? "" : ", ") + result.names[k];
+  for (int k : near.parameters) names += (names.empty() ? "" : ", ") + result.names[k];
   command.report(
       names + ": near the nominal value for lack of readings; " +
       (near.poses > 0
@@ -240,11 +239,10 @@ int run(app::Command& command, const Arguments& arguments) {
   report_near_nominal(command, result, campaign);
   report_not_shown(command, result);
   if (arguments.page.is_wanted())
-    app::write_report(
-        command, arguments.page,
-        calibration_page(result, robot, campaign,
-                         {gross, findings.nominal, *findings.quality, missed},
-                         app::page_head(command, about)));
+    app::write_report(command, arguments.page,
+                      calibration_page(result, robot, campaign,
+                                       {gross, findings.nominal, *findings.quality, missed},
+                                       app::page_head(command, about)));
   return missed ? app::kNotReached : app::kSuccess;
 }
 

@@ -150,9 +150,10 @@ void warn_of_unseen_signs(app::Command& command, const Robot& robot, const Joint
 int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.new_file.empty()) {
     if (command.input != "-")
-      throw app::UsageError("'" + command.input + "' is not read with --new; write the new file by -o");
-    write_output(command.output, arguments.new_file == "robot" ? app::kRobotTemplate
-                                                               : app::kAboutTemplate);
+      throw app::UsageError("'" + command.input +
+                            "' is not read with --new; write the new file by -o");
+    write_output(command.output,
+                 arguments.new_file == "robot" ? app::kRobotTemplate : app::kAboutTemplate);
     return app::kSuccess;
   }
   const Robot robot = command.read_robot(command.input).robot;

@@ -68,10 +68,9 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::in_range(2, 1000));
   command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here",
                      app::ProductKind::document);
-  command.add_output(
-      "--predictor-out", arguments.predictor_out,
-      "Write the same robot here too: the name of an option that scripts may have",
-      app::ProductKind::document);
+  command.add_output("--predictor-out", arguments.predictor_out,
+                     "Write the same robot here too: the name of an option that scripts may have",
+                     app::ProductKind::document);
   command.add_output("--residuals", arguments.residuals,
                      "Write the final residual of every reading here");
   app::add_parameter_tables(command, arguments.parameters, arguments.correlations);
@@ -163,10 +162,10 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
     warn_of_repeats(command, measured.training, measured.held_out);
     const bool is_asked_for =
         arguments.nested_folds > 0 ||
-        std::ranges::any_of(std::array{arguments.residuals, arguments.next_poses,
-                                       arguments.robot_out, arguments.predictor_out,
-                                       arguments.parameters, arguments.correlations},
-                            [](const std::string& path) { return !path.empty(); });
+        std::ranges::any_of(
+            std::array{arguments.residuals, arguments.next_poses, arguments.robot_out,
+                       arguments.predictor_out, arguments.parameters, arguments.correlations},
+            [](const std::string& path) { return !path.empty(); });
     if (!is_asked_for) measured.all = {};
   } else {
     measured.training = measured.all;
@@ -324,8 +323,8 @@ int run(app::Command& command, const Arguments& arguments) {
     if (!path.empty() && path != "-") command.report("wrote " + path + "\n");
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
-                      loop_page(result, fit, robot, measured.training, measured.held_out, next_poses,
-                                app::page_head(command, about)));
+                      loop_page(result, fit, robot, measured.training, measured.held_out,
+                                next_poses, app::page_head(command, about)));
   return missed.empty() ? app::kSuccess : app::kNotReached;
 }
 

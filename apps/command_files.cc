@@ -357,9 +357,9 @@ void require_sessions(const Robot& robot, const Campaign& campaign) {
 }
 
 InputError at_its_line(const PathFile& file, const UnreachableSample& error) {
-  return InputError(
-      file.source + ":" + std::to_string(file.line[error.sample]) +
-      ": the sample at t_s = " + number_text(file.path.time[error.sample]) + ": " + error.what());
+  return InputError(file.source + ":" + std::to_string(file.line[error.sample]) +
+                    ": the sample at t_s = " + number_text(file.path.time[error.sample]) + ": " +
+                    error.what());
 }
 
 void require_same_joints(const Robot& robot, const std::string& a, const Robot& other,

@@ -39,8 +39,8 @@ inline constexpr int kBadInput = 1;  ///< bad data, or reading or writing failed
 inline constexpr int kBadUsage = 2;
 inline constexpr int kNotReached = 3;  ///< the command ran, but a criterion failed
 
-/// What a product is: a document of keys, which goes to a .json file as JSON, or a table, a program, a
-/// page, which must not be called .json.
+/// What a product is: a document of keys, which goes to a .json file as JSON, or a table, a
+/// program, a page, which must not be called .json.
 enum class ProductKind { document, other };
 
 /// One command: its options, the options that all commands share, and the files that it reads. It
@@ -215,12 +215,13 @@ std::string not_converged(const CalibrationResult& fit);
 
 /// --parameters and --correlations.
 void add_parameter_tables(Command& command, std::string& parameters, std::string& correlations);
-/// Writes those that are asked for. `nominal`: the robot before the calibration; `poses`: of the fit.
+/// Writes those that are asked for. `nominal`: the robot before the calibration; `poses`: of the
+/// fit.
 void write_parameter_tables(const std::string& parameters, const std::string& correlations,
                             const Robot& nominal, const CalibrationResult& result, int poses);
 
-/// Sets what is identified to that of --identify, unless it is empty. Throws InputError for an entry
-/// that names nothing of the robot.
+/// Sets what is identified to that of --identify, unless it is empty. Throws InputError for an
+/// entry that names nothing of the robot.
 void use_identify(const std::string& list, Robot& robot);
 
 /// Reads a catalogue; "" stands for the catalogue that armtrue ships.

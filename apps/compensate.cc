@@ -77,8 +77,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::above_zero())
       .needs(program);
   command.add_output("--summary", arguments.summary,
-                     "Write counts, errors and the worst targets here",
-                     app::ProductKind::document);
+                     "Write counts, errors and the worst targets here", app::ProductKind::document);
   app::add_report(command, arguments.page, "with errors before and after, notes and a map");
   command.flag("--strict", arguments.strict,
                "Exit with 3 if a target has a note, or an assumption is in doubt");
@@ -226,8 +225,7 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
     if (arguments.tool_is_measured && target.tool >= 0)
       throw InputError(fmt::format(
           "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
-          program.texts[0].name, target.line,
-          program.frames[target.tool].name));
+          program.texts[0].name, target.line, program.frames[target.tool].name));
 }
 
 // What the parser warned of may be why a target is not reached.
@@ -251,9 +249,8 @@ void refuse_corrected(const std::string& source, const std::optional<RoundWhereR
       "{}:{}: its targets are corrected already: {} of {} numbers that are longer as they are "
       "written have at most {} decimals where the arm of {} takes them ({} is {:.{}f} there); "
       "corrected twice, they would be wrong: {}",
-      source, visits.line[found->target], found->round, found->numbers,
-      decimals, arguments.robot, number_text(found->written), found->reached, decimals + 2,
-      app::kInsteadOfCompensated));
+      source, visits.line[found->target], found->round, found->numbers, decimals, arguments.robot,
+      number_text(found->written), found->reached, decimals + 2, app::kInsteadOfCompensated));
 }
 
 void warn_of_station(app::Command& command, const std::vector<std::string>& not_applied) {
@@ -293,11 +290,9 @@ bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& pr
   for (const auto& [row, reason] : error.out_of_reach) {
     const ProgramTarget& target = program.targets[row];
     const auto name = [&](int frame) {
-      return frame < 0 ? std::string("of this command")
-                       : program.frames[frame].name;
+      return frame < 0 ? std::string("of this command") : program.frames[frame].name;
     };
-    why[row] =
-        fmt::format("{} (frame {}, tool {})", reason, name(target.base), name(target.tool));
+    why[row] = fmt::format("{} (frame {}, tool {})", reason, name(target.base), name(target.tool));
   }
   leave_alone(program, why);
   return true;

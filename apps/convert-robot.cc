@@ -26,7 +26,9 @@ struct Arguments {
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A robot: YAML, URDF, or calibration of Universal Robots");
   command.add_output(app::ProductKind::document);
-  command.option("--to", arguments.to, "yaml, which is JSON in a file that ends in .json, json, or urdf")
+  command
+      .option("--to", arguments.to,
+              "yaml, which is JSON in a file that ends in .json, json, or urdf")
       .required()
       .check(app::one_of({"yaml", "json", "urdf"}));
   command.option("--base", arguments.ends.base,

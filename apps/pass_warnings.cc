@@ -21,8 +21,8 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
       "{}:{}: {} of {} samples are no readings of the tool, which does not move so:", pass.source,
       pass.line[bad.front().sample], bad.size(), pass.path.samples());
   for (size_t i = 0; i < std::min(bad.size(), kNamed); ++i)
-    text += fmt::format("{} line {} ({:.4g} mm off)", i > 0 ? "," : "",
-                        pass.line[bad[i].sample], bad[i].off / kMillimetre);
+    text += fmt::format("{} line {} ({:.4g} mm off)", i > 0 ? "," : "", pass.line[bad[i].sample],
+                        bad[i].off / kMillimetre);
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
@@ -66,8 +66,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
         "knocked, or does another frame begin? The correction carries that into the part; measure "
         "the pass again",
-        record.source, record.line[doubts.step->sample],
-        doubts.step->moved / kMillimetre));
+        record.source, record.line[doubts.step->sample], doubts.step->moved / kMillimetre));
   if (doubts.rigid)
     command.warn(fmt::format(
         "{}: most of the deviation, {:.3g} of {:.3g} mm (rms), is a motion of the whole record by "
@@ -89,8 +88,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
     command.warn(fmt::format(
         "{}:{}: from here to line {} the program bends by {:.3g} mm (rms), and the record follows "
         "by {:.0f} %: is it the record of this program?",
-        record.source, record.line[doubts.unfollowed->first],
-        record.line[doubts.unfollowed->last],
+        record.source, record.line[doubts.unfollowed->first], record.line[doubts.unfollowed->last],
         doubts.unfollowed->shape / kMillimetre, 100 * doubts.unfollowed->followed));
 }
 
@@ -176,8 +174,7 @@ void warn_of_copied(Command& command, const PathFile& programmed,
   for (const PathFile& record : records) {
     std::string names;
     for (const Eigen::Index axis : find_copied_coordinates(programmed.path, record.path))
-      names += (names.empty() ? "" : " and ") + record.columns[
-                                                    record.position[axis].column];
+      names += (names.empty() ? "" : " and ") + record.columns[record.position[axis].column];
     if (!names.empty())
       command.warn(fmt::format(
           "{}: {}: no noise at all, but one value, or those of {} to the last digit, in all {} "

@@ -1,5 +1,5 @@
-// What is built for the vector instructions of one processor says on another that they lack, before all else of
-// the program runs; so this file is compiled for any.
+// What is built for the vector instructions of one processor says on another that they lack, before
+// all else of the program runs; so this file is compiled for any.
 #ifdef ARMTRUE_NEEDS_X86_64_V3
 
 #include <unistd.h>

@@ -178,8 +178,7 @@ void BlockFolder::gather(int prediction, int place) {
   if (has_several_rows(prediction)) return;
   const int row = model_.rows_by_prediction().rows(prediction).front();
   gathered_.col(columns) = model_.whitened(
-      row, model_.has_replicates() ? at_.residual(row)
-                                   : residuals_[place % kRowsAtOnce]);
+      row, model_.has_replicates() ? at_.residual(row) : residuals_[place % kRowsAtOnce]);
 }
 
 void BlockFolder::add_gathered() {
@@ -188,8 +187,7 @@ void BlockFolder::add_gathered() {
     add_products(gathered_, j, folded_.products.col(nonzero_[j]));
   if (folded_.bend.size() == 0) return;
   slope_.noalias() = bending_ * (bent_.transpose() * gathered_);
-  for (Eigen::Index j = 0; j < last; ++j)
-    add_products(slope_, j, folded_.bend.col(nonzero_[j]));
+  for (Eigen::Index j = 0; j < last; ++j) add_products(slope_, j, folded_.bend.col(nonzero_[j]));
 }
 
 void BlockFolder::find_runs() {

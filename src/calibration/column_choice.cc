@@ -212,8 +212,8 @@ void ColumnChoice::read_group(int group, Eigen::Index top,
         const int owner = is_of_session ? session : kFirstSession;
         Column& column = columns[{owner, run.first + k}];
         if (column.derivatives.size() == 0)
-          column = {is_of_session ? -1 : models_.geometric()[run.first + k],
-                    owner, k, Eigen::VectorXd::Zero(rows_)};
+          column = {is_of_session ? -1 : models_.geometric()[run.first + k], owner, k,
+                    Eigen::VectorXd::Zero(rows_)};
         column.derivatives.segment(top, own.rows()) = own.col(k);
       }
     }

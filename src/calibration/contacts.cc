@@ -170,21 +170,18 @@ class Approach {
     Pose frame = evaluator_.pose(q, of_pose);
     if (!targets_.empty()) {
       const int target = targets_[campaign_.target[row]];
-      const Eigen::Vector3d lever =
-          frame.rotation * chain_.targets[target].position;
+      const Eigen::Vector3d lever = frame.rotation * chain_.targets[target].position;
       move_to_point(of_pose, lever);
       frame.translation += lever;
     }
     Eigen::Matrix3Xd joints(3, joint_count(chain_));
     for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
       joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
-    const ContactPoint& which =
-        contacts_[campaign_.touch[row].contact];
+    const ContactPoint& which = contacts_[campaign_.touch[row].contact];
     const Contact& contact = chain_.contacts[which.contact];
     Eigen::MatrixX3d gradients;
-    const Eigen::VectorXd off =
-        off_contact(contact, which.point, campaign_.distance[row],
-                    inverse(contact.place) * frame.translation, &gradients);
+    const Eigen::VectorXd off = off_contact(contact, which.point, campaign_.distance[row],
+                                            inverse(contact.place) * frame.translation, &gradients);
     jacobian = gradients * contact.place.rotation.transpose() * joints;
     return off;
   }

@@ -88,9 +88,7 @@ void for_each_replicates(const Campaign& campaign, const MedianResiduals& residu
   };
   const auto at = [&](size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
   for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    end = end_of(begin, [&](int a, int b) {
-      return campaign.pose[a] == campaign.pose[b];
-    });
+    end = end_of(begin, [&](int a, int b) { return campaign.pose[a] == campaign.pose[b]; });
     if (end - begin > 1)
       std::stable_sort(at(begin), at(end), [&](int a, int b) { return key(a) < key(b); });
   }

@@ -220,8 +220,7 @@ class Search {
     Judged& judged = judged_[pose];
     double sum = 0;
     for (int k : all_.of_pose[pose])
-      if (const double miss = errors[k][0];
-          miss > kTimesMiss * typical_miss_) {
+      if (const double miss = errors[k][0]; miss > kTimesMiss * typical_miss_) {
         judged.rows_off.push_back(k);
         sum += miss;
       }
@@ -272,8 +271,7 @@ class Search {
   }
 
   JointRows::ConstRow q(size_t pose) const {
-    return campaign_
-        .q[all_.rows[all_.of_pose[pose].front()]];
+    return campaign_.q[all_.rows[all_.of_pose[pose].front()]];
   }
 
   // Whether for some joint two of the four nearest poses are off too. The limit for `off` is the p
@@ -308,8 +306,7 @@ class Search {
       if (!gross_[pose]) continue;
       for (int k : judged_[pose].rows_off)
         for (int row : all_.like[k])
-          if (evaluation.position[row] < kWholePose * judged_[pose].off &&
-              all_.like[k].size() > 1)
+          if (evaluation.position[row] < kWholePose * judged_[pose].off && all_.like[k].size() > 1)
             kept[pose] = false;
       // A larger error cannot be an effect.
       constexpr double kNoEffect = 5e-3;  // m

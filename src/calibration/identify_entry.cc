@@ -92,8 +92,8 @@ bool is_pattern(const KinematicChain& chain, const std::string& name) {
 std::string why_not_identified(const KinematicChain& chain,
                                const std::vector<std::string>& identify) {
   if (!identify.empty() && IdentifyEntry(identify.front()).takes_away)
-    return "'" + identify.front() + "' takes away from nothing: name first what stays, such as auto," +
-           identify.front();
+    return "'" + identify.front() +
+           "' takes away from nothing: name first what stays, such as auto," + identify.front();
   for (const std::string& text : identify) {
     const std::string name = IdentifyEntry(text).name;
     if (name == "auto" || name == "paper-25") continue;
@@ -105,7 +105,8 @@ std::string why_not_identified(const KinematicChain& chain,
     if (group_size(Parameter(name)) == kParametersPerPose) continue;
     const auto index = find_parameter(chain, name);
     if (index && layout_of(chain).is_of_instrument(*index))
-      return "'" + name + "' belongs to the instrument; its constant is 0, and only effects change it";
+      return "'" + name +
+             "' belongs to the instrument; its constant is 0, and only effects change it";
     if (index) continue;
     const std::string near = did_you_mean(chain, name);
     return "the robot has no parameter '" + name + "'" +
@@ -119,9 +120,8 @@ std::string why_not_identified(const KinematicChain& chain,
 
 bool identifies_all(const std::vector<std::string>& identify) {
   return std::ranges::count(identify, "auto") > 0 &&
-         std::ranges::none_of(identify, [](const std::string& entry) {
-           return IdentifyEntry(entry).takes_away;
-         });
+         std::ranges::none_of(
+             identify, [](const std::string& entry) { return IdentifyEntry(entry).takes_away; });
 }
 
 }  // namespace armtrue

@@ -8,9 +8,9 @@
 
 namespace armtrue {
 
-/// An entry of `identify`: `auto`, `paper-25`, `base`, `tool`, a name such as `A2.d`, or a pattern of
-/// names, in which * stands for any characters and ? for one; with a - before it, what the entries
-/// before have named and this one takes away.
+/// An entry of `identify`: `auto`, `paper-25`, `base`, `tool`, a name such as `A2.d`, or a pattern
+/// of names, in which * stands for any characters and ? for one; with a - before it, what the
+/// entries before have named and this one takes away.
 struct IdentifyEntry {
   bool takes_away = false;
   std::string name;

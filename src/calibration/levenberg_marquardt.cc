@@ -177,8 +177,7 @@ std::vector<std::vector<Prior>> priors_by_group(const SessionModels& models,
     int place = 0;
     for (const SessionModels::Run& run : models.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k, ++place)
-        if (places[k].group == kNobody)
-          places[k] = {g, place};
+        if (places[k].group == kNobody) places[k] = {g, place};
   }
   std::vector<std::vector<Prior>> own(static_cast<size_t>(models.groups()));
   for (Prior prior : priors) {
@@ -206,9 +205,8 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
   for (int g = 0; g < models.groups(); ++g) {
     std::vector<double*> blocks;
     for (const SessionModels::Run& run : models.runs(g)) blocks.push_back(x.data() + run.first);
-    costs.push_back(std::make_unique<FoldedCost>(
-        models, g, law, own_priors[g], by,
-        kept.empty() ? nullptr : &kept[g], curvature));
+    costs.push_back(std::make_unique<FoldedCost>(models, g, law, own_priors[g], by,
+                                                 kept.empty() ? nullptr : &kept[g], curvature));
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;

@@ -143,8 +143,7 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain) {
       fail_at(
           campaign, static_cast<size_t>(row),
           "column 'l_mm': a gauge shows how far the tool stands off a plane or a sphere, and '" +
-              campaign.contact_names[campaign.touch[row].contact] +
-              "' is a point; empty the cell");
+              campaign.contact_names[campaign.touch[row].contact] + "' is a point; empty the cell");
   touches_to_coordinates(campaign, is_point);
 }
 

@@ -90,8 +90,7 @@ void ObservationModel::choose_columns() {
   };
   for (int parameter : geometric_) need(parameter);
   for (int e = 0; e < fitted_effects_; ++e)
-    for (const BoundEffect::Term& term : effects_[e].terms())
-      need(term.parameter);
+    for (const BoundEffect::Term& term : effects_[e].terms()) need(term.parameter);
   for (int k = 0; k < layout.geometric; ++k)
     if (needed[k]) columns_.push_back(k);
 }
@@ -159,8 +158,7 @@ std::vector<std::string> ObservationModel::unknown_names() const {
 
 bool ObservationModel::same_prediction(int row, int other) const {
   const auto same = [&](const auto& of_rows) {
-    return of_rows.empty() ||
-           of_rows[row] == of_rows[other];
+    return of_rows.empty() || of_rows[row] == of_rows[other];
   };
   return same(campaign_.pose) && same(campaign_.q) &&
          campaign_.channel(row) == campaign_.channel(other) && same(campaign_.sigma_position) &&

@@ -242,9 +242,7 @@ void ObservationModel::At::residuals(int first, std::span<Eigen::Matrix<double, 
   }
   for_each_prediction<false>(
       static_cast<int>(out.size()), [&](int k) { return first + k; },
-      [&](int k, int row, const Prediction& predicted) {
-        out[k] = residual(row, predicted);
-      });
+      [&](int k, int row, const Prediction& predicted) { out[k] = residual(row, predicted); });
 }
 
 void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {

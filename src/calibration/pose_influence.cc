@@ -228,9 +228,8 @@ int poses_per_block(int poses) {
 std::vector<int> poses_by_group(const SessionModels::At& at, const GroupedRows& rows) {
   std::vector<int> order(static_cast<size_t>(rows.groups()));
   std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(order, {}, [&](int pose) {
-    return at.group_of(rows.row[rows.first[pose]]);
-  });
+  std::ranges::stable_sort(order, {},
+                           [&](int pose) { return at.group_of(rows.row[rows.first[pose]]); });
   return order;
 }
 

@@ -255,14 +255,12 @@ void set_diagonal_of_inverse(const Eigen::LLT<Eigen::MatrixXd>& llt,
         const Eigen::Index first = asked[begin];
         const Eigen::Index left = llt.cols() - first;
         Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(left, end - begin);
-        for (int k = begin; k < end; ++k)
-          columns(asked[k] - first, k - begin) = 1;
+        for (int k = begin; k < end; ++k) columns(asked[k] - first, k - begin) = 1;
         llt.matrixLLT()
             .bottomRightCorner(left, left)
             .triangularView<Eigen::Lower>()
             .solveInPlace(columns);
-        for (int k = begin; k < end; ++k)
-          inverse[asked[k]] = columns.col(k - begin).squaredNorm();
+        for (int k = begin; k < end; ++k) inverse[asked[k]] = columns.col(k - begin).squaredNorm();
         return 0;
       },
       [](int) {});

@@ -128,8 +128,7 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
       own != robot_.sessions.end())
     move_to(own->second, there);
   there.chain.base = robot_.chain.base;
-  if (has_one_target_each_)
-    there.chain.targets = {robot_.chain.targets[target]};
+  if (has_one_target_each_) there.chain.targets = {robot_.chain.targets[target]};
   if (rows_.size() > 1) there.std.clear();
   const std::vector<int> own = own_parameters(robot_);
   if (session == static_cast<int>(names_.size())) {
@@ -202,8 +201,7 @@ std::vector<std::vector<Eigen::Index>> SessionModels::unknowns_by_groups() const
   std::vector<std::vector<int>> groups_of(static_cast<size_t>(unknowns()));
   for (int g = 0; g < groups(); ++g)
     for (const Run& run : runs_[g])
-      for (int k = run.first; k < run.first + run.count; ++k)
-        groups_of[k].push_back(g);
+      for (int k = run.first; k < run.first + run.count; ++k) groups_of[k].push_back(g);
   std::map<std::vector<int>, std::vector<Eigen::Index>> unknowns_of;
   for (size_t k = 0; k < groups_of.size(); ++k)
     unknowns_of[groups_of[k]].push_back(static_cast<Eigen::Index>(k));

@@ -7,8 +7,7 @@ namespace armtrue {
 
 // Throws unless the contact has a place and the touch the axis that its kind needs.
 void ObservationModel::require_bound(const Touch& touch) const {
-  const Contact& contact =
-      robot_.chain.contacts[contacts_[touch.contact].contact];
+  const Contact& contact = robot_.chain.contacts[contacts_[touch.contact].contact];
   if (!contact.is_placed)
     throw std::invalid_argument(
         campaign_.source + ": the robot file does not say where the contact '" + contact.name +

@@ -243,8 +243,7 @@ void points_to_coordinates(Campaign& campaign) {
 
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point) {
   const auto touches_point = [&](const Campaign& readings, int row) {
-    return readings.kind(row) == ReadingKind::touch &&
-           is_point[readings.touch[row].contact];
+    return readings.kind(row) == ReadingKind::touch && is_point[readings.touch[row].contact];
   };
   Campaign all = with_axes(campaign, [&](int row) { return touches_point(campaign, row); });
   for (int row = 0, axis = 0; row < all.rows(); ++row) {

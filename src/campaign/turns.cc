@@ -134,8 +134,7 @@ std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector
       "{} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
       "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
       "none",
-      rows, names, lines[example.first], example.as_given / kDegree,
-      example.as_read / kDegree);
+      rows, names, lines[example.first], example.as_given / kDegree, example.as_read / kDegree);
 }
 
 }  // namespace armtrue

@@ -34,8 +34,7 @@ Repeatability repeatability(const std::vector<Visit>& visits) {
   const auto n = static_cast<int>(visits.size());
   const Eigen::Vector3d mean = mean_of(visits, &Visit::attained);
   Eigen::Matrix3Xd apart(3, n);
-  for (Eigen::Index j = 0; j < n; ++j)
-    apart.col(j) = visits[j].attained - mean;
+  for (Eigen::Index j = 0; j < n; ++j) apart.col(j) = visits[j].attained - mean;
   const Eigen::VectorXd l = apart.colwise().norm().transpose();
   const double s = std::sqrt((l.array() - l.mean()).square().sum() / (n - 1));
   const double rp = resolved(l.mean() + 3 * s, mean.norm());
@@ -47,8 +46,7 @@ Repeatability repeatability(const std::vector<Visit>& visits) {
 Eigen::Vector3d turn_repeatability(const std::vector<Visit>& visits) {
   Eigen::Matrix3Xd turns(3, static_cast<Eigen::Index>(visits.size()));
   for (Eigen::Index j = 0; j < turns.cols(); ++j)
-    turns.col(j) = rotation_log(*visits[j].orientation *
-                                visits.front().orientation->transpose());
+    turns.col(j) = rotation_log(*visits[j].orientation * visits.front().orientation->transpose());
   const Eigen::Vector3d mean = turns.rowwise().mean();
   return resolved_turn(
       3 * ((turns.colwise() - mean).rowwise().squaredNorm() / static_cast<double>(turns.cols() - 1))
@@ -199,8 +197,7 @@ CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluatio
   std::map<Place, int> last_stay;
   std::map<Place, bool> left;
   for (int row = 0; row < campaign.rows(); ++row) {
-    const Place place{order[row],
-                      campaign.target.empty() ? 0 : campaign.target[row],
+    const Place place{order[row], campaign.target.empty() ? 0 : campaign.target[row],
                       campaign.session.empty() ? 0 : campaign.session[row]};
     visits[place].push_back(visit_of(campaign, evaluation, row));
     names.emplace(place, label(campaign, row));

@@ -42,9 +42,8 @@ std::vector<VisitInTime> visits_in_order(const Campaign& campaign, const Evaluat
     for (const int row : places[place]) mean += residual(row);
     mean /= static_cast<double>(places[place].size());
     for (const int row : places[place]) {
-      const double time = campaign.time_s.empty()
-                              ? static_cast<double>(campaign.line[row])
-                              : campaign.time_s[row];
+      const double time =
+          campaign.time_s.empty() ? static_cast<double>(campaign.line[row]) : campaign.time_s[row];
       visits.push_back({row, place, time, residual(row) - mean});
     }
   }

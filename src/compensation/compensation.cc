@@ -71,8 +71,7 @@ class Compensation {
   std::vector<CorrectedTarget> run(const Robot& identified) {
     for (int row = 0; row < program_.rows(); ++row) try_row(row);
     if (unreachable_) throw *unreachable_;
-    for (int row = 0; row < program_.rows(); ++row)
-      visits_.q[row] = targets_[row].programmed;
+    for (int row = 0; row < program_.rows(); ++row) visits_.q[row] = targets_[row].programmed;
     if (identified.uncertainty)
       for (const Arms& arms : arms_) cover_rows_of(arms, identified);
     for (CorrectedTarget& target : targets_) {
@@ -175,9 +174,7 @@ class Compensation {
   }
 
   // R_0 from the TCP of a Cartesian target.
-  Pose wanted_at(int row) const {
-    return arms_now_->options.base * program_.poses[row];
-  }
+  Pose wanted_at(int row) const { return arms_now_->options.base * program_.poses[row]; }
 
   JointVector programmed_at(int row, Context context) const {
     const auto r = static_cast<size_t>(row);
@@ -332,10 +329,8 @@ double turn_of_last_frame(const Robot& robot, const Robot& controller) {
       q[j] = (low + high) / 2;
     }
     const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
-    const Pose foot =
-        of.ground_link ? inverse(frames[*of.ground_link]) : Pose{};
-    return std::array{foot * frames[link_of_joint(chain, joints - 1)],
-                      foot * frames.back()};
+    const Pose foot = of.ground_link ? inverse(frames[*of.ground_link]) : Pose{};
+    return std::array{foot * frames[link_of_joint(chain, joints - 1)], foot * frames.back()};
   };
   const auto [own_joint, own] = last_frames(robot);
   const auto [joint, link] = last_frames(controller);
@@ -398,8 +393,7 @@ Robot in_session(Robot robot, const std::string& session) {
   if (found == robot.sessions.end())
     throw std::invalid_argument("has no session '" + session + "'" +
                                 (names.empty() ? "" : "; it has " + names));
-  for (const auto& [link, zero] : found->second.zero)
-    zero_of(robot.chain.links[link]) = zero;
+  for (const auto& [link, zero] : found->second.zero) zero_of(robot.chain.links[link]) = zero;
   return robot;
 }
 

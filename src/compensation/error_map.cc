@@ -243,8 +243,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Prog
     require_context(*robot, program.visits, options.tool_is_measured);
   const ErrorMapper mapper(identified, controller, options, program.visits.temperature_names);
   ErrorMap map;
-  for (int pose : program.visits.pose)
-    map.names.push_back(program.visits.pose_ids[pose]);
+  for (int pose : program.visits.pose) map.names.push_back(program.visits.pose_ids[pose]);
   Campaign visits = program.visits;
   map.points = points_of(program, mapper, following, visits);
   predict_all(map, mapper, [&](int begin, int end) {

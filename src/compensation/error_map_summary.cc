@@ -131,9 +131,7 @@ void add_direction(const ErrorMap& map, ErrorMapSummary& summary) {
     const MapPoint& point = map.points[k];
     if (!point.is_predicted) continue;
     const auto number = static_cast<int>(k);
-    const auto length = [&](int other) {
-      return map.points[other].error.norm();
-    };
+    const auto length = [&](int other) { return map.points[other].error.norm(); };
     if (summary.best < 0 || point.error.norm() < length(summary.best)) summary.best = number;
     if (summary.worst < 0 || point.error.norm() > length(summary.worst)) summary.worst = number;
     summary.mean_error += point.error / summary.predicted;

@@ -15,9 +15,7 @@ namespace armtrue {
 namespace {
 
 // The frame or tool that the program names.
-const Pose& frame_of(const RobotProgram& program, int index) {
-  return program.frames[index].pose;
-}
+const Pose& frame_of(const RobotProgram& program, int index) { return program.frames[index].pose; }
 
 // Names all frames and tools whose values Cartesian targets lack, as the options to type.
 void require_frames(const RobotProgram& program) {

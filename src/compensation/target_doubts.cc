@@ -85,8 +85,7 @@ void check_points(const RobotProgram& program, std::vector<std::string>& doubts)
   for (const ProgramTarget& target : program.targets) {
     if (target.kind != TargetKind::cartesian) continue;
     if (program.dialect == Dialect::urscript) {
-      const std::vector<double> values =
-          values_of(program.points[target.point]);
+      const std::vector<double> values = values_of(program.points[target.point]);
       const double turn = std::hypot(values[3], values[4], values[5]);
       if (turn <= kTurn) continue;
       doubts.push_back(fmt::format(

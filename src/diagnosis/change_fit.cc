@@ -115,8 +115,7 @@ std::vector<ChangeProblem::Unknown> ChangeProblem::all_unknowns() const {
 Eigen::MatrixXd ChangeProblem::known_of(const std::vector<Unknown>& unknowns) const {
   const Eigen::Index count = std::ssize(unknowns), errors = correlated_.rows();
   Eigen::MatrixXd known = Eigen::MatrixXd::Zero(count, count);
-  for (Eigen::Index i = 0; i < count; ++i)
-    known(i, i) = 1 / unknowns[i].deviation;
+  for (Eigen::Index i = 0; i < count; ++i) known(i, i) = 1 / unknowns[i].deviation;
   known.topLeftCorner(errors, errors) = correlated_;
   return known;
 }

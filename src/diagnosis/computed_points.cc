@@ -52,9 +52,9 @@ std::vector<int> rows_of_some_sessions(const Campaign& campaign) {
   numbers = evenly_chosen(numbers, kMostSessions);
   std::vector<int> rows;
   for (int session : numbers)
-    std::ranges::copy(evenly_chosen(sessions[session],
-                                    kMostRows / static_cast<int>(numbers.size())),
-                      std::back_inserter(rows));
+    std::ranges::copy(
+        evenly_chosen(sessions[session], kMostRows / static_cast<int>(numbers.size())),
+        std::back_inserter(rows));
   std::ranges::sort(rows);
   return rows;
 }

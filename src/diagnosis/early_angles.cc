@@ -27,8 +27,7 @@ struct WayToGo {
 WayToGo by_arrival(const Campaign& readings, Eigen::Index joints) {
   Eigen::MatrixXd signs(readings.rows(), joints);
   for (int row = 0; row < readings.rows(); ++row)
-    for (Eigen::Index j = 0; j < joints; ++j)
-      signs(row, j) = readings.arrival[row][j];
+    for (Eigen::Index j = 0; j < joints; ++j) signs(row, j) = readings.arrival[row][j];
   return {signs, false};
 }
 

@@ -190,8 +190,7 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
   const Pose tool_in_station = ChainEvaluator(chain).pose(q);
   Pose station_from_foot = chain.base;
   if (robot.ground_link)
-    station_from_foot =
-        chain.base * ChainEvaluator(chain).link_frames(q)[*robot.ground_link];
+    station_from_foot = chain.base * ChainEvaluator(chain).link_frames(q)[*robot.ground_link];
   const Pose tool_in_foot = inverse(station_from_foot) * tool_in_station;
   const std::string last = fmt::format("R_{}", link_count(chain));
   const std::string foot = robot.ground_link ? "the foot of the arm" : "R_0";

@@ -95,8 +95,7 @@ std::vector<Order> orders_of(const Campaign& campaign) {
 
 std::string place_of(size_t row, const Order& order, const Campaign& campaign) {
   if (order.of == "time") return fmt::format("t_s = {:.10g}", campaign.time_s[row]);
-  if (order.of == "pose")
-    return "pose " + campaign.pose_ids[campaign.pose[row]];
+  if (order.of == "pose") return "pose " + campaign.pose_ids[campaign.pose[row]];
   return fmt::format("line {}", campaign.line[row]);
 }
 

@@ -139,9 +139,7 @@ void BoundEffect::set_terms(int load_values) {
   else
     for (int i = 0; i < members; ++i)
       for (const std::string& name : names)
-        coefficient_names_.push_back(values == 1
-                                         ? kTwistNames[i]
-                                         : kTwistNames[i] + (" " + name));
+        coefficient_names_.push_back(values == 1 ? kTwistNames[i] : kTwistNames[i] + (" " + name));
 }
 
 // Terms, values and coefficients of the members, one after the other.
@@ -331,8 +329,7 @@ Pose RobotModel::pose(const Context& context) const {
 // Position of the target; `offsets` is empty without effects.
 Vector3d RobotModel::place(const Context& context, int target,
                            const Eigen::VectorXd& offsets) const {
-  const Vector3d position =
-      target < 0 ? Vector3d::Zero() : targets_[target].position;
+  const Vector3d position = target < 0 ? Vector3d::Zero() : targets_[target].position;
   if (offsets.size() == 0) return chain_.pose(context.q) * position;
   const Vector3d moved =
       target < 0 ? position : position + offsets.segment<3>(layout_.targets + 3 * target);

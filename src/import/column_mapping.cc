@@ -147,8 +147,7 @@ class Mapper {
   // T is a time only if its unit says so.
   bool is_turn_or_temperature(int k) const {
     const ColumnName name = column_name(header(k));
-    const auto unit =
-        find_unit(name.unit.empty() ? table_.columns[k].unit_row : name.unit);
+    const auto unit = find_unit(name.unit.empty() ? table_.columns[k].unit_row : name.unit);
     return name.stem == "T" && !names_.unit_of(header(k)) &&
            !(unit && unit->kind == UnitKind::time);
   }
@@ -167,7 +166,9 @@ class Mapper {
 
   void refuse_target_without_pose() const {
     const MappedColumn* const target = mapping_.find("target");
-    if (!target || table_.has_markers || mapping_.has("pose") || names_.quantity_of(header(target->column))) return;
+    if (!target || table_.has_markers || mapping_.has("pose") ||
+        names_.quantity_of(header(target->column)))
+      return;
     const std::string& name = header(target->column);
     table_.fail_header("the column '" + name +
                        "' may name the pose or the reflector; say which: --column pose='" + name +
@@ -245,7 +246,8 @@ class Mapper {
     const PlainRow* open = nullptr;
     for (const PlainRow& row : table_.rows) {
       const std::string& cell = row.cells[column->column];
-      const auto day = day_of(cell, DateOrder::day_first), month = day_of(cell, DateOrder::month_first);
+      const auto day = day_of(cell, DateOrder::day_first),
+                 month = day_of(cell, DateOrder::month_first);
       by_day = by_day && (day || !month);
       by_month = by_month && (month || !day);
       if (day && month && *day != *month && !open) open = &row;

@@ -126,9 +126,7 @@ class CampaignBuilder {
 
   // Largest difference of a joint [rad or m].
   double differs(int a, int b) const {
-    return (campaign_.q[a] - campaign_.q[b])
-        .cwiseAbs()
-        .maxCoeff();
+    return (campaign_.q[a] - campaign_.q[b]).cwiseAbs().maxCoeff();
   }
 
   void find_temperatures() {

@@ -88,7 +88,8 @@ bool has_one_point(const PlainTable& table, const ImportNames& names) {
   });
 }
 
-void keep_chosen(const PlainTable& table, const std::vector<std::string>& chosen, Markers& markers) {
+void keep_chosen(const PlainTable& table, const std::vector<std::string>& chosen,
+                 Markers& markers) {
   Markers kept;
   for (const std::string& name : chosen) {
     const auto found = std::ranges::find(markers, name, &Markers::value_type::first);
@@ -96,8 +97,9 @@ void keep_chosen(const PlainTable& table, const std::vector<std::string>& chosen
       std::vector<std::string> there;
       for (const auto& [marker, axes] : markers) there.push_back(marker);
       table.fail_header(fmt::format("no columns of x, y and z are known of the marker '{}'{}", name,
-                                    there.empty() ? "; its columns are such as " + name + "_x"
-                                                  : fmt::format("; there are {}", fmt::join(there, ", "))));
+                                    there.empty()
+                                        ? "; its columns are such as " + name + "_x"
+                                        : fmt::format("; there are {}", fmt::join(there, ", "))));
     }
     kept.push_back(*found);
   }
@@ -115,22 +117,25 @@ std::vector<std::string> spread_markers(PlainTable& table, const ImportNames& na
                                         const std::vector<std::string>& chosen) {
   if (has_one_point(table, names)) {
     if (!chosen.empty())
-      table.fail_header("--marker is given, but one point stands in each row, with x, y and z; leave "
-                        "its columns out with --ignore, or leave out --marker");
+      table.fail_header(
+          "--marker is given, but one point stands in each row, with x, y and z; leave "
+          "its columns out with --ignore, or leave out --marker");
     return {};
   }
   Markers markers = whole_markers(table, names);
   if (!chosen.empty()) keep_chosen(table, chosen, markers);
-  // A single point with a name, such as that of a TCP, may be the controller's: the user says what it is.
+  // A single point with a name, such as that of a TCP, may be the controller's: the user says what
+  // it is.
   if (markers.size() < 2 && chosen.empty()) return {};
   std::vector<std::string> found;
   for (const auto& [name, axes] : markers) found.push_back(name);
   if (chosen.empty() && !differ_in_numbers(markers))
-    table.fail_header(fmt::format("several points stand in a row: {}; if they are reflectors on the "
-                                  "tool, say --marker {}, else name the measured one, such as "
-                                  "--column x_mm='{}'",
-                                  fmt::join(found, ", "), fmt::join(found, " --marker "),
-                                  table.columns[markers.front().second[0]].name));
+    table.fail_header(
+        fmt::format("several points stand in a row: {}; if they are reflectors on the "
+                    "tool, say --marker {}, else name the measured one, such as "
+                    "--column x_mm='{}'",
+                    fmt::join(found, ", "), fmt::join(found, " --marker "),
+                    table.columns[markers.front().second[0]].name));
   std::vector<size_t> others;
   for (size_t k = 0; k < table.columns.size(); ++k)
     if (std::ranges::none_of(markers, [&](const auto& marker) {
@@ -150,7 +155,8 @@ std::vector<std::string> spread_markers(PlainTable& table, const ImportNames& na
     const std::string unit = unit_of(markers.front().second[axis]);
     for (const auto& [name, axes] : markers)
       if (unit_of(axes[axis]) != unit)
-        table.fail_header("the column '" + table.columns[axes[axis]].name + "' has another unit than '" +
+        table.fail_header("the column '" + table.columns[axes[axis]].name +
+                          "' has another unit than '" +
                           table.columns[markers.front().second[axis]].name +
                           "'; write the points of all markers in one unit");
     spread.columns.push_back({std::string(1, "xyz"[axis]), unit});

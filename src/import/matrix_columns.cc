@@ -22,7 +22,9 @@ struct Element {
 
 std::optional<Element> element_of(std::string_view header) {
   std::string text = lower_case(column_name(header).stem);
-  std::erase_if(text, [](char c) { return std::string_view("[](){},;:_ .-/").find(c) != std::string_view::npos; });
+  std::erase_if(text, [](char c) {
+    return std::string_view("[](){},;:_ .-/").find(c) != std::string_view::npos;
+  });
   const size_t digits = text.find_first_of("0123456789");
   if (digits == text.npos || digits + 2 != text.size()) return std::nullopt;
   const std::string letters = text.substr(0, digits);
@@ -44,7 +46,8 @@ std::map<int, std::string> quantities_of(const Places& places, int first) {
       quantities[found->second] = "r" + std::to_string(row + 1) + std::to_string(column + 1);
     }
   for (int k = 0; k < 4; ++k) {
-    if (const auto of_point = places.find({first + k, first + 3}); k < 3 && of_point != places.end())
+    if (const auto of_point = places.find({first + k, first + 3});
+        k < 3 && of_point != places.end())
       quantities[of_point->second] = std::string(1, "xyz"[k]);
     if (const auto of_last = places.find({first + 3, first + k}); of_last != places.end())
       quantities[of_last->second] = "";
@@ -60,17 +63,15 @@ std::map<int, std::string> matrix_columns(const PlainTable& table,
                                           const std::function<bool(int)>& is_free) {
   std::map<std::string, Places> by_letters;
   for (int k = 0; k < static_cast<int>(table.columns.size()); ++k)
-    if (const auto element = element_of(table.columns[k].name);
-        element && is_free(k))
+    if (const auto element = element_of(table.columns[k].name); element && is_free(k))
       by_letters[element->letters].emplace(std::pair(element->row, element->column), k);
   std::map<int, std::string> found;
   for (const auto& [letters, places] : by_letters) {
     const std::map<int, std::string> quantities =
         quantities_of(places, places.contains({0, 0}) ? 0 : 1);
     if (!quantities.empty() && !found.empty())
-      table.fail_header("two matrices stand here, of " +
-                        table.columns[found.begin()->first].name + " and of " +
-                        table.columns[quantities.begin()->first].name +
+      table.fail_header("two matrices stand here, of " + table.columns[found.begin()->first].name +
+                        " and of " + table.columns[quantities.begin()->first].name +
                         "; leave one out with --ignore");
     if (!quantities.empty()) found = quantities;
   }

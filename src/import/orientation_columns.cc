@@ -11,14 +11,14 @@ namespace {
 constexpr double kUnitNorm = 1e-3;
 
 const std::vector<std::vector<std::string>>& orientation_groups() {
-  static const std::vector<std::vector<std::string>> kGroups{{"a", "b", "c"},
-                                                             {"roll", "pitch", "yaw"},
-                                                             {"rx", "ry", "rz"},
-                                                             {"qw", "qx", "qy", "qz"},
-                                                             {"quat0", "quat1", "quat2", "quat3"},
-                                                             {"quat1", "quat2", "quat3", "quat4"},
-                                                             {"r11", "r12", "r13", "r21", "r22",
-                                                              "r23", "r31", "r32", "r33"}};
+  static const std::vector<std::vector<std::string>> kGroups{
+      {"a", "b", "c"},
+      {"roll", "pitch", "yaw"},
+      {"rx", "ry", "rz"},
+      {"qw", "qx", "qy", "qz"},
+      {"quat0", "quat1", "quat2", "quat3"},
+      {"quat1", "quat2", "quat3", "quat4"},
+      {"r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"}};
   return kGroups;
 }
 
@@ -27,8 +27,7 @@ std::string their_names(const PlainTable& table, const ColumnMapping& mapping,
   std::string names;
   for (const std::string& quantity : group)
     if (const MappedColumn* const column = mapping.find(quantity))
-      names += (names.empty() ? "'" : ", '") +
-               table.columns[column->column].name + "'";
+      names += (names.empty() ? "'" : ", '") + table.columns[column->column].name + "'";
   return names;
 }
 
@@ -91,10 +90,13 @@ std::string convention_of_angles(const PlainTable& table, const ColumnMapping& m
 
 // The nearest rotation of a matrix whose numbers are rounded.
 std::optional<Eigen::Quaterniond> rotation_of(const OrientationNumbers& n) {
-  const Eigen::Matrix3d given = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(n.data());
+  const Eigen::Matrix3d given =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(n.data());
   const Eigen::Matrix3d apart = given * given.transpose() - Eigen::Matrix3d::Identity();
-  if (!(apart.cwiseAbs().maxCoeff() <= 2 * kUnitNorm) || given.determinant() < 0) return std::nullopt;
-  // Newton's steps to the polar factor: R <- (R + R^-T) / 2, whose error of 1e-3 becomes 1e-6, 1e-12.
+  if (!(apart.cwiseAbs().maxCoeff() <= 2 * kUnitNorm) || given.determinant() < 0)
+    return std::nullopt;
+  // Newton's steps to the polar factor: R <- (R + R^-T) / 2, whose error of 1e-3 becomes 1e-6,
+  // 1e-12.
   Eigen::Matrix3d rotation = given;
   for (int step = 0; step < 3; ++step) {
     Eigen::Matrix3d inverse_transposed;

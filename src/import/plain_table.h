@@ -24,7 +24,7 @@ struct PlainTable {
   char separator = ',';
   std::vector<PlainColumn> columns;
   std::vector<PlainRow> rows;
-  bool has_markers = false;        ///< its column `target` names those of one row; see spread_markers()
+  bool has_markers = false;  ///< its column `target` names those of one row; see spread_markers()
   std::vector<std::string> notes;  ///< for people: what of the file is not in the table
 
   /// file:line: column 'name': 'cell' what

@@ -19,10 +19,10 @@ constexpr size_t kMostSeparators = 8, kMostColumns = 1000;
 
 TableForm read_form(YamlMap& map) {
   const std::string form = map.text("form", "header");
-  for (const auto& [word, which] : {std::pair("header", TableForm::header),
-                                    std::pair("spatial-analyzer", TableForm::spatial_analyzer),
-                                    std::pair("motive", TableForm::motive),
-                                    std::pair("vicon", TableForm::vicon)})
+  for (const auto& [word, which] :
+       {std::pair("header", TableForm::header),
+        std::pair("spatial-analyzer", TableForm::spatial_analyzer),
+        std::pair("motive", TableForm::motive), std::pair("vicon", TableForm::vicon)})
     if (form == word) return which;
   map.fail("form", "'" + form + "' is none of header, spatial-analyzer, motive and vicon");
 }
@@ -47,9 +47,10 @@ PresetColumn read_column(YamlMap map, bool holds_joints) {
                            "counts from 1, {k} from 0, or {joint} for its name");
   if (!is_listed && counts_joints) map.fail("header", "only columns of 'q' and 'cov' are counted");
   if (!column.unit.empty() && column.unit != kOnlyByOption && !find_unit(column.unit))
-    map.fail("unit", "'" + column.unit +
-                         "' is no unit; known are mm, cm, m, um, in, deg, rad, mrad, s, ms, us, ns, "
-                         "min, h, kg, C and, where the file itself may be wrong, by option");
+    map.fail("unit",
+             "'" + column.unit +
+                 "' is no unit; known are mm, cm, m, um, in, deg, rad, mrad, s, ms, us, ns, "
+                 "min, h, kg, C and, where the file itself may be wrong, by option");
   const auto quantity = stated_quantity(column.quantity);
   const auto unit = find_unit(column.unit);
   if (quantity && unit && !fits_kind(quantity->kind, unit->kind))

@@ -37,7 +37,7 @@ struct Preset {
   bool holds_joints = false;  ///< of the table of joint angles; otherwise of the points
   TableForm form = TableForm::header;
   std::string separators;
-  std::string comments;  ///< signs that begin a line of comment
+  std::string comments;       ///< signs that begin a line of comment
   bool is_sparse = false;     ///< rows without any joint angle belong to other columns
   std::vector<PresetColumn> columns;
 };

@@ -54,9 +54,7 @@ void check_points(const PlainTable& table) {
                    "is no coordinate with decimals; the columns must be the names, X, Y, Z and, "
                    "last, date and time: export nothing else, and decimals");
   for (int k = 0; k < x; ++k) {
-    const auto is_number = [&](const PlainRow& row) {
-      return has_decimals(row.cells[k]);
-    };
+    const auto is_number = [&](const PlainRow& row) { return has_decimals(row.cells[k]); };
     if (std::ranges::all_of(table.rows, is_number))
       table.fail(table.rows.front(), k,
                  "looks like a coordinate where a name should stand; the columns must be the "

@@ -322,13 +322,12 @@ class StopJoin {
     const std::vector<Eigen::Index> samples = samples_of(reading);
     if (points_.has("cov0"))
       for (const Eigen::Index k : samples)
-        mean.covariance += covariance_of(points_, point_record_.rows[k]) /
-                           static_cast<double>(samples.size());
+        mean.covariance +=
+            covariance_of(points_, point_record_.rows[k]) / static_cast<double>(samples.size());
     if (!points_.has_orientation()) return mean;
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
     for (const Eigen::Index k : samples) {
-      const Eigen::Vector4d one =
-          points_.orientation(point_record_.rows[k]).coeffs();
+      const Eigen::Vector4d one = points_.orientation(point_record_.rows[k]).coeffs();
       sum += sum.dot(one) < 0 ? -one : one;
     }
     mean.orientation = Eigen::Quaterniond(sum.normalized());
@@ -341,8 +340,7 @@ class StopJoin {
     for (size_t k = 0; k < readings_.size(); ++k) {
       const int stop = way.standstill[k];
       if (stop < 0) continue;
-      const std::vector<Eigen::Index> samples =
-          inner_samples(joint_record_, stops_[stop]);
+      const std::vector<Eigen::Index> samples = inner_samples(joint_record_, stops_[stop]);
       const std::vector<Eigen::Index> of_point = samples_of(k);
       const auto point = static_cast<size_t>(of_point[of_point.size() / 2]);
       const auto joint = static_cast<size_t>(samples[samples.size() / 2]);

@@ -67,8 +67,7 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 JointVector TableReader::joints(int r) const {
   if (!moved_.empty()) return moved_[moved_row_[r]];
   JointVector q(static_cast<Eigen::Index>(mapping_.joints.size()));
-  for (Eigen::Index j = 0; j < q.size(); ++j)
-    q[j] = number(r, mapping_.joints[j].column);
+  for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = number(r, mapping_.joints[j].column);
   return q;
 }
 
@@ -103,10 +102,11 @@ Eigen::Quaterniond TableReader::orientation(int r) const {
   const auto rotation = orientation_of(mapping_.orientation, numbers);
   if (!rotation)
     fail(r, quantities.front(),
-         std::string(mapping_.orientation == "matrix"
-                         ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
-                           "right angles, or it mirrors"
-                         : "begins a quaternion whose length is not 1") +
+         std::string(
+             mapping_.orientation == "matrix"
+                 ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
+                   "right angles, or it mirrors"
+                 : "begins a quaternion whose length is not 1") +
              "; are these its columns? Correct or remove the row");
   return *rotation;
 }
@@ -118,8 +118,7 @@ bool TableReader::is_unmeasured(int r) const {
 }
 
 double TableReader::Clock::since(int r, const PlainTime& zero) const {
-  return is_number ? seconds[r]
-                   : seconds_between(times[r], zero);
+  return is_number ? seconds[r] : seconds_between(times[r], zero);
 }
 
 PlainTime TableReader::time(int r) const {
@@ -130,7 +129,9 @@ PlainTime TableReader::time(int r) const {
          "times in one of these ways, or give seconds");
   if (!has("date")) return *read;
   const auto day = plain_date(cell(r, "date"), mapping_.date_order);
-  if (!day) fail(r, "date", "is no date such as 2024-05-03, 3.5.2024 or 3/5/2024; write all dates in one way");
+  if (!day)
+    fail(r, "date",
+         "is no date such as 2024-05-03, 3.5.2024 or 3/5/2024; write all dates in one way");
   if (read->has_date) fail(r, "t", "states a date beside the column of dates; --ignore one");
   read->has_date = true;
   read->day = *day;

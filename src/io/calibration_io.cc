@@ -102,8 +102,7 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
     node["noise_floor"] = noise_node(noise);
     node["floor_mm"] = rounded(noise.mean_error() / kMillimetre);
     YAML::Node excluded(YAML::NodeType::Sequence);
-    for (int row : findings.quality->blunders)
-      excluded.push_back(whole_number(campaign.line[row]));
+    for (int row : findings.quality->blunders) excluded.push_back(whole_number(campaign.line[row]));
     node["excluded_rows"] = flow(excluded);
   }
   if (findings.zone) node["zone"] = zone_node(*findings.zone);

@@ -166,8 +166,7 @@ std::string covariance_column(int row, int column, bool si) {
   const std::string unit = row >= 3      ? (si ? "_rad2" : "_deg2")
                            : column >= 3 ? (si ? "_m_rad" : "_mm_deg")
                                          : (si ? "_m2" : "_mm2");
-  return std::string("cov_") + kNames[row] +
-         kNames[column] + unit;
+  return std::string("cov_") + kNames[row] + kNames[column] + unit;
 }
 
 double covariance_unit(int row, int column) {

@@ -99,8 +99,8 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
               "pose '{}' stands {:.4g} {} away from its reading in line {}; rows that share "
               "a pose id are replicates of one configuration: give different "
               "configurations different ids",
-              campaign_.pose_ids[pose], difference / joints_[k].si(),
-              joints_[k].unit(), campaign_.line[first]));
+              campaign_.pose_ids[pose], difference / joints_[k].si(), joints_[k].unit(),
+              campaign_.line[first]));
   }
 }
 

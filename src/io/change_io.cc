@@ -45,8 +45,8 @@ YAML::Node explaining_node(const KinematicChain& chain, const Move& move) {
 
 }  // namespace
 
-Document write_change(const ChangeResult& result, const Robot& previous,
-                      const Campaign& campaign, const Provenance& provenance) {
+Document write_change(const ChangeResult& result, const Robot& previous, const Campaign& campaign,
+                      const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-change/1";
   root["provenance"] = provenance_node(provenance);

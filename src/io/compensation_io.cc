@@ -75,8 +75,7 @@ class CommandWriter {
         cells[places_[i].column] = text;
     }
     if (file_.turn.column >= 0)
-      cells[file_.turn.column] =
-          std::to_string(turn_of(file_.program.turns[number], target.q));
+      cells[file_.turn.column] = std::to_string(turn_of(file_.program.turns[number], target.q));
     cells.push_back(length(target.before.position, kMillimetre));
     cells.push_back(length(target.before.orientation, kMilliradian));
     cells.push_back(length(target.after.position, kMillimetre));
@@ -191,8 +190,7 @@ std::string write_commands(const ProgramFile& file, const std::vector<CorrectedT
 
 Document write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
                             const std::optional<BetweenPoints>& between,
-                            const PredictionConditions& conditions,
-                            const Provenance& provenance) {
+                            const PredictionConditions& conditions, const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-compensation/1";
   root["provenance"] = provenance_node(provenance);
@@ -239,8 +237,7 @@ std::string compensation_table(const std::vector<CorrectedTarget>& targets,
     const auto number = [](const std::optional<double>& value, double unit) {
       return value ? fmt::format("{:.3g}", *value / unit) : std::string("-");
     };
-    text += fmt::format("{:<20}{:>12.3g}{:>12.3g}{:>10}{:>10}  {}\n",
-                        program.visits.pose_ids[row],
+    text += fmt::format("{:<20}{:>12.3g}{:>12.3g}{:>10}{:>10}  {}\n", program.visits.pose_ids[row],
                         target.before.position / kMillimetre, target.after.position / kMillimetre,
                         number(target.deviation, kMillimetre), number(target.leverage, 1),
                         notes_text(target));

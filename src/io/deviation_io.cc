@@ -56,8 +56,7 @@ std::string write_pass_as_poses(const Path& programmed, const JointMatrix& q,
         const Eigen::VectorXd mean = values.middleCols(begin, block).rowwise().mean();
         for (const double value : mean) text += ',' + decimal_text(value / unit, decimals);
       };
-      for (Eigen::Index j = 0; j < angles.rows(); ++j)
-        add(angles.row(j), joints[j].si(), 9);
+      for (Eigen::Index j = 0; j < angles.rows(); ++j) add(angles.row(j), joints[j].si(), 9);
       add(measured, kMillimetre, 6);
       text += sigma;
       if (with_force) add(deviation.force, 1, 6);

@@ -33,9 +33,8 @@ YAML::Node prediction_node(const Evaluation& evaluation, const Campaign& campaig
 
 }  // namespace
 
-Document write_summary(const Evaluation& evaluation, const Robot& robot,
-                       const Campaign& campaign, const Provenance& provenance,
-                       const std::vector<Prediction>& predictions,
+Document write_summary(const Evaluation& evaluation, const Robot& robot, const Campaign& campaign,
+                       const Provenance& provenance, const std::vector<Prediction>& predictions,
                        const std::optional<Robot>& against) {
   YAML::Node root;
   root["format"] = "armtrue-summary/1";

@@ -24,8 +24,7 @@ std::vector<FittedCoefficient> fitted_coefficients(const CalibrationResult& resu
   std::vector<FittedCoefficient> coefficients;
   for (const Effect& effect : result.robot.effects)
     for (size_t k = 0; k < effect.coefficients.size() && left > 0; ++k, --left)
-      coefficients.push_back(
-          {describe(effect) + ": " + effect.coefficients[k].name, &effect, k});
+      coefficients.push_back({describe(effect) + ": " + effect.coefficients[k].name, &effect, k});
   return coefficients;
 }
 
@@ -80,8 +79,8 @@ std::string write_parameters(const Robot& nominal, const CalibrationResult& resu
   for (const IdentifiedValue& row : identified_values(nominal, result, poses)) text += row_of(row);
   auto unknown = static_cast<Eigen::Index>(result.set.kept.size());
   for (const FittedCoefficient& coefficient : fitted_coefficients(result))
-    text += row_of(coefficient, nominal_of(nominal, coefficient), result.share_of_readings[unknown++],
-                   result.robot.chain);
+    text += row_of(coefficient, nominal_of(nominal, coefficient),
+                   result.share_of_readings[unknown++], result.robot.chain);
   return text;
 }
 
@@ -102,7 +101,8 @@ std::string write_correlations(const CalibrationResult& result) {
       const bool is_known = std::max(row, column) < covariance.rows();
       const double scale =
           is_known ? std::sqrt(covariance(row, row) * covariance(column, column)) : 0.0;
-      if (scale > 0) text += decimal_text(std::clamp(covariance(row, column) / scale, -1.0, 1.0), 6);
+      if (scale > 0)
+        text += decimal_text(std::clamp(covariance(row, column) / scale, -1.0, 1.0), 6);
     }
   }
   return text + "\n";

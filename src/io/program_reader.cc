@@ -139,8 +139,7 @@ class ProgramReader {
     if (has_joints_)
       for (const Quantity& column : file_.q) empty += table_.is_empty(column.column);
     const bool hinted = has_joints_ && !(is_cartesian_ && empty == joints);
-    for (int j = 0; hinted && j < joints; ++j)
-      q[j] = table_.number(file_.q[j]);
+    for (int j = 0; hinted && j < joints; ++j) q[j] = table_.number(file_.q[j]);
     program.visits.q.push_back(q);
     if (is_cartesian_) {
       std::array<double, 6> value{};

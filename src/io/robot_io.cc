@@ -198,7 +198,8 @@ void read_identify(YamlMap& document, Robot& robot) {
   if (document.has("identify")) robot.identify = document.texts("identify");
   check_count(document, "identify", robot.identify.size());
   for (const std::string& name : robot.identify)
-    if (find_parameter(robot.chain, name)) constant_parameter(document, "identify", name, robot.chain);
+    if (find_parameter(robot.chain, name))
+      constant_parameter(document, "identify", name, robot.chain);
   if (const std::string why = why_not_identified(robot.chain, robot.identify); !why.empty())
     document.fail("identify", why);
   if (document.has("identify_per_session"))
@@ -356,8 +357,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
   for (int j = 0; j < link_count(robot.chain); ++j)
     root["links"].push_back(link_node(robot.chain, j));
-  if (robot.ground_link)
-    root["ground_link"] = robot.chain.links[*robot.ground_link].name;
+  if (robot.ground_link) root["ground_link"] = robot.chain.links[*robot.ground_link].name;
   root["tool"] = pose_node(robot.chain.tool);
   for (const Target& target : robot.chain.targets)
     root["targets"][target.name] = point_node(target.position);

@@ -39,8 +39,7 @@ bool is_six_axis_arm(const KinematicChain& chain) {
 std::vector<int> coupling_order(const KinematicChain& chain) {
   const std::vector<Coupling>& all = chain.couplings;
   const auto moves = [&](int link) {
-    return link >= 0 && link < link_count(chain) &&
-           chain.links[link].joint != JointKind::fixed;
+    return link >= 0 && link < link_count(chain) && chain.links[link].joint != JointKind::fixed;
   };
   for (const Coupling& one : all)
     if (!moves(one.follower) || !moves(one.followed))
@@ -61,8 +60,7 @@ std::vector<int> coupling_order(const KinematicChain& chain) {
     }
     if (order.size() > before) continue;
     const auto left = static_cast<size_t>(std::ranges::find(done, false) - done.begin());
-    throw std::invalid_argument("the joint of link '" +
-                                chain.links[all[left].follower].name +
+    throw std::invalid_argument("the joint of link '" + chain.links[all[left].follower].name +
                                 "' follows itself");
   }
   return order;
@@ -83,8 +81,7 @@ std::vector<double> moved_with(const KinematicChain& chain, int link) {
 
 std::vector<double> joint_values(const KinematicChain& chain, const JointVector& q) {
   std::vector<double> values(chain.links.size(), 0.0);
-  for (int j = 0; j < joint_count(chain); ++j)
-    values[link_of_joint(chain, j)] = q[j];
+  for (int j = 0; j < joint_count(chain); ++j) values[link_of_joint(chain, j)] = q[j];
   for (const int k : coupling_order(chain)) {
     const Coupling& coupling = chain.couplings[k];
     const auto followed = static_cast<size_t>(coupling.followed);

@@ -164,8 +164,7 @@ void ChainEvaluator::find_motions(const Encoder& encoder, const Offset& offset,
                                   Motions<Number>& motions) const {
   for (int j = 0; j < count_; ++j) {
     const Trigonometry& link = links_[j];
-    motions.of_link[j] =
-        link.joint >= 0 ? link.sign * encoder(link.joint) : Number(0.0);
+    motions.of_link[j] = link.joint >= 0 ? link.sign * encoder(link.joint) : Number(0.0);
   }
   for (size_t k = 0; k < couplings_.size(); ++k) {
     const BoundCoupling& coupling = couplings_[k];

@@ -7,8 +7,7 @@ TouchReading touch_reading(const Contact& contact, int point, int axis, const Ei
     case ContactKind::point:
       return {u[axis], Eigen::Vector3d::Unit(axis)};
     case ContactKind::artefact:
-      return {u[axis] - contact.points[point].position[axis],
-              Eigen::Vector3d::Unit(axis)};
+      return {u[axis] - contact.points[point].position[axis], Eigen::Vector3d::Unit(axis)};
     case ContactKind::plane:
       return {u.z(), Eigen::Vector3d::UnitZ()};
     case ContactKind::sphere:

@@ -84,9 +84,7 @@ ChainEvaluator::ChainEvaluator(const KinematicChain& chain)
 ColumnSet ChainEvaluator::with_followers(ColumnSet columns) const {
   // A follower's own followers stand behind it in this order.
   for (const BoundCoupling& coupling : couplings_) {
-    const auto zero = [&](int link) {
-      return static_cast<size_t>(links_[link].zero);
-    };
+    const auto zero = [&](int link) { return static_cast<size_t>(links_[link].zero); };
     if (columns[zero(coupling.followed)] || columns[coupling.parameter])
       columns.set(zero(coupling.follower));
   }
@@ -119,8 +117,7 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   } else {
     find_motions<kWithOffsets>(encoder, offset, motions);
     pass_along<kWithOffsets, kWithJacobian>(
-        links_, count, [&](int j) { return motions.of_link[j]; }, offset,
-        frame, axes);
+        links_, count, [&](int j) { return motions.of_link[j]; }, offset, frame, axes);
   }
   const Pose a_from_measured = pose_of(frame) * tool;
   if constexpr (kWithJacobian) {

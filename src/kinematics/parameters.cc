@@ -129,9 +129,7 @@ bool is_zero_offset(const KinematicChain& chain, int index) {
 }
 
 double coefficient_unit(const KinematicChain& chain, const Coupling& coupling) {
-  const auto unit = [&](int link) {
-    return is_prismatic(chain.links[link]) ? kMillimetre : 1.0;
-  };
+  const auto unit = [&](int link) { return is_prismatic(chain.links[link]) ? kMillimetre : 1.0; };
   return unit(coupling.follower) / unit(coupling.followed);
 }
 
@@ -222,8 +220,7 @@ std::string to_string(const Parameter& parameter) {
   for (const auto& [owner, word] : kSingle)
     if (owner == parameter.owner) text = word;
   if (parameter.component != Parameter::kWhole && parameter.owner != Owner::coupling) {
-    const std::string name =
-        component_names(parameter.owner)[parameter.component];
+    const std::string name = component_names(parameter.owner)[parameter.component];
     return text.empty() ? name : text + "." + name;
   }
   return parameter.owner == Owner::instrument ? text + "." + std::string(kPointName) : text;
@@ -242,9 +239,7 @@ Parameter parameter_of(const KinematicChain& chain, int index) {
             static_cast<int>(kind_of_parameter(index))};
   if (index < layout.couplings) return {Owner::tool, "", index - layout.tool};
   if (layout.is_of_couplings(index))
-    return {Owner::coupling,
-            coupling_name(chain, chain.couplings[index - layout.couplings]),
-            0};
+    return {Owner::coupling, coupling_name(chain, chain.couplings[index - layout.couplings]), 0};
   if (layout.is_of_instrument(index))
     return {Owner::instrument, "", index - layout.instrument_scale};
   if (const int k = index - first_contact_parameter(chain); k >= 0)
@@ -385,8 +380,7 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
   }
   if (layout.is_of_instrument(index)) return;
   if (const int k = index - first_contact_parameter(chain); k >= 0)
-    return move_contact(chain.contacts[k / kParametersOfContact],
-                        k % kParametersOfContact, delta);
+    return move_contact(chain.contacts[k / kParametersOfContact], k % kParametersOfContact, delta);
   if (const int k = index - first_anchor_parameter(chain); k >= 0) {
     Anchor& anchor = chain.anchors[k / 4];
     (k % 4 < 3 ? anchor.position[k % 4] : anchor.zero) += delta;

@@ -129,8 +129,7 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
   } else {
     find_motions<kWithOffsets>(encoder, offset, motions);
     pass_along<kWithOffsets, kWithJacobian>(
-        links_, count, [&](int j) { return motions.of_link[j]; }, offset, last,
-        axes);
+        links_, count, [&](int j) { return motions.of_link[j]; }, offset, last, axes);
   }
   const MovingFrame<Lanes> tool = end_frames<kWithOffsets>(tool_, moved, layout.tool);
   const auto turned = [&](const LaneVector& v) {

@@ -47,15 +47,13 @@ SparseColumns roots_of_blocks(const SparseColumns& scaled, const SparseCholesky:
     Eigen::MatrixXd block = Eigen::MatrixXd::Zero(size, size);
     for (Eigen::Index k = 0; k < size; ++k)
       for (Eigen::Index i = k; i < size; ++i)
-        block(i, k) =
-            scaled.coeff(blocks[b][i], blocks[b][k]);
+        block(i, k) = scaled.coeff(blocks[b][i], blocks[b][k]);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(block);
     const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
     for (Eigen::Index k = 0; k < size; ++k) {
       if (!(values[k] > kSmallest * values[size - 1])) continue;
       for (Eigen::Index i = 0; i < size; ++i)
-        entries.emplace_back(static_cast<int>(blocks[b][i]),
-                             static_cast<int>(rank),
+        entries.emplace_back(static_cast<int>(blocks[b][i]), static_cast<int>(rank),
                              eigen.eigenvectors()(i, k) / std::sqrt(values[k]));
       ++rank;
     }

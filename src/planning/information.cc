@@ -56,9 +56,7 @@ UnknownGroups::UnknownGroups(const SessionModels& candidates)
   for (int g = 0; g < candidates.groups(); ++g)
     for (const SessionModels::Run& run : candidates.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k) ++groups_of[k];
-  const auto is_own = [&](int k) {
-    return candidates.groups() > 1 && groups_of[k] == 1;
-  };
+  const auto is_own = [&](int k) { return candidates.groups() > 1 && groups_of[k] == 1; };
   for (int k = 0; k < candidates.unknowns(); ++k)
     if (!is_own(k)) common_.push_back(k);
   for (int g = 0; g < candidates.groups(); ++g) {
@@ -107,8 +105,7 @@ GroupedDerivatives UnknownGroups::derivatives(const SessionModels& models) const
     }
     const size_t group = group_of(models, g);
     all.groups[group] = apart(models, g, rows);
-    for (int i : models.rows_of(g))
-      all.pose_of_row[group].push_back(models.campaign().pose[i]);
+    for (int i : models.rows_of(g)) all.pose_of_row[group].push_back(models.campaign().pose[i]);
   }
   return all;
 }

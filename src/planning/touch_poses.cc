@@ -16,8 +16,7 @@ constexpr double kOff = 1e-3;  // m; a joint farther from the tip shows on which
 PlannedPose touch_at(const Campaign& campaign, int row) {
   PlannedPose pose;
   pose.contact = campaign.contact_names[campaign.touch[row].contact];
-  if (!campaign.target.empty())
-    pose.target = campaign.target_names[campaign.target[row]];
+  if (!campaign.target.empty()) pose.target = campaign.target_names[campaign.target[row]];
   return pose;
 }
 

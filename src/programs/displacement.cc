@@ -91,8 +91,8 @@ class Displacement {
           "{}: no point of the program lies on the programmed path; the nearest, in line {} at "
           "({:.3f}, {:.3f}, {:.3f}) mm, is {:.3f} mm off. Is this the program of that path, not "
           "corrected before, and are its coordinates in the frame of the program?",
-          program_.texts[0].name, target(known_[nearest.point]).line,
-          point.x(), point.y(), point.z(), nearest.distance / kMillimetre));
+          program_.texts[0].name, target(known_[nearest.point]).line, point.x(), point.y(),
+          point.z(), nearest.distance / kMillimetre));
     }
     place_.assign(program_.targets.size(), kOff);
     for (size_t i = 0; i < known_.size(); ++i) place_[known_[i]] = places[static_cast<Index>(i)];

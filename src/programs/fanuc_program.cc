@@ -95,8 +95,7 @@ class FanucReader {
     for (const Statement& statement : statements) read_uses(part, statement);
     for (const Statement& statement : statements) read_statement(part, statement);
     for (const auto& [id, position] : positions_)
-      if (position.point >= 0)
-        program_.points[position.point].is_shared = position.is_shared;
+      if (position.point >= 0) program_.points[position.point].is_shared = position.is_shared;
     for (ProgramPoint& point : program_.points) point.is_shared |= point.starts_from >= 0;
   }
 

@@ -124,8 +124,7 @@ class Inserter {
 
   // The point of a target with other numbers, as it stands in a move.
   std::string written(size_t target, const std::vector<TextEdit>& changes) {
-    const ProgramPoint& point =
-        program_.points[program_.targets[target].point];
+    const ProgramPoint& point = program_.points[program_.targets[target].point];
     return program_.dialect == Dialect::fanuc ? new_position(point, changes, "]")
                                               : on_one_line(changed(point, changes));
   }

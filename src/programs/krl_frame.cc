@@ -100,9 +100,8 @@ KrlAggregate take_krl_aggregate(TextCursor& cursor) {
       const auto value = cursor.take_number();
       if (!value || std::isfinite(frame.values[index])) return result;
       frame.values[index] = *value * krl_unit(index);
-      frame.numbers[index] = {
-          static_cast<unsigned>(begin - frame.begin),
-          static_cast<unsigned>(cursor.at() - frame.begin)};
+      frame.numbers[index] = {static_cast<unsigned>(begin - frame.begin),
+                              static_cast<unsigned>(cursor.at() - frame.begin)};
       positions |= index < 6;
     } else if (name == "S" || name == "T") {
       take_bits(cursor, name == "T", frame);

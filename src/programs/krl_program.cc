@@ -134,8 +134,7 @@ class KrlReader {
   void find_starts() {
     for (size_t k = 0; k < program_.targets.size(); ++k)
       for (int move : starts_.moves_before(move_of_target_[k]))
-        program_.targets[k].starts.push_back(
-            static_cast<size_t>(end_of_move_[move]));
+        program_.targets[k].starts.push_back(static_cast<size_t>(end_of_move_[move]));
     if (syntax_.keeps_orientation && parts_ == TargetParts::pose)
       for (const ProgramTarget& target : program_.targets) warn_of_orientation(target);
   }
@@ -210,8 +209,7 @@ class KrlReader {
     const KrlTarget& target = is_auxiliary ? move.auxiliary : move.target;
     const KrlSetUps::SetUp& set_up = set_ups_.of_moves[index];
     const bool is_axes = target.kind == KrlTargetKind::axes;
-    const KrlFrame& frame = is_axes ? syntax_.axes[target.axes]
-                                    : syntax_.frames[target.frame];
+    const KrlFrame& frame = is_axes ? syntax_.axes[target.axes] : syntax_.frames[target.frame];
     const KrlValues before = is_auxiliary ? starts_.before(index) : starts_.before_end(index);
     const KrlValues values = is_auxiliary ? inherit(before, frame.values) : starts_.reached(index);
     ProgramTarget result;
@@ -258,8 +256,7 @@ class KrlReader {
   int point_for(const KrlTarget& target, const KrlFrame& frame, const KrlValues& values,
                 bool is_auxiliary) {
     const bool is_axes = target.kind == KrlTargetKind::axes;
-    int& point = is_axes ? point_of_axes_[target.axes]
-                         : point_of_frame_[target.frame];
+    int& point = is_axes ? point_of_axes_[target.axes] : point_of_frame_[target.frame];
     const bool is_another = point >= 0 && !is_axes && !states(point, values, is_auxiliary);
     if (point >= 0 && !is_another) return point;
     if (is_another) program_.points[point].is_shared = true;

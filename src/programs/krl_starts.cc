@@ -63,14 +63,12 @@ void KrlStarts::find_what_runs() {
     for (size_t i = KrlFlow::kElsewhere + 1; i < runs.size(); ++i) {
       if (runs[i]) continue;
       const KrlNode& node = syntax_.nodes[i];
-      runs[i] = std::ranges::any_of(
-          node.from, [&](int from) -> bool { return runs[from]; });
+      runs[i] = std::ranges::any_of(node.from, [&](int from) -> bool { return runs[from]; });
       is_changed |= runs[i];
     }
   }
   for (size_t i = 0; i < runs.size(); ++i)
-    if (const int move = syntax_.nodes[i].move; move >= 0)
-      runs_[move] = runs[i];
+    if (const int move = syntax_.nodes[i].move; move >= 0) runs_[move] = runs[i];
 }
 
 // Returns whether anything has changed.
@@ -80,9 +78,8 @@ bool KrlStarts::follow_ways() {
     const KrlNode& node = syntax_.nodes[i];
     Start here;
     for (int from : node.from) meet(ends_[from], here);
-    const KrlSetUps::SetUp& set_up = node.move >= 0
-                                         ? set_ups_.of_moves[node.move]
-                                         : set_ups_.behind[node.set_ups];
+    const KrlSetUps::SetUp& set_up =
+        node.move >= 0 ? set_ups_.of_moves[node.move] : set_ups_.behind[node.set_ups];
     if (!(here.set_up == set_up)) here.values.head<6>() = unknown_krl_values().head<6>();
     here.set_up = set_up;
     if (node.move >= 0) {

@@ -107,8 +107,8 @@ std::optional<KrlValue> KrlVariables::set_by(const std::string& name,
     if (!number || !cursor.done()) return std::nullopt;
     // A controller rounds what an INT is given.
     if (type == "INT" && *number != std::floor(*number)) return std::nullopt;
-    if (is_number) return component.empty() ? std::optional(KrlValue{number, {}, false})
-                                            : std::nullopt;
+    if (is_number)
+      return component.empty() ? std::optional(KrlValue{number, {}, false}) : std::nullopt;
     const std::optional<KrlValue> value = value_at(name, before);
     return value ? with_component(*value, component, *number) : std::nullopt;
   }

@@ -18,7 +18,7 @@ namespace armtrue {
 /// A value of a variable of KRL: a number, or a point.
 struct KrlValue {
   std::optional<double> number;
-  KrlFrame point;        ///< its values or its axes; where it stands in a text counts for nothing
+  KrlFrame point;  ///< its values or its axes; where it stands in a text counts for nothing
   bool is_axes = false;
 };
 

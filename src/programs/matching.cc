@@ -141,8 +141,7 @@ Index chain(std::vector<Candidate>& candidates) {
       Candidate& candidate = candidates[end];
       candidate.before = best.find(rank(candidate), candidates);
       candidate.sum = candidate.merit;
-      if (candidate.before >= 0)
-        candidate.sum += candidates[candidate.before].sum;
+      if (candidate.before >= 0) candidate.sum += candidates[candidate.before].sum;
     }
     for (size_t i = begin; i < end; ++i)
       best.add(rank(candidates[i]), static_cast<Index>(i), candidates);
@@ -167,8 +166,7 @@ Eigen::VectorXd places_in_order(const Eigen::Matrix3Xd& polygon, const Eigen::Ma
   }
   Eigen::VectorXd places =
       Eigen::VectorXd::Constant(points.cols(), std::numeric_limits<double>::quiet_NaN());
-  for (Index last = chain(candidates); last >= 0;
-       last = candidates[last].before) {
+  for (Index last = chain(candidates); last >= 0; last = candidates[last].before) {
     const Candidate& candidate = candidates[last];
     places[candidate.point] = candidate.place;
   }

@@ -15,8 +15,7 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
   };
   if (target.kind == TargetKind::joints) return "its point is joint angles";
   for (int point : points)
-    if (program.points[point].is_expression)
-      return "its point is an expression";
+    if (program.points[point].is_expression) return "its point is an expression";
   if (std::string(move.kind_of->name).starts_with("TRIGG"))
     return "its events count from its start";
   if (move.kind_of->is_process()) return "its process begins, changes or ends with it";

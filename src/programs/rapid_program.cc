@@ -145,8 +145,7 @@ class RapidReader {
     if (why_not.empty()) set_frames(arguments[tool], target, why_not);
     std::vector<int> points;
     for (int i = 0; i < move.points && why_not.empty(); ++i)
-      points.push_back(
-          data_.point_at(arguments[i], target.kind, line, why_not));
+      points.push_back(data_.point_at(arguments[i], target.kind, line, why_not));
     if (!why_not.empty()) {
       for (int i = 0; i < move.points; ++i) data_.leave(arguments[i]);
       return leave(line, why_not);

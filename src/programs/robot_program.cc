@@ -37,8 +37,7 @@ void refuse_huge_numbers(const RobotProgram& program) {
     for (const ProgramNumber& number : point.numbers)
       if (number.is_written() && !(std::abs(number.value) < kFarthest))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
-                                     program.texts[number.text].name,
-                                     point.line, point.name));
+                                     program.texts[number.text].name, point.line, point.name));
 }
 
 // The targets of the move to one: an arc has two.
@@ -60,8 +59,7 @@ void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why
       is_left[k] = true;
       ProgramPoint& point = program.points[program.targets[k].point];
       point.is_shared = true;
-      if (point.starts_from >= 0)
-        program.points[point.starts_from].is_shared = true;
+      if (point.starts_from >= 0) program.points[point.starts_from].is_shared = true;
     }
     warnings.add(program.targets[target].line, "left alone: " + reason);
     if (program.targets[target].never_runs) continue;

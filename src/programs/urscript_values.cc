@@ -151,8 +151,7 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   if (is_local(arguments[0])) return std::nullopt;
   value->base =
       add_frame(frames_, known_, part_of(arguments[0]), constant(arguments[0], depth + 1));
-  value->is_in_calculated_frame =
-      !frames_[value->base].is_known && is_calculated(arguments[0]);
+  value->is_in_calculated_frame = !frames_[value->base].is_known && is_calculated(arguments[0]);
   return value;
 }
 
@@ -257,8 +256,7 @@ void UrValues::finish(const std::vector<Statement>& statements, std::vector<Prog
       if (is_named || is_offset || moves_.contains(at)) return;
       const Variable* const variable =
           variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
-      if (variable && variable->point >= 0)
-        points[variable->point].is_shared = true;
+      if (variable && variable->point >= 0) points[variable->point].is_shared = true;
     });
 }
 

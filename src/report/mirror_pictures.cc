@@ -166,8 +166,7 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
 
 Drawing force_picture(const PathDeviation& deviation, const ForceLaw& law) {
   Eigen::Matrix3Xd forced = deviation.whole;
-  for (int axis = 0; axis < 3; ++axis)
-    forced.row(axis).array() -= law.offset[axis].value;
+  for (int axis = 0; axis < 3; ++axis) forced.row(axis).array() -= law.offset[axis].value;
   // Evenly: extremes would not show where most samples lie.
   Points samples;
   double most_force = 0, most_mm = 0;

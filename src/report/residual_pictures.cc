@@ -84,12 +84,11 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
   for (const Judged& model : models) {
     std::vector<double> counts(kHistogramBins, 0);
     for (double error : model.evaluation.reading_errors())
-      ++counts[
-          std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width))];
+      ++counts[std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width))];
     std::vector<std::string> texts;
     for (int k = 0; k < kHistogramBins; ++k)
-      texts.push_back(fmt::format("{:.3g} to {:.3g} mm: {:g}", k * width, (k + 1) * width,
-                                  counts[k]));
+      texts.push_back(
+          fmt::format("{:.3g} to {:.3g} mm: {:g}", k * width, (k + 1) * width, counts[k]));
     Panel& panel = picture->panel(count_axis(std::ranges::max(counts), "", 3), 74);
     panel.bars(0, width, counts, texts, model.look, "");
     panel.rule_x(in_mm(summarize(model.evaluation.reading_errors()).mean), Look::mark, "mean");
@@ -188,8 +187,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
   const std::vector<Eigen::Index> drawn =
       evenly(static_cast<Eigen::Index>(places.size()), text.most);
   for (const VectorField& field : fields)
-    for (Eigen::Index k : drawn)
-      longest = std::max(longest, field.vectors[k].norm());
+    for (Eigen::Index k : drawn) longest = std::max(longest, field.vectors[k].norm());
   const double factor = round_magnification(longest, (high - low).maxCoeff());
   const Eigen::Vector3d margin =
       Eigen::Vector3d::Constant(1.05 * factor * longest + 0.02 * (high - low).maxCoeff());

@@ -51,8 +51,7 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
 // The length of a link as it was built.
 double length_of(const Parameter& parameter, const Robot& robot) {
   const KinematicChain& chain = robot.nominal ? *robot.nominal : robot.chain;
-  const Link& link = chain.links[
-      link_of_parameter(*find_parameter(chain, parameter))];
+  const Link& link = chain.links[link_of_parameter(*find_parameter(chain, parameter))];
   return is_link_parameter(parameter, LinkParameter::d) ? link.d : link.r;
 }
 

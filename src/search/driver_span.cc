@@ -120,9 +120,8 @@ bool has_contrast(const Campaign& campaign, const Value& value) {
 bool is_driven(DriverKind kind, int joint, const std::string& where, const Campaign& campaign,
                const Span& span) {
   const auto by = [&](const auto& column, const auto& value_in) {
-    return !column.empty() && has_contrast(campaign, [&](int row) {
-      return std::optional(value_in(column[row]));
-    });
+    return !column.empty() &&
+           has_contrast(campaign, [&](int row) { return std::optional(value_in(column[row])); });
   };
   switch (kind) {
     case DriverKind::time:
@@ -141,8 +140,7 @@ bool is_driven(DriverKind kind, int joint, const std::string& where, const Campa
       return by(campaign.temperature_c, [k](const auto& row) { return row[k]; });
     }
     case DriverKind::motor_torque:
-      return by(campaign.motor_torque_nm,
-                [joint](const auto& row) { return row[joint]; });
+      return by(campaign.motor_torque_nm, [joint](const auto& row) { return row[joint]; });
     case DriverKind::stroke:
       return by(campaign.stroke, [joint](const JointVector& stroke) { return stroke[joint]; });
     case DriverKind::arrival:

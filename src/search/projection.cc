@@ -169,8 +169,7 @@ Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squar
     const Eigen::MatrixXd whole = columns(candidate);
     return whole.transpose() * whole;
   }
-  const Eigen::VectorXd& own =
-      squares[terms.front().parameter][scan_.part_[candidate]];
+  const Eigen::VectorXd& own = squares[terms.front().parameter][scan_.part_[candidate]];
   const auto values_at = [&](const auto& term) {
     return of_part.values().col(scan_.value_of_column_[term.column]).template cast<double>();
   };

@@ -140,9 +140,7 @@ class ProjectedCandidates {
   void find_spreads();
   void add_spreads(int candidate, Eigen::MatrixXd& gram) const;
   Eigen::MatrixXd rests(int candidate) const;
-  const ValuesAtRows& values_of(int candidate) const {
-    return parts_[scan_.part_[candidate]];
-  }
+  const ValuesAtRows& values_of(int candidate) const { return parts_[scan_.part_[candidate]]; }
   Eigen::VectorXd squares_by_context(int parameter, const ValuesAtRows& values) const;
 
   template <typename Scalar>
@@ -202,8 +200,7 @@ class ProjectedCandidates {
         static_cast<int>(tasks.size()), 1,
         [&](int number, int) {
           const auto& [parts, parameters] = tasks[number];
-          const auto sums =
-              sums_by_context(parameters, parts_[parts.front()], by_row);
+          const auto sums = sums_by_context(parameters, parts_[parts.front()], by_row);
           for (int part : parts)
             for (size_t p = 0; p < parameters.size(); ++p)
               take_columns(parameters[p], part, sums[p], take);

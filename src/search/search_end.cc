@@ -91,8 +91,7 @@ void ModelSearch::split_families() {
   for (;;) {
     std::vector<int> weak;
     for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k)
-      if (model_.chosen()[k].effect.family && model_.score_of({k}).score <= 0)
-        weak.push_back(k);
+      if (model_.chosen()[k].effect.family && model_.score_of({k}).score <= 0) weak.push_back(k);
     if (weak.empty()) break;
     const CandidateScore together = model_.score_of(weak);
     if (together.gain > kAic * together.degrees_of_freedom)

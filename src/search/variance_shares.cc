@@ -64,8 +64,7 @@ void leave_in_order(const BesideTheRest& beside, const std::vector<int>& order,
   Entry entry(beside);
   for (Eigen::Index k = 0; k < std::ssize(order); ++k) {
     left.col(k + 1) = left.col(k);
-    entry.enter(beside.columns[order[k]],
-                left.col(k + 1));
+    entry.enter(beside.columns[order[k]], left.col(k + 1));
   }
 }
 

@@ -257,9 +257,8 @@ void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain&
       const auto leader = std::ranges::find(moving, mimic.joint,
                                             [](const ChainJoint* joint) { return joint->name; });
       const auto followed = static_cast<int>(leader - moving.begin());
-      chain.couplings.push_back(
-          {static_cast<int>(j), followed, mimic.multiplier,
-           zero_of(std::as_const(chain.links[followed]))});
+      chain.couplings.push_back({static_cast<int>(j), followed, mimic.multiplier,
+                                 zero_of(std::as_const(chain.links[followed]))});
       offsets[j] += mimic.offset;
     }
   }

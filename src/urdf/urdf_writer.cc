@@ -102,9 +102,7 @@ std::vector<const Coupling*> couplings_of(const KinematicChain& chain, int link)
 // Whether a link is more than one joint in a URDF: one for each that it follows, and one with its
 // own encoder.
 bool is_several_joints(const KinematicChain& chain, int link) {
-  return couplings_of(chain, link).size() +
-             (chain.links[link].has_encoder ? 1 : 0) >
-         1;
+  return couplings_of(chain, link).size() + (chain.links[link].has_encoder ? 1 : 0) > 1;
 }
 
 // Adds the joints of a link that follows others, one behind the other on its axis.

@@ -50,7 +50,8 @@ std::vector<std::string> names_of(const Robot& robot, const std::vector<int>& pa
 std::vector<std::string> allowed(const Robot& robot, const std::vector<std::string>& identify) {
   Robot listed = robot;
   listed.identify = identify;
-  std::vector<std::string> names = names_of(robot, allowed_parameters(listed, poses(robot, true, 3)));
+  std::vector<std::string> names =
+      names_of(robot, allowed_parameters(listed, poses(robot, true, 3)));
   std::ranges::sort(names);
   return names;
 }
@@ -59,10 +60,11 @@ TEST(Identifiability, PatternsStandForNamesAndMinusTakesAway) {
   const Robot robot = kr360();
   const auto all = allowed(robot, {"auto"});
   EXPECT_EQ(allowed(robot, {"*"}), all);
-  EXPECT_EQ(allowed(robot, {"A?.d"}), allowed(robot, {"A1.d", "A2.d", "A3.d", "A4.d", "A5.d", "A6.d"}));
+  EXPECT_EQ(allowed(robot, {"A?.d"}),
+            allowed(robot, {"A1.d", "A2.d", "A3.d", "A4.d", "A5.d", "A6.d"}));
   EXPECT_EQ(allowed(robot, {"base*"}), allowed(robot, {"base"}));
   EXPECT_EQ(allowed(robot, {"tool.r?"}), allowed(robot, {"tool", "-tool.?"}));
-  EXPECT_EQ(allowed(robot, {"auto", "-*"  , "A3.r"}), allowed(robot, {"A3.r"}));
+  EXPECT_EQ(allowed(robot, {"auto", "-*", "A3.r"}), allowed(robot, {"A3.r"}));
   EXPECT_EQ(allowed(robot, {"A3.r", "-A3.r", "A3.r"}), allowed(robot, {"A3.r"}));
   EXPECT_EQ(allowed(robot, {"auto", "-base", "-tool"}).size(), all.size() - 12);
   EXPECT_THAT(allowed(robot, {"auto", "-A3.d"}), Not(Contains("A3.d")));
@@ -73,7 +75,8 @@ TEST(Identifiability, WhatWouldImitateAHeldParameterIsHeldToo) {
   Robot robot = kr360();
   const Campaign campaign = poses(robot, true);
   std::vector<int> expected = choose_identifiable(robot, campaign).kept;
-  for (const char* name : {"A5.theta", "tool.x", "tool.y", "tool.z", "tool.rx", "tool.ry", "tool.rz"})
+  for (const char* name :
+       {"A5.theta", "tool.x", "tool.y", "tool.z", "tool.rx", "tool.ry", "tool.rz"})
     ASSERT_EQ(std::erase(expected, *find_parameter(robot.chain, name)), 1u) << name;
   robot.identify = {"auto", "-A5.theta", "-tool"};
   const IdentifiableSet set = choose_identifiable(robot, campaign);

@@ -205,8 +205,9 @@ TEST(Sessions, DeviationsOfABaseFollowTheAxesOfItsInstrument) {
   }
   const auto before = calibrate(robot, campaign).robot.sessions.at(name_of(1)).std;
   const auto after = calibrate(robot, turned).robot.sessions.at(name_of(1)).std;
-  for (const auto& [was, is] : {std::pair("x", "y"), std::pair("y", "z"), std::pair("z", "x"),
-                                std::pair("rx", "ry"), std::pair("ry", "rz"), std::pair("rz", "rx")}) {
+  for (const auto& [was, is] :
+       {std::pair("x", "y"), std::pair("y", "z"), std::pair("z", "x"), std::pair("rx", "ry"),
+        std::pair("ry", "rz"), std::pair("rz", "rx")}) {
     const double old = before.at(std::string("base.") + was);
     EXPECT_NEAR(after.at(std::string("base.") + is), old, 1e-4 * old) << was;
   }

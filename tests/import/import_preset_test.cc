@@ -435,7 +435,8 @@ TEST(ImportPreset, EachIsForOneTable) {
 // The recorder of a cell, which nobody here has seen, in a file of its user.
 const std::string kOwnPreset =
     "format: armtrue-preset/1\nname: our recorder\nof: joints\nseparators: \"|\"\n"
-    "columns:\n  - {header: Stamp, is: t, unit: ms}\n  - {header: \"Axis-{n}\", is: q, unit: rad}\n";
+    "columns:\n  - {header: Stamp, is: t, unit: ms}\n  - {header: \"Axis-{n}\", is: q, unit: "
+    "rad}\n";
 
 TEST(ImportPreset, MayBeAFileOfTheUser) {
   const TemporaryFile preset(kOwnPreset);
@@ -459,7 +460,8 @@ TEST(ImportPreset, WhatIsWrongInAFileIsNamedByLine) {
     }
     return std::string("no error");
   };
-  EXPECT_THAT(error(kOwnPreset, "of: joints", "of: robots"), HasSubstr("neither points nor joints"));
+  EXPECT_THAT(error(kOwnPreset, "of: joints", "of: robots"),
+              HasSubstr("neither points nor joints"));
   EXPECT_THAT(error(kOwnPreset, "unit: rad", "unit: grad"), HasSubstr("own.yaml:7"));
   EXPECT_THAT(error(kOwnPreset, "unit: ms", "unit: mm"), HasSubstr("'mm' is no unit of 't'"));
   EXPECT_THAT(error(kOwnPreset, "Axis-{n}", "Axis"), HasSubstr("does not say which joint"));

@@ -27,15 +27,15 @@ TEST(Document, JsonHasNumbersTruthValuesNullsAndTextsAsTheyAre) {
   EXPECT_EQ(json_of(rounded_or_null(std::nullopt)), "{\"key\": null}\n");
   EXPECT_EQ(json_of(rounded_or_null(INFINITY)), "{\"key\": null}\n");
   for (const char* text : {"0032", "true", "null", "1e3", "2026-11-27", ""})
-    EXPECT_EQ(json_of(YAML::Node(std::string(text))),
-              std::string("{\"key\": \"") + text + "\"}\n");
+    EXPECT_EQ(json_of(YAML::Node(std::string(text))), std::string("{\"key\": \"") + text + "\"}\n");
 }
 
 TEST(Document, JsonEscapesWhatItMustNotHold) {
   EXPECT_EQ(json_of(YAML::Node("a \"b\" \\ c\nd\te")),
             "{\"key\": \"a \\\"b\\\" \\\\ c\\u000ad\\u0009e\"}\n");
   EXPECT_EQ(json_of(YAML::Node("\x7F\xE2\x80\xA8")), "{\"key\": \"\\u007f\\u2028\"}\n");
-  EXPECT_EQ(json_of(YAML::Node("Gl\xC3\xBC\xF0\x9F\xA6\xBE")), "{\"key\": \"Gl\xC3\xBC\xF0\x9F\xA6\xBE\"}\n");
+  EXPECT_EQ(json_of(YAML::Node("Gl\xC3\xBC\xF0\x9F\xA6\xBE")),
+            "{\"key\": \"Gl\xC3\xBC\xF0\x9F\xA6\xBE\"}\n");
 }
 
 TEST(Document, JsonHasALineForEachKeyAndListsAsYamlHasThem) {
@@ -44,8 +44,9 @@ TEST(Document, JsonHasALineForEachKeyAndListsAsYamlHasThem) {
   root["a"] = flow_list({1, 2.5});
   root["nothing"] = list_node({});
   root["map"] = YAML::Node(YAML::NodeType::Map);
-  EXPECT_EQ(print_document(root).json(),
-            "{\n  \"b\": [\n    1\n  ],\n  \"a\": [1, 2.5],\n  \"nothing\": [],\n  \"map\": {}\n}\n");
+  EXPECT_EQ(
+      print_document(root).json(),
+      "{\n  \"b\": [\n    1\n  ],\n  \"a\": [1, 2.5],\n  \"nothing\": [],\n  \"map\": {}\n}\n");
 }
 
 TEST(Document, CharactersInTwoHalvesBecomeWhole) {
@@ -53,9 +54,9 @@ TEST(Document, CharactersInTwoHalvesBecomeWhole) {
   EXPECT_EQ(with_whole_characters("{\"a\": \"\\ud83e\\uddbe\"}"), "{\"a\": \"" + arm + "\"}");
   EXPECT_EQ(with_whole_characters("\n{\"a\": \"x\\\\\\uD83E\\uDDBE\"}"),
             "\n{\"a\": \"x\\\\" + arm + "\"}");
-  for (const char* same : {"{\"a\": \"\\\\ud83e\\\\uddbe\"}", "{\"a\": \"\\ud83e\"}",
-                           "{\"a\": \"\\ud83e\\u0041\"}", "{\"a\": \"\\\"", "{\"a\": \"\\",
-                           "a: \"\\ud83e\\uddbe\""})
+  for (const char* same :
+       {"{\"a\": \"\\\\ud83e\\\\uddbe\"}", "{\"a\": \"\\ud83e\"}", "{\"a\": \"\\ud83e\\u0041\"}",
+        "{\"a\": \"\\\"", "{\"a\": \"\\", "a: \"\\ud83e\\uddbe\""})
     EXPECT_EQ(with_whole_characters(same), same);
 }
 

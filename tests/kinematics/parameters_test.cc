@@ -59,7 +59,8 @@ TEST(Parameters, ValuesAreThoseOfTheFile) {
   EXPECT_DOUBLE_EQ(*value("contact socket.x"), 0);
   chain.contacts[0].is_placed = false;
   EXPECT_FALSE(value("contact socket.x"));
-  EXPECT_FALSE(parameter_change(with_all_owners(), chain, *find_parameter(chain, "contact socket.x")));
+  EXPECT_FALSE(
+      parameter_change(with_all_owners(), chain, *find_parameter(chain, "contact socket.x")));
 }
 
 }  // namespace

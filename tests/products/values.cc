@@ -2,8 +2,9 @@
 //
 //   product_values FILE...
 //
-// A document, YAML or JSON: maps as lists of [key, value], lists, null, and scalars as {"text": ..., "is_text":
-// whether it is quoted}. A CSV table: {"rows": [[cell, ...], ...]}, the header first.
+// A document, YAML or JSON: maps as lists of [key, value], lists, null, and scalars as {"text":
+// ..., "is_text": whether it is quoted}. A CSV table: {"rows": [[cell, ...], ...]}, the header
+// first.
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>

@@ -1,5 +1,4 @@
 #include "armtrue/statistics/summary.h"
-#include "armtrue/statistics/intervals.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +6,8 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
+
+#include "armtrue/statistics/intervals.h"
 
 namespace armtrue::summary_test {
 namespace {
@@ -71,8 +72,8 @@ TEST(Statistics, IntervalOfRobustDeviationHolds) {
       const double half = (normal(random) - normal(random)) / std::sqrt(2.0);
       deviations.insert(deviations.end(), {half, -half});
     }
-    const auto [low, high] = deviation_ci95(robust_deviation(deviations),
-                                            kEfficiencyOfRobustDeviation * kPairs);
+    const auto [low, high] =
+        deviation_ci95(robust_deviation(deviations), kEfficiencyOfRobustDeviation * kPairs);
     inside += low < 1 && 1 < high;
   }
   EXPECT_NEAR(inside, 0.95 * kDraws, 0.012 * kDraws);  // three standard deviations

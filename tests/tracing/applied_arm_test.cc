@@ -13,9 +13,9 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/loop.h"
+#include "tracing/hidden_campaign.h"
 #include "tracing/judged_names.h"
 #include "tracing/random_effects.h"
-#include "tracing/hidden_campaign.h"
 
 namespace armtrue::applied_arm_test {
 namespace {
@@ -148,8 +148,8 @@ TEST(AppliedArm, IsFittedToAllPosesInTheEnd) {
   EXPECT_LT(in_the_end, 0.98 * judged);
 }
 
-// What follows the course of a campaign is not applied. The arm that is stands where it stood in the
-// mean, not where it was at the time 0.
+// What follows the course of a campaign is not applied. The arm that is stands where it stood in
+// the mean, not where it was at the time 0.
 TEST(AppliedArm, StandsAtTheMeanOfWhatItDoesNotFollow) {
   constexpr double kRate = 1e-6;  // rad/s
   const armtrue_oracle::HiddenEffect creep = [](const armtrue_oracle::Moment& moment,

@@ -28,9 +28,9 @@ struct IdentifiableSet {
 };
 
 /// Chooses the geometric parameters that the campaign can identify among those that
-/// `robot.identify` allows: `auto` (all), `paper-25`, names, or patterns such as `*.theta`, taken in
-/// their order; `-A3.d` takes away what entries before it have named: it stays as it is, and so does
-/// what would only imitate it.
+/// `robot.identify` allows: `auto` (all), `paper-25`, names, or patterns such as `*.theta`, taken
+/// in their order; `-A3.d` takes away what entries before it have named: it stays as it is, and so
+/// does what would only imitate it.
 ///
 /// Rank-revealing QR with columns of unit norm, taken in a fixed order of preference, so that the
 /// set does not depend on a platform's rounding: base, anchors, targets, tool, then over all links
@@ -85,8 +85,8 @@ std::string shown_by_small_angles(const KinematicChain& chain, int parameter, do
 /// That the readings do not show a parameter of the tool, as a sentence with the value it keeps.
 std::string not_shown(const KinematicChain& chain, int parameter);
 
-/// The parameters that `robot.identify` names, identifiable or not. Throws std::invalid_argument for
-/// an entry that is wrong, see why_not_identified().
+/// The parameters that `robot.identify` names, identifiable or not. Throws std::invalid_argument
+/// for an entry that is wrong, see why_not_identified().
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
 
 /// Why an entry of `identify` names nothing of a robot, with the names that are near; empty if all

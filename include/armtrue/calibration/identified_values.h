@@ -17,8 +17,8 @@ struct IdentifiedValue {
   std::optional<double> nominal, value;
   std::optional<double> change;  ///< see parameter_change()
   std::optional<double> std;     ///< empty if the fit computes none
-  /// 95 % interval of the value or, without one, of the change; Student's t with poses - 1 degrees of
-  /// freedom.
+  /// 95 % interval of the value or, without one, of the change; Student's t with poses - 1 degrees
+  /// of freedom.
   std::optional<std::array<double, 2>> ci95;
   std::optional<double> share_of_readings;  ///< empty without a prior: all
 };

@@ -20,11 +20,12 @@ struct ImportOptions {
   std::string angles;                              ///< abc, rpy, rotvec or empty
   std::string quaternion;                          ///< wxyz, xyzw or empty
   std::string decimal;                             ///< point, comma or empty: found from the cells
-  std::string dates;       ///< day-first, month-first or empty: found from the cells
+  std::string dates;  ///< day-first, month-first or empty: found from the cells
   /// Names of formats, at most one for the points and one for the joint angles.
   std::vector<std::string> presets;
   std::string body;        ///< rigid body or marker of a motion capture; may be empty
-  std::vector<std::string> markers;  ///< of several in a row, which are read; empty: those with numbers
+  std::vector<std::string>
+      markers;             ///< of several in a row, which are read; empty: those with numbers
   std::string join;        ///< id, order, time, stops or empty
   double max_gap_s = 0.1;  ///< join by time: largest gap of joint samples around a point
   /// Added to the times of the points, join by time or stops. By stops, an empty one is estimated.

@@ -10,7 +10,7 @@ namespace armtrue {
 
 /// armtrue-change/1: whether a calibration still holds and, if not, what has moved. Lists each move
 /// whose p-value is below kChangeSignificance or that cannot be distinguished from the best.
-Document write_change(const ChangeResult& result, const Robot& previous,
-                      const Campaign& campaign, const Provenance& provenance);
+Document write_change(const ChangeResult& result, const Robot& previous, const Campaign& campaign,
+                      const Provenance& provenance);
 
 }  // namespace armtrue

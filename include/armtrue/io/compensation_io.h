@@ -59,8 +59,7 @@ std::string write_commands(const ProgramFile& file, const std::vector<CorrectedT
 /// divided.
 Document write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
                             const std::optional<BetweenPoints>& between,
-                            const PredictionConditions& conditions,
-                            const Provenance& provenance);
+                            const PredictionConditions& conditions, const Provenance& provenance);
 
 /// The summary for a terminal: the sentence and the worst three targets.
 std::string compensation_table(const std::vector<CorrectedTarget>& targets, const Program& program);

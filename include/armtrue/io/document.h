@@ -5,12 +5,13 @@
 
 namespace armtrue {
 
-/// A product of keys and values. It is its own YAML text; json() says the same, key by key in the same
-/// order and number by number, for readers of JSON.
+/// A product of keys and values. It is its own YAML text; json() says the same, key by key in the
+/// same order and number by number, for readers of JSON.
 class Document : public std::string {
  public:
   Document() = default;
-  Document(std::string yaml, std::string json) : std::string(std::move(yaml)), json_(std::move(json)) {}
+  Document(std::string yaml, std::string json)
+      : std::string(std::move(yaml)), json_(std::move(json)) {}
 
   const std::string& json() const { return json_; }
 

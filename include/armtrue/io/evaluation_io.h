@@ -12,8 +12,8 @@ namespace armtrue {
 
 /// armtrue-summary/1: errors of a robot on a campaign, and their prediction if the robot states its
 /// uncertainty. `against`: another robot on the same readings, for comparison.
-Document write_summary(const Evaluation& evaluation, const Robot& robot,
-                       const Campaign& campaign, const Provenance& provenance,
+Document write_summary(const Evaluation& evaluation, const Robot& robot, const Campaign& campaign,
+                       const Provenance& provenance,
                        const std::vector<Prediction>& predictions = {},
                        const std::optional<Robot>& against = {});
 

@@ -7,12 +7,12 @@
 namespace armtrue {
 
 /// CSV: a row for each geometric parameter that was identified, then one for each coefficient of an
-/// effect that was fitted. `nominal`: the robot before the calibration; `poses`: of the campaign. See
-/// armtrue-formats(5), PARAMETERS.
+/// effect that was fitted. `nominal`: the robot before the calibration; `poses`: of the campaign.
+/// See armtrue-formats(5), PARAMETERS.
 std::string write_parameters(const Robot& nominal, const CalibrationResult& result, int poses);
 
-/// CSV: the correlations of the same, a row and a column for each. Cells of what has no variance are
-/// empty.
+/// CSV: the correlations of the same, a row and a column for each. Cells of what has no variance
+/// are empty.
 std::string write_correlations(const CalibrationResult& result);
 
 }  // namespace armtrue

@@ -209,8 +209,8 @@ std::string ambiguous_parameter(const KinematicChain& chain);
 /// what belongs to the instrument.
 std::optional<double> parameter_value(const KinematicChain& chain, int index);
 
-/// By how much a parameter of one chain has to move to be that of another chain of the same kind, as
-/// move_parameter() moves it [m or rad]; rotations move together. Nothing where a contact has no
+/// By how much a parameter of one chain has to move to be that of another chain of the same kind,
+/// as move_parameter() moves it [m or rad]; rotations move together. Nothing where a contact has no
 /// place, and of the instrument.
 std::optional<double> parameter_change(const KinematicChain& before, const KinematicChain& after,
                                        int index);

@@ -66,8 +66,7 @@ void begin_with_positioner(YamlMap& document, const KinematicChain& positioner, 
 void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& robot) {
   const std::vector<JointName> names = joint_names(robot.chain);
   for (int j = 0; j <= *robot.ground_link; ++j)
-    if (const int joint = joint_of_link(robot.chain, j);
-        joint >= 0 && !names[joint].is_external())
+    if (const int joint = joint_of_link(robot.chain, j); joint >= 0 && !names[joint].is_external())
       document.fail(key, "the axis '" + robot.chain.links[j].name +
                              "' of a positioner is an external axis: call it E1 to E6");
   for (const Body& body : robot.bodies)
@@ -132,8 +131,7 @@ void use_convention(YamlMap& document, Robot& robot) {
     document.fail("convention", "'" + convention + "' is neither modified nor standard");
   refuse_parameters(document, "names parameters of the modified convention");
   for (Body& body : robot.bodies)
-    body.centre =
-        modified_from_standard(robot.chain.links[body.link]) * body.centre;
+    body.centre = modified_from_standard(robot.chain.links[body.link]) * body.centre;
   const KinematicChain rows = robot.chain;
   try {
     robot.chain = from_standard(rows);

@@ -16,8 +16,8 @@ namespace {
 constexpr char32_t kFirstHalves = 0xD800, kSecondHalves = 0xDC00, kAfterHalves = 0xE000;
 constexpr char32_t kBeyond = 0x10000;  // characters from here on have two halves
 
-// Readers of YAML, which read this too, take an unprintable character only where it is escaped. None
-// of those has two halves.
+// Readers of YAML, which read this too, take an unprintable character only where it is escaped.
+// None of those has two halves.
 std::string text_of(const std::string& text) {
   const std::string utf8 = as_utf8(text);
   std::string json = "\"";
@@ -80,7 +80,8 @@ std::optional<char32_t> escaped(std::string_view text) {
 std::string utf8_of_four_bytes(char32_t character) {
   std::string bytes;
   bytes += static_cast<char>(0xF0 | (character >> 18));
-  for (const int shift : {12, 6, 0}) bytes += static_cast<char>(0x80 | ((character >> shift) & 0x3F));
+  for (const int shift : {12, 6, 0})
+    bytes += static_cast<char>(0x80 | ((character >> shift) & 0x3F));
   return bytes;
 }
 
@@ -101,8 +102,8 @@ std::string with_whole_characters(std::string text) {
     if (high && *high >= kFirstHalves && *high < kSecondHalves)
       if (const auto low = escaped(rest.substr(6));
           low && *low >= kSecondHalves && *low < kAfterHalves) {
-        const std::string whole = utf8_of_four_bytes(kBeyond + ((*high - kFirstHalves) << 10) +
-                                                     (*low - kSecondHalves));
+        const std::string whole =
+            utf8_of_four_bytes(kBeyond + ((*high - kFirstHalves) << 10) + (*low - kSecondHalves));
         text.replace(at, 12, whole);
         at += whole.size();
         continue;

@@ -184,8 +184,7 @@ void add_couplings(const KinematicChain& chain, int link, std::vector<FlowEntry>
           .emplace_back(followed.name, number_text(coupling.from, slides ? kMillimetre : kDegree));
   }
   if (coefficients.empty()) return;
-  entries.emplace_back(key_of_couplings(chain.links[link]),
-                       flow_map(coefficients));
+  entries.emplace_back(key_of_couplings(chain.links[link]), flow_map(coefficients));
   if (!angles.empty()) entries.emplace_back("from_deg", flow_map(angles));
   if (!lengths.empty()) entries.emplace_back("from_mm", flow_map(lengths));
 }

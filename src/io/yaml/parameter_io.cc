@@ -29,8 +29,7 @@ namespace {
 
 double file_unit(const KinematicChain& chain, int parameter) {
   if (const ParameterLayout layout = layout_of(chain); layout.is_of_couplings(parameter))
-    return coefficient_unit(chain,
-                            chain.couplings[parameter - layout.couplings]);
+    return coefficient_unit(chain, chain.couplings[parameter - layout.couplings]);
   return parameter_unit(chain, parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
 }
 

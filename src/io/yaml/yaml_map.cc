@@ -31,7 +31,8 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string what)
 void YamlMap::fail(const std::string& key, const std::string& why) const {
   const auto found = values_.find(key);
   int line = (found == values_.end() ? node_ : found->second).Mark().line;
-  if (found != values_.end() && found->second.IsNull())  // an empty value stands where the next begins
+  if (found != values_.end() &&
+      found->second.IsNull())  // an empty value stands where the next begins
     for (const auto& entry : node_)
       if (entry.first.Scalar() == key) line = entry.first.Mark().line;
   throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + key + "' of " + what_ +

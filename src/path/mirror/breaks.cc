@@ -69,8 +69,7 @@ class JumpSearch {
       Eigen::Index best = -1;
       double highest = 1;
       for (Eigen::Index i = first + kMinPiece; i + kMinPiece <= last; ++i) {
-        const double here =
-            statistic(first, i, last) / (likely_[i] ? at_likely_ : anywhere_);
+        const double here = statistic(first, i, last) / (likely_[i] ? at_likely_ : anywhere_);
         if (here <= highest) continue;
         highest = here;
         best = i;

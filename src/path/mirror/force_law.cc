@@ -168,8 +168,8 @@ ForceLaw force_law(const ForceRecord& record) {
     throw std::invalid_argument("force law: too few samples");
   ForceLaw law;
   for (Eigen::Index a = 0; a < 3; ++a)
-    law.axis[a] = line(record.force.row(a).transpose(), record.force_noise[a],
-                                            beside.columns, deviation_along(record, a));
+    law.axis[a] = line(record.force.row(a).transpose(), record.force_noise[a], beside.columns,
+                       deviation_along(record, a));
   law.directions = principal_directions(record, beside.columns);
   law.reversals = beside.steps;
   fit_compliance(record, beside.columns, law);

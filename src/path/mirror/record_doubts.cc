@@ -57,9 +57,7 @@ std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
   std::optional<RecordStep> found;
   for (Index k = kSamplesBeside; k + kSamplesBeside <= count; ++k) {
     const double jump = changes[k - 1];
-    if (!straight_on[k] || jump <= threshold ||
-        (found && jump <= found->moved))
-      continue;
+    if (!straight_on[k] || jump <= threshold || (found && jump <= found->moved)) continue;
     const double stays = (deviation.middleCols(k, kSamplesBeside).rowwise().mean() -
                           deviation.middleCols(k - kSamplesBeside, kSamplesBeside).rowwise().mean())
                              .norm();
@@ -125,8 +123,7 @@ std::optional<UnfollowedShape> find_unfollowed(const Eigen::Matrix3Xd& measured,
       const auto record = without_even_motion(measured.middleCols(first, length), own_time);
       const double followed = shape.cwiseProduct(record).sum() / shape.squaredNorm();
       if (followed >= (found ? found->followed : kFollowed)) continue;
-      found = UnfollowedShape{sample[first],
-                              sample[first + length - 1], extent, followed};
+      found = UnfollowedShape{sample[first], sample[first + length - 1], extent, followed};
     }
   }
   return found;

@@ -70,9 +70,7 @@ class DepartureFilter {
 
   // The neighbours of a run of good samples, `count` on either side, with other positions.
   Neighbours around(Index k, Index length, const Eigen::Matrix3Xd& positions, size_t count) const {
-    const auto of = [&](Index n) -> Vector3d {
-      return positions.col(good_[n]);
-    };
+    const auto of = [&](Index n) -> Vector3d { return positions.col(good_[n]); };
     Neighbours result{};
     result.count = count;
     for (size_t j = 0; j < count; ++j) {

@@ -67,8 +67,7 @@ std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& tr
     if (jump <= travel(last, next) + std::max(kFreePlay, chance) ||
         jump > travel(first, next) + kMaxDeviation)
       continue;
-    for (Index k = first + 1; k <= last; ++k)
-      frozen[k] = has_left(k, next, jump);
+    for (Index k = first + 1; k <= last; ++k) frozen[k] = has_left(k, next, jump);
   }
   std::vector<Index> rest;
   for (Index k = 0; k < count; ++k)
