@@ -234,7 +234,7 @@ class Search {
     std::ranges::sort(ratios);
     double largest = 1e-12;
     for (double share : {0.5, 0.75, 0.9}) {
-      const double at = ratios[share * static_cast<double>(poses() - 1)];
+      const double at = ratios[static_cast<size_t>(share * static_cast<double>(poses() - 1))];
       const double size = judged_.front().size;
       largest = std::max(largest, at * size / chi_squared_quantile_above(1 - share, size));
     }

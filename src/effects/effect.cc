@@ -108,7 +108,7 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
 }
 
 const std::string& first_session_after(const Effect& effect) {
-  return effect.driver.sessions.at(std::ceil(effect.shape.at));
+  return effect.driver.sessions.at(static_cast<size_t>(std::ceil(effect.shape.at)));
 }
 
 std::vector<Effect> single_effects(const Effect& effect) {

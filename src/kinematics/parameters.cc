@@ -333,6 +333,12 @@ std::optional<double> parameter_value(const KinematicChain& chain, int index) {
       if (component == kParametersPerPose) return contact.radius;
       return contact.place.rotation.isIdentity(0) ? of_pose(contact.place) : std::nullopt;
     }
+    case Owner::coupling: {
+      const auto is_it = [&](const Coupling& one) {
+        return coupling_name(chain, one) == parameter.of;
+      };
+      return std::ranges::find_if(chain.couplings, is_it)->coefficient;
+    }
     case Owner::instrument:
     case Owner::several:
       break;

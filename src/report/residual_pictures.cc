@@ -84,7 +84,8 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
   for (const Judged& model : models) {
     std::vector<double> counts(kHistogramBins, 0);
     for (double error : model.evaluation.reading_errors())
-      ++counts[std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width))];
+      ++counts[static_cast<size_t>(
+          std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width)))];
     std::vector<std::string> texts;
     for (int k = 0; k < kHistogramBins; ++k)
       texts.push_back(

@@ -68,7 +68,7 @@ NullRun EffectModel::null_run() {
   const auto count = static_cast<double>(scores.size());
   NullRun run;
   run.flips = static_cast<int>(scores.size());
-  run.score_95 = scores[0.05 * count];
+  run.score_95 = scores[static_cast<size_t>(0.05 * count)];
   int added = 0;
   for (size_t k = 0; k < scores.size(); ++k)
     added += scores[k] > 0 && static_cast<double>(k + 1) / (1.0 + count) < level;
