@@ -55,7 +55,7 @@ TEST(NoiseFloor, OfReplicatesIsTheirScatterAboutThePose) {
   const ReadTwice readings(7, 1e-4);
   const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
   EXPECT_EQ(floor.source, NoiseFloor::Source::replicates);
-  EXPECT_EQ(floor.degrees_of_freedom, 21);  // poses x axes x (2 - 1)
+  EXPECT_EQ(floor.degrees_of_freedom, 18);  // 0.864 x poses x axes x (2 - 1)
   EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
 }
 
