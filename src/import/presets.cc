@@ -15,7 +15,16 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kMostSeparators = 8, kMostColumns = 1000;
+// Each place where a header may hold any text multiplies the time of a match.
+constexpr size_t kMostSeparators = 8, kMostColumns = 1000, kMostOfHeader = 200, kMostPlaces = 2;
+
+size_t places_in(std::string_view header) {
+  size_t places = 0;
+  for (std::string_view place : {"*", "{n}", "{k}", "{joint}"})
+    for (size_t at = header.find(place); at != header.npos; at = header.find(place, at + 1))
+      ++places;
+  return places;
+}
 
 TableForm read_form(YamlMap& map) {
   const std::string form = map.text("form", "header");
@@ -31,6 +40,9 @@ PresetColumn read_column(YamlMap map, bool holds_joints) {
   PresetColumn column{map.text("header"), map.text("is"), map.text("unit", ""),
                       map.text("beside", "")};
   if (column.header.empty()) map.fail("header", "is empty");
+  if (column.header.size() > kMostOfHeader || places_in(column.header) > kMostPlaces)
+    map.fail("header", fmt::format("has at most {} characters, and {} of *, {{n}}, {{k}} and {{joint}}",
+                                   kMostOfHeader, kMostPlaces));
   const bool counts_joints = column.header.find("{k}") != std::string::npos ||
                              column.header.find("{n}") != std::string::npos ||
                              column.header.find("{joint}") != std::string::npos;

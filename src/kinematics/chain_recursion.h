@@ -183,6 +183,21 @@ void ChainEvaluator::find_motions(const Encoder& encoder, const Offset& offset,
   }
 }
 
+template <bool kWithOffsets, bool kWithJacobian, int kFixedCount, typename Number, typename Encoder,
+          typename Offset, typename Frame, typename Axes>
+inline void ChainEvaluator::move_along(const Encoder& encoder, const Offset& offset,
+                                       Motions<Number>& motions, Frame& frame, Axes& axes) const {
+  const int count = kFixedCount > 0 ? kFixedCount : count_;
+  if constexpr (kFixedCount > 0) {
+    const auto motion = [&](int j) { return links_[j].sign * encoder(links_[j].joint); };
+    pass_along<kWithOffsets, kWithJacobian>(links_, count, motion, offset, frame, axes);
+  } else {
+    find_motions<kWithOffsets>(encoder, offset, motions);
+    const auto motion = [&](int j) { return motions.of_link[j]; };
+    pass_along<kWithOffsets, kWithJacobian>(links_, count, motion, offset, frame, axes);
+  }
+}
+
 template <typename Number, typename Column>
 void ChainEvaluator::follow(const Motions<Number>& motions, const Column& column) const {
   for (size_t k = couplings_.size(); k-- > 0;) {

@@ -106,19 +106,7 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   const auto encoder = [&](int joint) { return q[joint]; };
   const auto offset = [&](int parameter) { return (*offsets)[parameter]; };
   Motions<double> motions;
-  if constexpr (kFixedCount > 0) {
-    pass_along<kWithOffsets, kWithJacobian>(
-        links_, count,
-        [&](int j) {
-          const Trigonometry& link = links_[j];
-          return link.sign * encoder(link.joint);
-        },
-        offset, frame, axes);
-  } else {
-    find_motions<kWithOffsets>(encoder, offset, motions);
-    pass_along<kWithOffsets, kWithJacobian>(
-        links_, count, [&](int j) { return motions.of_link[j]; }, offset, frame, axes);
-  }
+  move_along<kWithOffsets, kWithJacobian, kFixedCount>(encoder, offset, motions, frame, axes);
   const Pose a_from_measured = pose_of(frame) * tool;
   if constexpr (kWithJacobian) {
     jacobian->resize(Eigen::NoChange, layout.geometric);

@@ -118,19 +118,7 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
     return gathered([&](size_t lane) { return (*moved[lane])[parameter]; });
   };
   Motions<Lanes> motions;
-  if constexpr (kFixedCount > 0) {
-    pass_along<kWithOffsets, kWithJacobian>(
-        links_, count,
-        [&](int j) {
-          const Trigonometry& link = links_[j];
-          return link.sign * encoder(link.joint);
-        },
-        offset, last, axes);
-  } else {
-    find_motions<kWithOffsets>(encoder, offset, motions);
-    pass_along<kWithOffsets, kWithJacobian>(
-        links_, count, [&](int j) { return motions.of_link[j]; }, offset, last, axes);
-  }
+  move_along<kWithOffsets, kWithJacobian, kFixedCount>(encoder, offset, motions, last, axes);
   const MovingFrame<Lanes> tool = end_frames<kWithOffsets>(tool_, moved, layout.tool);
   const auto turned = [&](const LaneVector& v) {
     return v.x * last.x + v.y * last.y + v.z * last.z;

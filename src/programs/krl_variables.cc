@@ -198,24 +198,25 @@ std::optional<double> KrlVariables::product(TextCursor& cursor, size_t place) co
 }
 
 std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) const {
-  if (const auto number = cursor.take_number()) return number;
-  if (cursor.take('-')) {
-    const auto next = factor(cursor, place);
-    return next ? std::optional(-*next) : std::nullopt;
-  }
+  double sign = 1;
+  do {
+    if (const auto number = cursor.take_number()) return sign * *number;
+    sign = -sign;
+  } while (cursor.take('-'));
+  sign = -sign;
   const std::string name = cursor.take_name();
   if (name.empty()) return std::nullopt;
   const std::string component = cursor.take('.') ? cursor.take_name() : "";
   const std::optional<KrlValue> value = value_at(name, place);
   if (!value) return std::nullopt;
-  if (component.empty()) return value->number;
+  if (component.empty()) return value->number ? std::optional(sign * *value->number) : std::nullopt;
   if (value->number) return std::nullopt;
   double found = std::nan("");
   if (const int k = krl_component(component); k >= 0 && (k > 5 || !value->is_axes))
     found = value->point.values[k] / krl_unit(k);
   else if (const int axis = axis_of(component); axis >= 0 && value->is_axes)
     found = value->point.axes[axis];
-  return std::isfinite(found) ? std::optional(found) : std::nullopt;
+  return std::isfinite(found) ? std::optional(sign * found) : std::nullopt;
 }
 
 int KrlVariables::number_of(const KrlValue& value) {

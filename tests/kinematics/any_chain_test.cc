@@ -14,6 +14,7 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "kinematics/frame_derivative.h"
 #include "kinematics/kdl_arm.h"
 #include "kinematics/lanes.h"
 #include "support/autodiff_chain.h"
@@ -133,29 +134,13 @@ TEST_P(AnyChain, JacobianEqualsAutodiff) {
         p[static_cast<size_t>(link_parameter(j, LinkParameter::alpha) + k)].a = values[k];
       if (link.joint != JointKind::fixed) sign.push_back(link.sign);
     }
-    const auto matrix = [](const Pose& pose) {
-      Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-      m.topLeftCorner<3, 3>() = pose.rotation;
-      m.topRightCorner<3, 1>() = pose.translation;
-      return m;
-    };
     const auto frame = armtrue_oracle::chain<Jet>(
-        p.data(), q.data(), sign.data(), matrix(chain.base), matrix(chain.tool), letters(chain));
+        p.data(), q.data(), sign.data(), homogeneous(chain.base), homogeneous(chain.tool), letters(chain));
     PoseJacobian own;
     ChainEvaluator(chain).pose(q, own);
     ASSERT_EQ(own.cols(), parameters);
     for (int k = 0; k < parameters; ++k) {
-      Eigen::Matrix<double, 6, 1> expected;
-      Eigen::Matrix3d r, dr;
-      for (int row = 0; row < 3; ++row) {
-        expected[row] = frame(row, 3).v[k];
-        for (int c = 0; c < 3; ++c) {
-          r(row, c) = frame(row, c).a;
-          dr(row, c) = frame(row, c).v[k];
-        }
-      }
-      const Eigen::Matrix3d spin = dr * r.transpose();
-      expected.tail<3>() << spin(2, 1), spin(0, 2), spin(1, 0);
+      const Eigen::Matrix<double, 6, 1> expected = twist_by(frame, k);
       EXPECT_LT((own.col(k) - expected).norm(), 1e-9 * (expected.norm() + 1e-3))
           << letters(chain) << ", column " << parameter_name(chain, k);
     }

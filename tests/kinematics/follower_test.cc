@@ -16,6 +16,7 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "kinematics/frame_derivative.h"
 #include "kinematics/kdl_arm.h"
 #include "support/autodiff_chain.h"
 #include "support/random_chain.h"
@@ -125,13 +126,6 @@ TEST(Followers, StandWhereKdlHasThemWithAllJointsWrittenOut) {
   }
 }
 
-Eigen::Matrix4d matrix(const Pose& pose) {
-  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-  m.topLeftCorner<3, 3>() = pose.rotation;
-  m.topRightCorner<3, 1>() = pose.translation;
-  return m;
-}
-
 // By every parameter: lengths and angles, zeros, which move what follows as the rods do, and
 // coefficients.
 TEST(Followers, JacobianEqualsAutodiff) {
@@ -158,23 +152,13 @@ TEST(Followers, JacobianEqualsAutodiff) {
     for (int j = 0; j < link_count(chain); ++j)
       p[static_cast<size_t>(zero_of_link(chain, j))] +=
           motion(chain, q, constants, coefficients, j);
-    const auto frame = armtrue_oracle::chain<Jet>(p.data(), nullptr, nullptr, matrix(chain.base),
-                                                  matrix(chain.tool), "FFFFFFFF");
+    const auto frame = armtrue_oracle::chain<Jet>(p.data(), nullptr, nullptr, homogeneous(chain.base),
+                                                  homogeneous(chain.tool), "FFFFFFFF");
     PoseJacobian own;
     ChainEvaluator(chain).pose(q, own);
     ASSERT_EQ(own.cols(), layout.geometric);
     for (int k = 0; k < layout.geometric; ++k) {
-      Eigen::Matrix<double, 6, 1> expected;
-      Eigen::Matrix3d r, dr;
-      for (int row = 0; row < 3; ++row) {
-        expected[row] = frame(row, 3).v[k];
-        for (int c = 0; c < 3; ++c) {
-          r(row, c) = frame(row, c).a;
-          dr(row, c) = frame(row, c).v[k];
-        }
-      }
-      const Eigen::Matrix3d spin = dr * r.transpose();
-      expected.tail<3>() << spin(2, 1), spin(0, 2), spin(1, 0);
+      const Eigen::Matrix<double, 6, 1> expected = twist_by(frame, k);
       EXPECT_LT((own.col(k) - expected).norm(), 1e-9 * (expected.norm() + 1e-3))
           << "column " << parameter_name(chain, k);
     }

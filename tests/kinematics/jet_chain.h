@@ -9,6 +9,7 @@
 #include <array>
 
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/frame_derivative.h"
 #include "kinematics/six_axes.h"
 #include "support/autodiff_chain.h"
 
@@ -35,16 +36,11 @@ template <int N>
 armtrue_oracle::Transform<ceres::Jet<double, N>> jet_frame(const KinematicChain& chain,
                                                            const JetParameters<N>& parameters,
                                                            const JointVector& q) {
-  const auto matrix = [](const Pose& pose) {
-    Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-    m.topLeftCorner<3, 3>() = pose.rotation;
-    m.topRightCorner<3, 1>() = pose.translation;
-    return m;
-  };
   double sign[kJoints];
   for (int j = 0; j < kJoints; ++j) sign[j] = chain.links[j].sign;
   return armtrue_oracle::chain<ceres::Jet<double, N>>(parameters.data(), q.data(), sign,
-                                                      matrix(chain.base), matrix(chain.tool));
+                                                      homogeneous(chain.base),
+                                                      homogeneous(chain.tool));
 }
 
 }  // namespace armtrue

@@ -11,6 +11,7 @@ namespace {
 using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
+using testing::Eq;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -114,6 +115,12 @@ std::vector<std::string> computed(const std::string& moves, const std::string& d
 TEST(KrlFlowTest, APointThatConstantsMakeIsKnownWhereItIsCertain) {
   EXPECT_THAT(computed("PA=XP1\nPA.Z=PA.Z+H\nLIN PA\nPA.X=2*H-1+XP2.X\nPTP PA\n"),
               ElementsAre("7: 1 2 13", "9: 26 2 13"));
+  // Signs, however many: a damaged file has any number of them.
+  const std::string many(1'000'000, '-');
+  EXPECT_THAT(computed("PA=XP1\nPA.Z=PA.Z+" + many + "H\nLIN PA\n"),
+              Eq(computed("PA=XP1\nPA.Z=PA.Z+H\nLIN PA\n")));
+  EXPECT_THAT(computed("PA=XP1\nPA.Z=PA.Z+-" + many + "H\nLIN PA\n"),
+              Eq(computed("PA=XP1\nPA.Z=PA.Z-H\nLIN PA\n")));
   EXPECT_THAT(computed("PA=XP1\nLIN PA\nPA=XP2\nLIN PA\nPA={X 0,Y 0,Z 0,A 0,B 0,C 0}\n"),
               ElementsAre("6: 1 2 3", "8: 7 2 3"));
   // Of a branch, a loop, a jump and a subprogram, only what is the same on all ways.

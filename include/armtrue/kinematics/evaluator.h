@@ -123,6 +123,12 @@ class ChainEvaluator {
   };
   template <bool kWithOffsets, typename Number, typename Encoder, typename Offset>
   void find_motions(const Encoder& encoder, const Offset& offset, Motions<Number>& motions) const;
+  // Moves `frame` from R_0 to the last link; see pass_along(). Sets `motions` unless kFixedCount is
+  // above zero.
+  template <bool kWithOffsets, bool kWithJacobian, int kFixedCount, typename Number,
+            typename Encoder, typename Offset, typename Frame, typename Axes>
+  void move_along(const Encoder& encoder, const Offset& offset, Motions<Number>& motions,
+                  Frame& frame, Axes& axes) const;
   // Adds to the columns of followed joints those of their followers, and sets those of
   // coefficients. `column(parameter)` gives six Numbers to read and write.
   template <typename Number, typename Column>
