@@ -41,8 +41,9 @@ PresetColumn read_column(YamlMap map, bool holds_joints) {
                       map.text("beside", "")};
   if (column.header.empty()) map.fail("header", "is empty");
   if (column.header.size() > kMostOfHeader || places_in(column.header) > kMostPlaces)
-    map.fail("header", fmt::format("has at most {} characters, and {} of *, {{n}}, {{k}} and {{joint}}",
-                                   kMostOfHeader, kMostPlaces));
+    map.fail("header",
+             fmt::format("has at most {} characters, and {} of *, {{n}}, {{k}} and {{joint}}",
+                         kMostOfHeader, kMostPlaces));
   const bool counts_joints = column.header.find("{k}") != std::string::npos ||
                              column.header.find("{n}") != std::string::npos ||
                              column.header.find("{joint}") != std::string::npos;

@@ -468,7 +468,8 @@ TEST(ImportPreset, WhatIsWrongInAFileIsNamedByLine) {
   EXPECT_THAT(error(kOwnPreset, "is: t", "is: torque"), HasSubstr("nothing that a reading has"));
   EXPECT_THAT(error(kOwnPreset, "is: t", "iss: t"), HasSubstr("iss"));
   EXPECT_THAT(error(kOwnPreset, "Axis-{n}", "*a*a{n}"), HasSubstr("at most 200 characters"));
-  EXPECT_THAT(error(kOwnPreset, "Stamp", std::string(201, 's')), HasSubstr("at most 200 characters"));
+  EXPECT_THAT(error(kOwnPreset, "Stamp", std::string(201, 's')),
+              HasSubstr("at most 200 characters"));
 }
 
 }  // namespace

@@ -134,8 +134,9 @@ TEST_P(AnyChain, JacobianEqualsAutodiff) {
         p[static_cast<size_t>(link_parameter(j, LinkParameter::alpha) + k)].a = values[k];
       if (link.joint != JointKind::fixed) sign.push_back(link.sign);
     }
-    const auto frame = armtrue_oracle::chain<Jet>(
-        p.data(), q.data(), sign.data(), homogeneous(chain.base), homogeneous(chain.tool), letters(chain));
+    const auto frame =
+        armtrue_oracle::chain<Jet>(p.data(), q.data(), sign.data(), homogeneous(chain.base),
+                                   homogeneous(chain.tool), letters(chain));
     PoseJacobian own;
     ChainEvaluator(chain).pose(q, own);
     ASSERT_EQ(own.cols(), parameters);

@@ -152,8 +152,8 @@ TEST(Followers, JacobianEqualsAutodiff) {
     for (int j = 0; j < link_count(chain); ++j)
       p[static_cast<size_t>(zero_of_link(chain, j))] +=
           motion(chain, q, constants, coefficients, j);
-    const auto frame = armtrue_oracle::chain<Jet>(p.data(), nullptr, nullptr, homogeneous(chain.base),
-                                                  homogeneous(chain.tool), "FFFFFFFF");
+    const auto frame = armtrue_oracle::chain<Jet>(
+        p.data(), nullptr, nullptr, homogeneous(chain.base), homogeneous(chain.tool), "FFFFFFFF");
     PoseJacobian own;
     ChainEvaluator(chain).pose(q, own);
     ASSERT_EQ(own.cols(), layout.geometric);

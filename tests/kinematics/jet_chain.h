@@ -38,9 +38,8 @@ armtrue_oracle::Transform<ceres::Jet<double, N>> jet_frame(const KinematicChain&
                                                            const JointVector& q) {
   double sign[kJoints];
   for (int j = 0; j < kJoints; ++j) sign[j] = chain.links[j].sign;
-  return armtrue_oracle::chain<ceres::Jet<double, N>>(parameters.data(), q.data(), sign,
-                                                      homogeneous(chain.base),
-                                                      homogeneous(chain.tool));
+  return armtrue_oracle::chain<ceres::Jet<double, N>>(
+      parameters.data(), q.data(), sign, homogeneous(chain.base), homogeneous(chain.tool));
 }
 
 }  // namespace armtrue
