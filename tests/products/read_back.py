@@ -504,7 +504,8 @@ def check_json(binaries, config, values):
                 wrong.append(f"plan-poses --separate plans other poses by {name}.json")
         files = [file for file in folder.iterdir() if file.suffix == ".json" and file.stem not in ("about", "catalogue")]
         wrong += [f"{file.name}: {mistake}" for file, mistake in product_mistakes(files, values)]
-        missing = set(VALIDATORS) - formats - {"armtrue-about/1", "armtrue-catalogue/1"}
+        written_by_users = {"armtrue-about/1", "armtrue-catalogue/1", "armtrue-preset/1"}
+        missing = set(VALIDATORS) - formats - written_by_users
         if missing:
             wrong.append(f"no document of {sorted(missing)} was written")
     print("\n".join(wrong + [f"{len(formats)} kinds of documents: {len(wrong)} mistakes"]))
@@ -536,7 +537,7 @@ def check_schemas(config, page):
                   if not re.search(rf"`{key}`", text)]
     described = set(re.findall(r"^# (armtrue-[a-z-]+/\d)$", text, re.M))
     wrong += [f"{kind}: has no schema, or no section of the page" for kind in described ^ set(VALIDATORS)]
-    shipped = [*config.glob("robots/*.yaml"), *config.glob("effects/*.yaml")]
+    shipped = [file for folder in ("robots", "effects", "presets") for file in config.glob(f"{folder}/*.yaml")]
     for file in shipped:
         document = ruamel.yaml.YAML(typ="safe", pure=True).load(file.read_text())
         wrong += [f"{file.name}: {mistake}" for mistake in schema_mistakes(document)]
