@@ -24,67 +24,7 @@ std::vector<int> external_axes(const KinematicChain& chain) {
   return external;
 }
 
-// Posture and loads act on the foot of the arm; a clock and a thermometer do not tell whose drift
-// it is.
-bool is_of_the_arm(DriverKind kind) {
-  switch (kind) {
-    case DriverKind::joint_angle:
-    case DriverKind::gravity_torque:
-    case DriverKind::motor_torque:
-    case DriverKind::arrival:
-    case DriverKind::stroke:
-    case DriverKind::payload:
-    case DriverKind::force:
-    case DriverKind::moment:
-    case DriverKind::tool_weight:
-    case DriverKind::gravity_direction:
-      return true;
-    case DriverKind::time:
-    case DriverKind::session:
-    case DriverKind::temperature:
-    case DriverKind::position:
-    case DriverKind::range:
-    case DriverKind::azimuth:
-    case DriverKind::elevation:
-    case DriverKind::incidence:
-    case DriverKind::place:
-      break;
-  }
-  return false;
-}
-
 }  // namespace
-
-bool moves_program(const Effect& effect, bool tool_is_measured) {
-  if (effect.may_be_instrument) return false;
-  switch (owner_of(effect)) {
-    case Owner::instrument:
-    case Owner::target:
-    case Owner::anchor:
-    case Owner::contact:
-      return false;
-    case Owner::tool:
-      return tool_is_measured;
-    case Owner::base:
-      return is_of_the_arm(effect.driver.kind) ||
-             (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
-    case Owner::link:
-    case Owner::coupling:
-    case Owner::several:
-      break;
-  }
-  return true;
-}
-
-Robot without_station_effects(Robot robot, bool tool_is_measured) {
-  for (const Effect& effect : robot.effects)
-    if (effect.mean != 0)
-      if (const auto parameter = find_parameter(robot.chain, effect.parameter))
-        move_parameter(robot.chain, *parameter, effect.mean);
-  std::erase_if(robot.effects,
-                [&](const Effect& effect) { return !moves_program(effect, tool_is_measured); });
-  return robot;
-}
 
 ProgramArm::ProgramArm(const Robot& robot, const CompensationOptions& options, const Pose& tool,
                        const std::vector<std::string>& temperature_names)

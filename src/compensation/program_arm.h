@@ -15,9 +15,6 @@ namespace armtrue {
 
 using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 
-/// The robot without the effects that do not move a program.
-Robot without_station_effects(Robot robot, bool tool_is_measured);
-
 /// An arm from its foot R_0 to the TCP of a program: links and effects of the arm, without base and
 /// tool of the measurement. `base` of the robot stays in the model, because effects on it are in
 /// the axes of R_A; then its inverse is applied.

@@ -47,6 +47,7 @@ YAML::Node before_after_node(const LoopResult& result) {
   YAML::Node before_after;
   before_after["before_mm"] = if_held_out(result.before / kMillimetre);
   before_after["after_mm"] = if_held_out(result.after / kMillimetre);
+  if (result.after_arm) before_after["after_arm_mm"] = rounded(*result.after_arm / kMillimetre);
   before_after["floor_mm"] = rounded(result.floor / kMillimetre);
   before_after["reducible_removed"] = if_held_out(result.reducible_removed);
   const auto interval = [](const std::array<double, 2>& bounds, double unit) {
@@ -69,6 +70,28 @@ YAML::Node rejected_node(const RejectedModel& rejected) {
   node["after_mm"] = rounded(rejected.after / kMillimetre);
   node["gain_ci95_mm"] = flow(interval);
   node["effects"] = effects;
+  return node;
+}
+
+YAML::Node joint_curve_node(const JointCurve& curve, const Robot& robot) {
+  const KinematicChain& chain = robot.chain;
+  const bool travels = is_prismatic(chain.links[link_of_joint(chain, curve.joint)]);
+  const Parameter parameter = parameter_name(chain, zero_offset(chain, curve.joint));
+  const DisplayUnit unit = display_unit(chain, parameter);
+  YAML::Node drivers, values, named, half_widths;
+  for (size_t k = 0; k < curve.points.size(); ++k) {
+    const CurvePoint& point = curve.points[k];
+    drivers.push_back(number_in_form("{:.5g}", point.driver / (travels ? kMillimetre : kDegree)));
+    values.push_back(rounded(point.value / unit.si));
+    named.push_back(rounded(curve.named[k] / unit.si));
+    half_widths.push_back(rounded(point.half_width / unit.si));
+  }
+  YAML::Node node;
+  node["parameter"] = to_string(parameter);
+  node[travels ? "driver_mm" : "driver_deg"] = flow(drivers);
+  node["value_" + unit.name] = flow(values);
+  node["named_" + unit.name] = flow(named);
+  node["half_width_" + unit.name] = flow(half_widths);
   return node;
 }
 
@@ -120,12 +143,18 @@ Document write_loop(const LoopResult& result, const TraceOptions& options,
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
   if (result.rejected) root["rejected"] = rejected_node(*result.rejected);
+  for (const Part& part : result.parts)
+    root["arm_and_station"].push_back(flow_map({{"what", part.what},
+                                                {"owner", part.of_arm ? "arm" : "station"},
+                                                {"rms_mm", rounded(part.position / kMillimetre)}}));
   if (result.applied) {
     root["predictor"] = stage_node(result.applied->stage, held_out);
     for (const GroupShare& group : result.applied->groups)
       root["without_name"].push_back(flow_map({{"group", group.name},
                                                {"owner", group.of_arm ? "arm" : "station"},
                                                {"of_noise", rounded(group.of_noise)}}));
+    for (const JointCurve& curve : result.joints)
+      root["joint_curves"].push_back(joint_curve_node(curve, result.applied->fit.robot));
   }
   if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;

@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "armtrue/calibration/worthwhile.h"
+#include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/tracing/description.h"
@@ -82,16 +84,21 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   };
   const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
   const bool in_summary = held_out && has_more;
-  page.tiles({{"Before",
+  std::vector<Page::Tile> tiles{
+              {"Before",
                in_summary ? keyed_mm(result.before, "before_after/before_mm") + " mm"
                           : mean_of(has_more ? 1 : 0),
                has_more ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
               {"After",
                held_out ? keyed_mm(result.after, "before_after/after_mm") + " mm"
                         : mean_of(result.stages.size() - 1),
-               (has_more ? "with its effects, " : "calibrated geometry, ") + readings},
-              {"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
-               "what a perfect model would show"}});
+               (has_more ? "with its effects, " : "calibrated geometry, ") + readings}};
+  if (result.after_arm)
+    tiles.push_back({"The arm alone", keyed_mm(*result.after_arm, "before_after/after_arm_mm") + " mm",
+                     "without what the station does, as programs are corrected"});
+  tiles.push_back({"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
+                   "what a perfect model would show"});
+  page.tiles(tiles);
 }
 
 Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
@@ -126,6 +133,62 @@ Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>&
   panel.band(low, high, Look::after, "95 %");
   panel.line(middle, Look::after, "found");
   return picture;
+}
+
+// The curve of a joint in the arm that is applied, its named part in it.
+Drawing joint_picture(const JointCurve& curve, const KinematicChain& chain) {
+  const std::string parameter = parameter_name(chain, zero_offset(chain, curve.joint));
+  const JointName name = joint_names(chain)[curve.joint];
+  const DisplayUnit unit = display_unit(chain, parameter);
+  Points low, middle, high, named;
+  double least = 0, most = 0;
+  for (size_t k = 0; k < curve.points.size(); ++k) {
+    const CurvePoint& point = curve.points[k];
+    const double x = point.driver / name.si();
+    low.emplace_back(x, (point.value - point.half_width) / unit.si);
+    middle.emplace_back(x, point.value / unit.si);
+    high.emplace_back(x, (point.value + point.half_width) / unit.si);
+    named.emplace_back(x, curve.named[k] / unit.si);
+    least = std::min({least, low.back().y(), named.back().y()});
+    most = std::max({most, high.back().y(), named.back().y()});
+  }
+  auto picture = std::make_shared<Picture>(
+      "joint-" + name.axis, "Axis " + name.axis + " over its own angle",
+      "What the zero offset departs by in the arm that is applied; the band is the 95 % interval.",
+      exact_axis(middle.front().x(), middle.back().x(), "axis " + name.axis + ", " + name.unit()));
+  Panel& panel = picture->panel(round_axis(least, most, parameter + ", " + unit.name, 4), 110);
+  panel.band(low, high, Look::after, "95 %");
+  panel.line(middle, Look::after, "applied");
+  panel.line(named, Look::mark, "with a name");
+  return picture;
+}
+
+void add_joints(Page& page, const LoopResult& result) {
+  if (result.joints.empty()) return;
+  page.section("What each joint does");
+  page.add(paragraph("The curve that programs are corrected with: causes with a name and all that "
+                     "the joint does besides. A part of it that lies inside its band about zero is not shown by "
+                     "these poses."));
+  std::vector<Drawing> pictures;
+  for (const JointCurve& curve : result.joints)
+    pictures.push_back(joint_picture(curve, result.applied->fit.robot.chain));
+  page.pictures(pictures);
+}
+
+void add_owners(Page& page, const LoopResult& result) {
+  if (result.parts.empty()) return;
+  std::vector<TableRow> rows;
+  for (size_t k = 0; k < result.parts.size(); ++k) {
+    const Part& part = result.parts[k];
+    const std::string key = index_key("arm_and_station", k);
+    const std::string size = keyed_mm(part.position, key + "rms_mm");
+    rows.push_back({keyed(part.what, key + "what"), part.of_arm ? size : "",
+                    part.of_arm ? "" : size});
+  }
+  page.section("Arm and station");
+  page.add(paragraph("What each cause takes off the training readings. Programs are corrected for "
+                     "what the arm does, and not for what the station does.") +
+           table({"cause", "arm, RMS mm", "station, RMS mm"}, rows));
 }
 
 std::string statistics_of(const LoopResult& result, size_t k) {
@@ -336,6 +399,8 @@ Report loop_page(const LoopResult& result, const std::optional<FitToAll>& to_all
   add_tiles(page, result, by);
   page.add(unseen_scale_text(result.scale, "unseen_scale/"));
   add_effects(page, result);
+  add_joints(page, result);
+  add_owners(page, result);
   add_next(page, result, next_poses);
   add_error_pictures(page, models, by.campaign, {}, by.words);
   add_readings_left_out(page, result.gross_poses, result.excluded_rows, "data/");

@@ -54,7 +54,7 @@ class Page {
 
   /// The result in a word (plain) and in a sentence.
   void verdict(Tone tone, const std::string& word, const std::string& sentence);
-  /// Three numbers that the reader looks for first.
+  /// The few numbers that the reader looks for first.
   struct Tile {
     std::string label, value, note;
   };

@@ -243,7 +243,7 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
                            : moved_in_words(rival.effect) + " (" +
                                  to_string(rival.effect.parameter) + ")");
   if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";
-  if (may_be_instrument(traced, robot)) text += "; may be the instrument";
+  if (traced.effect.may_be_instrument) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";
   return text;
 }
@@ -259,6 +259,9 @@ std::string verdict_in_words(const LoopResult& result) {
   if (result.rejected) text += "; effects predict worse and are left out";
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
+  if (result.after_arm && *result.after_arm > kMatters * result.after)
+    text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
+                        *result.after_arm / kMillimetre);
   const bool by_replicates = result.noise.source == NoiseFloor::Source::replicates;
   switch (result.verdict) {
     case Verdict::closed:

@@ -6,11 +6,11 @@
 #include <numbers>
 
 #include "armtrue/calibration/pose_bootstrap.h"
+#include "tracing/curve_points.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kPointsPerPiece = 4;      // of a spline, or per half cycle
 constexpr int kStepsPerCycle = 16;         // of frequency, within the resolution
 constexpr double kMinShareOfCycle = 0.05;  // of the variance of a curve
 
@@ -34,9 +34,7 @@ double reading_of(const Driver& driver, const Campaign& campaign, int row) {
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
                                      size_t effect, const Eigen::MatrixXd& bootstrap_draws) {
   const Effect& e = fit.robot.effects[effect];
-  const double pieces = e.shape.kind == ShapeKind::harmonic ? 2 * e.shape.harmonic
-                                                            : static_cast<double>(e.shape.count);
-  const int points = static_cast<int>(std::clamp(kPointsPerPiece * pieces, 41.0, 801.0));
+  const int points = curve_points(e.shape);
   const Driver& driver = e.driver;
   if (!is_one_quantity(driver) || !find_parameter(fit.robot.chain, e.parameter)) return {};
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -189,6 +190,13 @@ CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& cam
   CalibrationOptions near;
   near.start_near(fit);
   return calibrate(robot, campaign, fit.set, near);
+}
+
+std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign) {
+  Robot alone = without_station_effects(result, true);
+  if (alone.effects.size() == result.effects.size()) return std::nullopt;
+  place(campaign, alone);
+  return alone;
 }
 
 CalibrationResult applied_arm(const CalibrationResult& fit, const Campaign& campaign,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "armtrue/effects/catalogue.h"
 #include "search/training.h"
 #include "tracing/random_effects.h"
@@ -34,6 +36,10 @@ RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign
 
 /// The fit without the lasting errors of the instrument that have a name.
 CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& campaign);
+
+/// The arm of a result as programs are corrected with it: without what the station does, base, tool
+/// and targets placed anew. Nothing if the station does nothing in it.
+std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign);
 
 /// A fit with the random effects of the arm: what a program is corrected with. Those of the campaign
 /// have their part in the fit; base and tool are placed without them. `random`: beside the fit, and

@@ -15,12 +15,11 @@
 #include "armtrue/statistics/summary.h"
 #include "campaign/sessions.h"
 #include "search/training.h"
+#include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
 
 namespace armtrue {
 namespace {
-
-constexpr double kMatters = 1.05;  // a mean error that is 5 % higher is worse
 
 int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
@@ -164,6 +163,8 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).reading_errors();
   const std::vector<double> named = evaluate(result.trace.fit.robot, held_out).reading_errors();
   result.after_named = summarize(named).mean;
+  if (const auto alone = arm_alone(result_of(result).robot, *training.sound))
+    result.after_arm = summarize(evaluate(*alone, held_out).reading_errors()).mean;
   result.errors_after =
       result.applied ? evaluate(result.applied->fit.robot, held_out).reading_errors() : named;
   const auto worst = std::ranges::max_element(result.errors_after) - result.errors_after.begin();
@@ -239,6 +240,7 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
   applied.stage.name = "+ what the arm does besides, without a name";
   applied.stage.parameters = static_cast<int>(applied.fit.names.size());
   applied.stage.training = errors_of(robot, *judged.training.sound);
+  result.joints = joint_curves(applied.fit, judged.random, *judged.training.sound);
   result.applied = std::move(applied);
 }
 
@@ -291,6 +293,22 @@ void set_floor(const Training& training, LoopResult& result) {
                     (static_cast<double>(own.size()) * median(own));
 }
 
+void set_parts(LoopResult& result) {
+  const auto mean_square = [](const Stage& stage) {
+    return stage.training.position.rms * stage.training.position.rms;
+  };
+  const size_t last = result.stages.size() - (result.applied ? 2 : 1);
+  const double taken =
+      std::max(0.0, mean_square(result.stages[std::min<size_t>(1, last)]) -
+                        mean_square(result.stages[last]));
+  for (const TracedEffect& traced : result.trace.effects)
+    result.parts.push_back({describe(traced.effect), moves_program(traced.effect, true),
+                            std::sqrt(taken * std::max(0.0, traced.variance_share.value))});
+  if (!result.applied) return;
+  for (const GroupShare& group : result.applied->groups)
+    result.parts.push_back({group.name + ", without a name", group.of_arm, group.position});
+}
+
 }  // namespace
 
 std::string describe(const Effect& effect) {
@@ -319,6 +337,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
   if (result.applied) result.stages.push_back(result.applied->stage);
+  set_parts(result);
   set_excluded_rows(training, given, result);
   set_floor(training, result);
 

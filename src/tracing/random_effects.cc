@@ -38,6 +38,7 @@ struct Block {
   size_t effects;
   Eigen::Index first, count;  // columns
   Eigen::MatrixXd root;       // coefficients of its effects, one after the other, x columns
+  Eigen::MatrixXd silent;     // the same of the numbers of which the readings say nothing
 };
 
 // A fit as a mixed model: equations whitened by the fit, fixed effects with their priors.
@@ -66,7 +67,7 @@ void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equat
   for (size_t g = 0; g < groups.size(); ++g) {
     const std::vector<RandomEffect>& effects = groups[g].effects;
     for (size_t k = 0; k < effects.size();) {
-      Block block{g, k, 0, to, 0, {}};
+      Block block{g, k, 0, to, 0, {}, {}};
       Eigen::Index coefficients = 0, numbers = 0;
       while (k < effects.size() &&
              (block.effects == 0 || numbers + effects[k].root.cols() <= kMostOfBlock)) {
@@ -77,18 +78,21 @@ void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equat
       const Eigen::MatrixXd own = all.random.middleCols(from, numbers);
       const Eigen::MatrixXd beside = own - basis * (basis.transpose() * own);
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(beside.transpose() * beside);
-      Rows kept;
-      for (Eigen::Index i = 0; i < numbers; ++i)
-        if (axes.eigenvalues()[i] > min_worth) kept.push_back(i);
-      const Eigen::MatrixXd turn = axes.eigenvectors()(Eigen::all, kept);
-      block.count = turn.cols();
+      // In ascending order of what they are worth.
+      const Eigen::Index worthless = (axes.eigenvalues().array() <= min_worth).count();
+      block.count = numbers - worthless;
+      const auto silent = axes.eigenvectors().leftCols(worthless);
+      const auto turn = axes.eigenvectors().rightCols(block.count);
       all.random.middleCols(to, block.count).noalias() = own * turn;  // `to` is never beyond `from`
       block.root.resize(coefficients, block.count);
+      block.silent.resize(coefficients, worthless);
       Eigen::Index row = 0, number = 0;
       for (size_t i = block.effect; i < block.effect + block.effects; ++i) {
         const Eigen::MatrixXd& root = effects[i].root;
         block.root.middleRows(row, root.rows()) =
             root * turn.middleRows(number, root.cols());
+        block.silent.middleRows(row, root.rows()) =
+            root * silent.middleRows(number, root.cols());
         row += root.rows(), number += root.cols();
       }
       from += numbers, to += block.count;
@@ -164,6 +168,7 @@ Equations equations(const std::vector<EffectGroup>& groups, const CalibrationRes
 struct Folded {
   MixedModelSums sums;
   double log_determinant = 0;  // of all variances but the random numbers'
+  Eigen::MatrixXd of_unknowns;  // see RandomNumbers
 };
 
 // With A the derivatives of a pose by its joints and A A^T = U S U^T, multiplies its equations by
@@ -219,7 +224,15 @@ Folded fold(const Equations& all, double scale) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fixed);
   const Eigen::MatrixXd basis =
       qr.householderQ() * Eigen::MatrixXd::Identity(fixed.rows(), qr.rank());
-  random.noalias() -= basis * (basis.transpose() * random);
+  const Eigen::MatrixXd on_basis = basis.transpose() * random;
+  random.noalias() -= basis * on_basis;
+  folded.of_unknowns = Eigen::MatrixXd::Zero(fixed.cols(), p);
+  folded.of_unknowns.topRows(qr.rank()) =
+      -qr.matrixR()
+           .topLeftCorner(qr.rank(), qr.rank())
+           .triangularView<Eigen::Upper>()
+           .solve(on_basis.leftCols(p));
+  folded.of_unknowns = qr.colsPermutation() * folded.of_unknowns;
   folded.sums.zz = Eigen::MatrixXd::Zero(p, p);
   folded.sums.zz.selfadjointView<Eigen::Lower>().rankUpdate(random.leftCols(p).transpose());
   folded.sums.zz = Eigen::MatrixXd(folded.sums.zz.selfadjointView<Eigen::Lower>());
@@ -300,7 +313,7 @@ bool follows_campaign(const Driver& driver) {
 }
 
 void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eigen::VectorXd& mean,
-           const Robot& robot, const Campaign& campaign, RandomEffects& result) {
+           double tau, const Robot& robot, const Campaign& campaign, RandomEffects& result) {
   const Eigen::VectorXd values = block.root * mean.segment(block.first, block.count);
   Eigen::Index next = 0;
   for (size_t k = block.effect; k < block.effect + block.effects; ++k) {
@@ -309,8 +322,15 @@ void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eig
     const BoundEffect bound(effect, robot, campaign.temperature_names);
     for (const std::string& name : bound.coefficient_names())
       effect.coefficients.push_back({name, values[next++]});
-    const bool lasts = !follows_campaign(effect.driver);
-    (lasts ? result.lasting : result.of_campaign).push_back(std::move(effect));
+    if (follows_campaign(effect.driver)) {
+      result.of_campaign.push_back(std::move(effect));
+    } else {
+      const auto count = std::ssize(effect.coefficients);
+      result.numbers.of_lasting.push_back(
+          {block.first, block.root.middleRows(next - count, count),
+           tau * block.silent.middleRows(next - count, count)});
+      result.lasting.push_back(std::move(effect));
+    }
   }
 }
 
@@ -335,27 +355,41 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
     equations = model_of(kMaxEquations, kMinWorth);
     best = fit_of(groups, equations, best.scale, &best);
   }
-  const auto& [scale, folded, widths, found, evidence] = best;
+  auto& [scale, folded, widths, found, evidence] = best;
   RandomEffects result;
   result.gain = found.gain;
   result.determined = found.determined;
   result.evidence = evidence;
   const double readings = folded.sums.freedom;
   std::vector<bool> counts(groups.size());
+  std::vector<double> tau(groups.size());
   for (size_t k = 0; k < widths.of.size(); ++k) {
     const VarianceGroup& width = widths.of[k];
     const Eigen::VectorXd u = found.mean.segment(width.first, width.count);
     const auto own =
         folded.sums.zz.block(width.first, width.first, width.count, width.count);
     const EffectGroup& group = groups[widths.group[k]];
+    const double moved = std::sqrt(u.dot(own * u) / readings);
+    const ReadingSize size = campaign.reading_size();
     result.groups.push_back({group.name, group.owner == EffectGroup::Owner::arm,
-                             std::sqrt(u.dot(own * u) / readings) / found.noise});
+                             moved / found.noise,
+                             moved / std::exp(equations.log_scale) * fit.sigma.position *
+                                 std::sqrt(size.position)});
+    tau[widths.group[k]] = found.tau[static_cast<Eigen::Index>(k)];
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
   // Errors of the instrument are among the groups only where it errs.
   for (const Block& block : equations.blocks)
     if (counts[block.group] && (found.gain >= kMinGain || errs(groups[block.group])))
-      enter(groups, block, found.mean, fit.robot, campaign, result);
+      enter(groups, block, found.mean, tau[block.group], fit.robot, campaign, result);
+  // u | r ~ N(mean, s^2 (Z'^T Z' + s^2 / tau^2)^-1)
+  result.numbers.precision = std::move(folded.sums.zz);
+  for (size_t k = 0; k < widths.of.size(); ++k)
+    result.numbers.precision.diagonal()
+        .segment(widths.of[k].first, widths.of[k].count)
+        .array() += std::pow(found.noise / found.tau[static_cast<Eigen::Index>(k)], 2);
+  result.numbers.precision /= found.noise * found.noise;
+  result.numbers.of_unknowns = std::move(folded.of_unknowns);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,23 @@ namespace armtrue {
 /// Random effects are worth to be applied from this gain on: odds of 3000 to 1.
 inline constexpr double kMinGain = 16;
 
+/// The random numbers u behind random effects, given the readings: normal about their mean.
+struct RandomNumbers {
+  /// Where the coefficients of an effect come from: root * u.segment(first, root.cols()).
+  struct Part {
+    Eigen::Index first = 0;
+    Eigen::MatrixXd root;
+    /// Numbers of which the readings say nothing are taken as zero: the coefficients are uncertain
+    /// by silent * N(0, I) besides.
+    Eigen::MatrixXd silent;
+  };
+
+  Eigen::MatrixXd precision;    ///< of u, p x p
+  std::vector<Part> of_lasting;  ///< of each lasting effect
+  /// d b / d u: by how much the unknowns b of the fit follow u, unknowns x p.
+  Eigen::MatrixXd of_unknowns;
+};
+
 /// What an arm and its station do beside a fit, without a name: the posterior mean of the effects
 /// of effect_groups(), each called `kRemainder`.
 struct RandomEffects {
@@ -19,6 +37,7 @@ struct RandomEffects {
   std::vector<Effect> lasting;
   /// What follows time, an arrival or a temperature: it is of this campaign alone.
   std::vector<Effect> of_campaign;
+  RandomNumbers numbers;
   std::vector<GroupShare> groups;
   double determined = 0;  ///< how many of their numbers the readings determine
   double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect

@@ -14,6 +14,7 @@
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
+#include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
 #include "tracing/random_effects.h"
 
@@ -169,6 +170,49 @@ TEST(AppliedArm, StandsAtTheMeanOfWhatItDoesNotFollow) {
   EXPECT_TRUE(applied.effects.empty());
   const double last = *std::ranges::max_element(campaign.time_s);
   EXPECT_NEAR(applied.chain.links[2].theta, fit.robot.chain.links[2].theta, 0.1 * kRate * last);
+}
+
+// Each joint wanders over its own angle: truth, minus its mean over the poses, lies in the band of its curve where
+// that is said, and the band is no wider than it must be.
+TEST(JointCurves, HoldTheTruthInTheirBand) {
+  constexpr double kSize = 2e-4;
+  double inside = 0, points = 0, standardized = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    armtrue_oracle::Dice dice(seed);
+    std::array<std::array<double, 3>, 6> phases{};
+    for (auto& of_joint : phases)
+      for (double& phase : of_joint) phase = dice.uniform(0, 6.28);
+    const auto wander = [phases](int joint, double q) {
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += kSize / (k + 2) * std::sin((k + 2) * q + phases[joint][k]);
+      return sum;
+    };
+    const armtrue_oracle::HiddenEffect effect = [&](const armtrue_oracle::Moment& moment,
+                                                    armtrue_oracle::OracleArm& arm) {
+      for (int joint = 0; joint < 6; ++joint)
+        arm.links[joint].theta += wander(joint, moment.q[joint]);
+    };
+    const Campaign campaign = visits(kNominal, effect, 150, seed);
+    const CalibrationResult fit = calibrate(read_robot(kNominal).robot, campaign);
+    const RandomEffects random = random_effects_beside(fit, campaign);
+    const std::vector<JointCurve> curves =
+        joint_curves(applied_arm(fit, campaign, random), random, campaign);
+    ASSERT_EQ(curves.size(), 6u);
+    for (const JointCurve& curve : curves) {
+      double mean = 0;
+      for (const JointVector& q : campaign.q)
+        mean += wander(curve.joint, q[curve.joint]) / campaign.rows();
+      for (const CurvePoint& point : curve.points) {
+        const double error = point.value - (wander(curve.joint, point.driver) - mean);
+        inside += std::abs(error) <= point.half_width;
+        standardized += std::pow(1.96 * error / point.half_width, 2);
+        ++points;
+      }
+      for (double named : curve.named) EXPECT_EQ(named, 0);
+    }
+  }
+  EXPECT_GT(inside / points, 0.9);
+  EXPECT_GT(standardized / points, 0.4);
 }
 
 }  // namespace

@@ -128,14 +128,6 @@ class OutOfReach : public UnreachableTarget {
   using UnreachableTarget::UnreachableTarget;
 };
 
-/// Whether an effect belongs to the arm, so that programs are corrected for it. Effects on links
-/// belong to it. Effects on `base` do if a load or the posture drives them, because the foot is
-/// compliant; driven by time or temperature alone, they belong to the instrument. Effects on `tool`
-/// belong to the tool that carried the reflectors, and count only if the program uses this tool.
-/// Effects on the instrument, targets and anchors never count, nor those with
-/// Effect::may_be_instrument.
-bool moves_program(const Effect& effect, bool tool_is_measured);
-
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,
 /// or effects.
 bool states_calibration(const Robot& robot);

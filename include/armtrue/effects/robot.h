@@ -110,4 +110,16 @@ inline Eigen::Vector3d instrument_place(const Robot& robot) {
 /// there the part is.
 bool knows_instrument(const Robot& robot);
 
+/// Whether an effect belongs to the arm, so that programs are corrected for it. Effects on links
+/// belong to it. Effects on `base` do if a load or the posture drives them, because the foot is
+/// compliant; driven by time or temperature alone, they belong to the instrument. Effects on `tool`
+/// belong to the tool that carried the reflectors, and count only if the program uses this tool.
+/// Effects on the instrument, targets and anchors never count, nor those with
+/// Effect::may_be_instrument.
+bool moves_program(const Effect& effect, bool tool_is_measured);
+
+/// The robot with the effects that move programs alone. Where an effect that may be the instrument's
+/// goes, its mean stays (see Effect::mean).
+Robot without_station_effects(Robot robot, bool tool_is_measured);
+
 }  // namespace armtrue

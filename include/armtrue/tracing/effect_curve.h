@@ -22,6 +22,14 @@ struct CurvePoint {
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
                                      size_t effect, const Eigen::MatrixXd& bootstrap_draws);
 
+/// What the zero offset of a joint follows of its own angle in the arm that is applied: all effects
+/// with a name and all without one.
+struct JointCurve {
+  int joint = 0;
+  std::vector<CurvePoint> points;
+  std::vector<double> named;  ///< the part of the effects with a name, at each point [m, rad]
+};
+
 /// The strongest periodic part of a curve over a joint angle.
 struct StrongestCycle {
   double per_turn = 0;    ///< [cycles per turn]

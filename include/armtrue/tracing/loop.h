@@ -15,6 +15,9 @@
 
 namespace armtrue {
 
+/// A mean error that is higher by this factor is worse.
+inline constexpr double kMatters = 1.05;
+
 /// One model of the sequence from the nominal robot to the final one.
 struct Stage {
   std::string name;
@@ -45,6 +48,14 @@ struct GroupShare {
   std::string name;     ///< in words: "gravity", "curves of the joints"
   bool of_arm = true;   ///< else of the station
   double of_noise = 0;  ///< RMS of what it moves them, in standard deviations of their noise
+  double position = 0;  ///< the same of positions [m]
+};
+
+/// What one cause, or one group of random effects, takes off the training readings.
+struct Part {
+  std::string what;     ///< in words
+  bool of_arm = true;   ///< programs are corrected for it; else of the station
+  double position = 0;  ///< RMS [m]
 };
 
 /// The arm as it is applied: the model with all that the arm does without a name besides, as the
@@ -90,6 +101,9 @@ struct LoopResult {
   double outside_p = 1;
   double before = 0, after = 0;  ///< mean held-out position error, geometric and as applied [m]
   double after_named = 0;        ///< that of the model of `trace`, on which the verdict stands [m]
+  /// That of the arm alone, as programs are corrected with it: without what the station does, base
+  /// and tool placed anew on the training poses. Nothing where the station does nothing [m].
+  std::optional<double> after_arm;
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
   std::array<double, 2> removed_ci95{0, 0};  ///< of it, bootstrap over poses and floor
@@ -102,6 +116,10 @@ struct LoopResult {
   /// Empty if nothing without a name is worth applying, or if held-out poses are predicted worse
   /// with it: then the model of `trace` is applied.
   std::optional<AppliedArm> applied;
+  /// Named effects, then groups of `applied`. Effects take their shares of the mean square that all
+  /// named ones take off.
+  std::vector<Part> parts;
+  std::vector<JointCurve> joints;          ///< of `applied`; see joint_curves()
   std::optional<UnseenScale> scale;        ///< at the training poses
   std::string pattern;                     ///< the best remaining candidate, in words
 };
