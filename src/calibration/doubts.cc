@@ -108,7 +108,6 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise) {
   constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
-  constexpr double kResolution = 1e-6;                  // m: less is a simulation without noise
   const bool of_rows = !campaign.sigma_position.empty();
   const double stated = of_rows ? median(campaign.sigma_position) : robot.noise.position;
   if (stated <= 0) return "";
@@ -124,7 +123,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         ratio, stated / kMillimetre);
   const double sigma = fit.sigma.position, left = sigma / stated;
   const double left_freedom = noise.axes * campaign.rows() - fit.determined[0];
-  if (noise.source == NoiseFloor::Source::instrument && sigma > kResolution && left < kMuchLess &&
+  if (noise.source == NoiseFloor::Source::instrument && sigma > kFinestReading && left < kMuchLess &&
       left_freedom > 1 &&
       1 - chi_squared_above(left_freedom * left * left, left_freedom) < kNoChance)
     return fmt::format(
@@ -142,7 +141,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         sigma / kMillimetre, left, of_rows ? "sigma_mm" : "noise: position_mm");
   const double turned = robot.noise.orientation;
   if (campaign.has_orientation() && campaign.sigma_orientation.empty() && turned > 0 &&
-      noise.source == NoiseFloor::Source::instrument && fit.sigma.orientation > kResolution)
+      noise.source == NoiseFloor::Source::instrument && fit.sigma.orientation > kFinestReading)
     if (const double times = fit.sigma.orientation / turned;
         times > kAnotherUnit || times * kAnotherUnit < 1)
       return fmt::format(

@@ -310,8 +310,7 @@ std::string rejection_in_words(const LoopResult& result) {
 }
 
 std::string unknown_noise_in_words(const LoopResult& result) {
-  constexpr double kResolution = 1e-6;  // m: no instrument reads less
-  if (result.noise.source != NoiseFloor::Source::none || result.after < kResolution) return "";
+  if (result.noise.source != NoiseFloor::Source::none || result.after < kFinestReading) return "";
   return fmt::format(
       "neither repeats nor 'noise' of the robot file say how large the noise is: {:.4g} mm may be "
       "noise or something the model lacks; visit poses twice, or state noise: position_mm",

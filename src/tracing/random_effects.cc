@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/statistics/summary.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
 #include "campaign/sessions.h"
@@ -338,6 +340,7 @@ void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eig
 
 RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campaign,
                              const std::vector<EffectGroup>& groups, const CalibrationResult& law) {
+  if (summarize(position_errors(fit.robot, campaign)).rms < kFinestReading) return {};
   const int row_size = campaign.reading_size().all();
   const auto model_of = [&](double most, double min_worth) {
     const std::vector<int> rows = some_rows(campaign, row_size, most);

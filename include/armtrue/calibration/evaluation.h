@@ -11,6 +11,9 @@
 
 namespace armtrue {
 
+/// No instrument reads less: what is smaller is rounding, or a simulation without noise [m].
+inline constexpr double kFinestReading = 1e-6;
+
 /// Errors of a robot on measured poses, row by row.
 struct Evaluation {
   /// Length of the error of each reading [m]. A point whose coordinates are rows of their own, as
