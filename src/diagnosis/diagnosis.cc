@@ -164,7 +164,7 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
   if (!with_conventions) return hypotheses;
   for (int j = 0; j < static_cast<int>(names.size()); ++j)
     hypotheses.push_back(
-        {"joint " + names[j].axis +
+        {"joint " + names[j].words +
              " seems to count the other way; change its 'sign' in the "
              "robot file",
          [j](Robot& r, Campaign&) { r.chain.links[link_of_joint(r.chain, j)].sign *= -1; }});

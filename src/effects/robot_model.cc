@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "armtrue/effects/line_of_sight.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
@@ -98,8 +99,8 @@ int BoundEffect::bind_loads(const Effect& effect, const Robot& robot) {
     if (kind == DriverKind::gravity_torque)
       loads_.emplace_back(robot, zero_offset(robot.chain, joint));
     if (kind == DriverKind::tool_weight && is_of_positioner(robot, zero_offset(robot.chain, joint)))
-      fail("joint " + std::to_string(joint + 1) + " belongs to the positioner, which does not " +
-           "carry the tool");
+      fail("joint " + joint_names(robot.chain)[joint].words +
+           " belongs to the positioner, which does not " + "carry the tool");
     if (kind == DriverKind::tool_weight)
       loads_.emplace_back(with_unit_weight(robot), zero_offset(robot.chain, joint));
   }

@@ -12,6 +12,11 @@ bool is_external(std::string_view name) {
   return name.size() == 2 && name[0] == 'E' && name[1] >= '1' && name[1] <= '6';
 }
 
+std::string_view number_at_end(std::string_view name) {
+  const size_t before = name.find_last_not_of("0123456789");
+  return before == std::string_view::npos ? name : name.substr(before + 1);
+}
+
 }  // namespace
 
 double JointName::si() const { return is_length ? kMillimetre : kDegree; }
@@ -26,6 +31,8 @@ std::vector<JointName> joint_names(const KinematicChain& chain) {
     name.axis = external ? link.name : std::to_string(++of_arm);
     name.column = external ? "e" + link.name.substr(1) : "q" + name.axis;
     name.is_length = is_prismatic(link);
+    const bool says_number = external || link.name.empty() || number_at_end(link.name) == name.axis;
+    name.words = says_number ? name.axis : name.axis + " (" + link.name + ")";
   }
   return names;
 }

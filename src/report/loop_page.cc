@@ -153,9 +153,9 @@ Drawing joint_picture(const JointCurve& curve, const KinematicChain& chain) {
     most = std::max({most, high.back().y(), named.back().y()});
   }
   auto picture = std::make_shared<Picture>(
-      "joint-" + name.axis, "Axis " + name.axis + " over its own angle",
+      "joint-" + name.axis, "Axis " + name.words + " over its own angle",
       "What the zero offset departs by in the arm that is applied; the band is the 95 % interval.",
-      exact_axis(middle.front().x(), middle.back().x(), "axis " + name.axis + ", " + name.unit()));
+      exact_axis(middle.front().x(), middle.back().x(), "axis " + name.words + ", " + name.unit()));
   Panel& panel = picture->panel(round_axis(least, most, parameter + ", " + unit.name, 4), 110);
   panel.band(low, high, Look::after, "95 %");
   panel.line(middle, Look::after, "applied");

@@ -112,9 +112,9 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
   if (at != std::string::npos) text.replace(at, from.size(), to);
 }
 
-// "3"; "E1" of an external axis.
+// "3", "3 (elbow)"; "E1" of an external axis.
 std::string axis_name(const Robot& robot, int joint) {
-  return joint < 0 ? "0" : joint_names(robot.chain)[joint].axis;
+  return joint < 0 ? "0" : joint_names(robot.chain)[joint].words;
 }
 
 // The joint that an effect acts on; 0 if on none.
@@ -123,6 +123,8 @@ std::string joint_of(const TracedEffect& traced, const Robot& robot) {
   if (!parameter || !layout_of(robot.chain).is_of_links(*parameter)) return "0";
   const int link = link_of_parameter(*parameter);
   const int joint = joint_of_link(robot.chain, link);
+  const Link& own = robot.chain.links[link];
+  if (!own.has_encoder) return own.name;
   return joint < 0 ? std::to_string(link + 1) : axis_name(robot, joint);
 }
 

@@ -102,7 +102,7 @@ TEST(Description, SaysWhereTheInstrumentMayErr) {
   }
   for (const char* parameter : {"A2.theta", "A3.alpha", "tool.x"})
     EXPECT_FALSE(said(parameter, angle)) << parameter;
-  said("A2.d", angle);
+  traced.effect.may_be_instrument = said("A2.d", angle);
   EXPECT_THAT(for_the_cell(traced, nullptr, loop.trace.fit.robot),
               HasSubstr("; may be the instrument"));
   Effect offset{"radial offset", "instrument.range", {DriverKind::position, -1, -1, ""}, {}, {}};

@@ -14,6 +14,8 @@ struct JointName {
   std::string column;  ///< "q1", "e1"
   std::string axis;    ///< "1", "E1"
   bool is_length = false;
+  /// For sentences: "3", or "3 (elbow)" if the name of its link does not end in this number.
+  std::string words{};
 
   /// Whether it is an external axis, such as a rail or an axis of a positioner.
   bool is_external() const { return column.front() == 'e'; }
