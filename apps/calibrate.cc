@@ -11,6 +11,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/worthwhile.h"
+#include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/io/calibration_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
@@ -94,12 +95,9 @@ NoiseFloor noise_of(const CalibrationResult& result, const Campaign& as_read,
 std::optional<std::string> missed_criterion(const CalibrationResult& result, const Robot& robot,
                                             const Campaign& campaign, const Evaluation& evaluation,
                                             double max_error_mm) {
-  if (!result.converged) return app::not_converged(result);
-  if (const std::string lost = app::lost_to_poses(robot, campaign, result); !lost.empty())
-    return lost;
-  if (const std::string beyond = app::beyond_any_arm(result.robot, campaign, evaluation);
-      !beyond.empty())
-    return beyond;
+  for (const std::string& why : {not_converged(result), lost_in_words(robot, campaign, result),
+                                 beyond_any_arm(result.robot, campaign, evaluation)})
+    if (!why.empty()) return why;
   if (max_error_mm == 0) return std::nullopt;
   const double worst = summarize(evaluation.reading_errors()).max / kMillimetre;
   if (worst <= max_error_mm) return std::nullopt;
@@ -128,12 +126,12 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
   for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
   for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
   std::ranges::sort(lines);
-  for (const std::string& doubt :
-       {left_out_together(all, lines),
-        findings.zone ? ""
-                      : contradiction_of_noise(robot, campaign, result, findings.quality->noise),
-        far_above})
-    if (!doubt.empty()) command.warn(doubt);
+  app::warn_of_all(
+      command,
+      {left_out_together(all, lines),
+       findings.zone ? ""
+                     : contradiction_of_noise(robot, campaign, result, findings.quality->noise),
+       far_above});
 }
 
 void report_not_shown(const app::Command& command, const CalibrationResult& result) {
@@ -199,7 +197,7 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign changed;  // a copy of many rows takes its memory
   if (!all_as_read) changed = without_gross(all, gross);
   const Campaign& campaign = all_as_read ? all : changed;
-  app::warn_of_gross_poses(command, gross);
+  app::warn_of_all(command, off_as_wholes(gross));
   std::optional<WeightedZone> zone;
   Campaign unweighted;
   if (!arguments.zone.empty()) {
@@ -209,7 +207,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Campaign& as_read = zone ? unweighted : campaign;
 
   CalibrationResult result = calibrate(robot, campaign);
-  app::warn_of_touches(command, robot, campaign, result.set);
+  app::warn_of_all(command, not_shown_by_touches(robot, campaign, result.set));
   Evaluation evaluation = evaluate(result.robot, campaign);
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign, evaluation)};
   if (zone) findings.quality->noise = noise_of(result, as_read, findings.quality->blunders);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/certification/certificate.h"
 #include "armtrue/certification/doubts.h"
@@ -202,7 +203,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::require_sessions(robot, campaign);
   } else {
     command.progress("refitting " + arguments.refit);
-    app::warn_of_few_readings(command, arguments.refit, robot, campaign);
+    app::warn_of_all(command, {hidden_by_refit(app::split_list(arguments.refit), robot, campaign)});
     robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
   }
   options.path = path_figures_of(command, arguments);

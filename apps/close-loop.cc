@@ -2,15 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <functional>
-#include <map>
 #include <set>
-#include <string_view>
-#include <unordered_map>
 
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/campaign/split.h"
+#include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/io/calibration_io.h"
 #include "armtrue/io/loop_io.h"
 #include "armtrue/io/output.h"
@@ -20,8 +16,8 @@
 #include "armtrue/report/loop_page.h"
 #include "armtrue/report/loop_table.h"
 #include "armtrue/text/input_error.h"
-#include "armtrue/tracing/description.h"
 #include "armtrue/tracing/loop.h"
+#include "armtrue/tracing/loop_doubts.h"
 #include "columns.h"
 #include "command_line.h"
 #include "report_arguments.h"
@@ -94,55 +90,24 @@ struct Measured {
 
 // A reading in both parts would test a model that was fitted to it.
 void check_apart(const Campaign& training, const Campaign& test) {
-  const auto reading = [](const Campaign& campaign, int row) {
-    std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
-    if (!campaign.position.empty())
-      numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
-    if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
-    if (campaign.has_touches()) numbers.push_back(campaign.quantity(row));
-    const std::string_view bytes(reinterpret_cast<const char*>(numbers.data()),
-                                 numbers.size() * sizeof(double));
-    return std::hash<std::string_view>()(bytes);  // of 64 bits: two readings never share one
-  };
-  std::unordered_map<size_t, int> line_of;
-  for (int row = 0; row < training.rows(); ++row)
-    line_of.emplace(reading(training, row), training.line[row]);
+  const auto shared = shared_reading(training, test);
+  if (!shared) return;
   const bool is_one_file = training.source == test.source;
-  for (int row = 0; row < test.rows(); ++row)
-    if (const auto same = line_of.find(reading(test, row)); same != line_of.end())
-      throw InputError(fmt::format(
-          "{}:{}: this reading stands in {} too{}", test.source, test.line[row],
-          is_one_file ? fmt::format("line {}", same->second) : training.source,
-          is_one_file ? ", as another pose; a copy shows nothing new: remove it, or give both the "
-                        "same pose"
-                      : "; --test needs poses that no fit uses"));
+  throw InputError(fmt::format(
+      "{}:{}: this reading stands in {} too{}", test.source, test.line[shared->test],
+      is_one_file ? fmt::format("line {}", training.line[shared->training]) : training.source,
+      is_one_file ? ", as another pose; a copy shows nothing new: remove it, or give both the "
+                    "same pose"
+                  : "; --test needs poses that no fit uses"));
 }
 
-// Poses of other names at the same joint angles are repeats: their readings share the errors of the
-// arm there, and those of the held-out ones are no errors at unseen poses.
 void warn_of_repeats(app::Command& command, const Campaign& training, const Campaign& test) {
-  constexpr double kSameConfiguration = 0.1 * kDegree;  // as replicates; of a travel [m]
-  const auto first_rows = [](const Campaign& campaign) {
-    std::map<int, int> first;
-    for (int row = 0; row < campaign.rows(); ++row) first.try_emplace(campaign.pose[row], row);
-    return first;
-  };
-  const auto of_training = first_rows(training), of_test = first_rows(test);
-  int repeated = 0;
-  std::string example;
-  for (const auto& [pose, row] : of_test)
-    for (const auto& [other, other_row] : of_training) {
-      const JointVector apart = test.q[row] - training.q[other_row];
-      if (apart.cwiseAbs().maxCoeff() > kSameConfiguration) continue;
-      if (repeated++ == 0)
-        example = test.pose_ids[pose] + " at those of " + training.pose_ids[other];
-      break;
-    }
-  if (repeated == 0) return;
+  const RepeatedPoses poses = repeated_poses(training, test);
+  if (poses.repeated == 0) return;
   command.warn(fmt::format(
-      "{}: {} of {} held-out poses stand at the joint angles of training poses (pose {}): they are "
-      "repeats, and their error says nothing of other poses; {}",
-      test.source, repeated, of_test.size(), example,
+      "{}: {} of {} held-out poses stand at the joint angles of training poses (pose {} at those "
+      "of {}): they are repeats, and their error says nothing of other poses; {}",
+      test.source, poses.repeated, poses.of, poses.test, poses.training,
       training.source == test.source ? "give the repeats of a pose one name"
                                      : "give --test other poses"));
 }
@@ -192,7 +157,7 @@ LoopResult search(app::Command& command, const Arguments& arguments, const Robot
                   const Measured& measured, const TraceOptions& options) {
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
-  app::warn_of_gross_poses(command, result.gross_poses);
+  app::warn_of_all(command, off_as_wholes(result.gross_poses));
   if (arguments.nested_folds > 0) {
     command.progress("repeating the search in " + std::to_string(arguments.nested_folds) +
                      " folds");
@@ -226,27 +191,6 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   if (planned.empty())
     command.warn(path + " holds no poses: there is nothing that poses could separate");
   return !planned.empty();
-}
-
-// Why the result must not be used; empty if it may be.
-std::string why_not_reached(const Robot& robot, const LoopResult& result) {
-  if (!result.trace.fit.converged) return app::not_converged(result.trace.fit);
-  const std::string beyond = app::beyond_any_arm(robot, result.after, result.noise.position);
-  if (!beyond.empty() || !result.worse_than_nominal) return beyond;
-  const double nominal = result.stages.front().held_out.position.mean;
-  return fmt::format(
-      "on the held-out poses the result is worse than the nominal robot with base and tool placed: "
-      "{:.4g} mm, against {:.4g}; keep the nominal robot, or measure more poses",
-      result.after / kMillimetre, nominal / kMillimetre);
-}
-
-void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
-  if (!result.common_backlash) return;
-  command.warn(fmt::format(
-      "the joints have one backlash, {:.2g} deg, and gears have each their own: were the joint "
-      "angles not read at standstill? A campaign with angles read so tells; until then the verdict "
-      "is not 'closed'",
-      std::abs(*result.common_backlash) / kDegree));
 }
 
 // The result fitted to all poses of the campaign, if a product holds it. With --test no pose of it
@@ -288,20 +232,8 @@ int run(app::Command& command, const Arguments& arguments) {
   options.beyond_catalogue = !arguments.only_catalogue;
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
-  app::warn_of_touches(command, robot, measured.training, result.trace.fit.set);
-  if (result.trace.left_out)
-    command.warn(app::left_out_in_words(robot, *result.trace.left_out));
-  if (const std::string lost = app::lost_to_poses(robot, measured.training, result.trace.fit);
-      !lost.empty())
-    command.warn(lost);
-
-  const std::string missed = why_not_reached(robot, result);
-  if (!missed.empty()) command.warn(missed);
-  warn_of_common_backlash(command, result);
-  for (const std::string& doubt :
-       {rejection_in_words(result), unknown_noise_in_words(result), result.left_out_together,
-        contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})
-    if (!doubt.empty()) command.warn(doubt);
+  const LoopDoubts doubts = doubts_of_loop(robot, measured.training, result);
+  app::warn_of_all(command, doubts.sentences);
   const Provenance provenance = command.provenance();
   const std::optional<FitToAll> fit = fit_for_products(command, arguments, measured, result);
   if (fit) write_fit(arguments, robot, *fit, provenance);
@@ -325,7 +257,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(command, arguments.page,
                       loop_page(result, fit, robot, measured.training, measured.held_out,
                                 next_poses, app::page_head(command, about)));
-  return missed.empty() ? app::kSuccess : app::kNotReached;
+  return doubts.may_be_used ? app::kSuccess : app::kNotReached;
 }
 
 }  // namespace

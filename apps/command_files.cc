@@ -14,6 +14,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
+#include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/diagnosis/other_arm.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/catalogue_io.h"
@@ -47,7 +48,7 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
   bind_touches(file.campaign, robot.chain);
-  const LogFindings findings = check_log(file.campaign);
+  const Findings findings = check_log(file.campaign);
   if (!findings.errors.empty())
     throw InputError(file.campaign.source + ": " + findings.errors.front());
   for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
@@ -217,70 +218,14 @@ void Command::warn_of_own_readings(const RobotFile& robot) {
 }
 
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign) {
-  if (const LogFindings findings = check_travel(robot, campaign); !findings.errors.empty())
-    throw InputError(campaign.source + ": " + findings.errors.front());
-  if (const auto findings = diagnose(robot, campaign); !findings.empty())
-    throw InputError(campaign.source + ": " + findings.front());
-  const LogFindings found = find_suspicions(robot, campaign);
+  const Findings found = find_mistakes(robot, campaign);
   if (!found.errors.empty()) throw InputError(campaign.source + ": " + found.errors.front());
   for (const std::string& warning : found.warnings) command.warn(campaign.source + ": " + warning);
 }
 
-void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
-                     const IdentifiableSet& set) {
-  if (!campaign.has_touches_only()) return;
-  command.warn(
-      "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
-      "has it, and the places of the contacts are relative to it");
-  const std::optional<int> scale = length_of_scale(robot, campaign, set);
-  if (!scale) return;
-  const Link& link = robot.chain.links[link_of_parameter(*scale)];
-  const double length =
-      std::abs(kind_of_parameter(*scale) == LinkParameter::d ? link.d : link.r) / kMillimetre;
-  command.warn(fmt::format(
-      "touches do not show the scale of the arm: {} is held at its nominal value of {:.6g} mm, and "
-      "an error of 1 mm in it is one of {:.3g} % in all lengths, which no standard deviation "
-      "counts; touch two points of a known artefact, such as a scale bar",
-      parameter_name(robot.chain, *scale), length, 100 / length));
-}
-
-std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
-  constexpr size_t kNamed = 6;
-  std::string names;
-  for (size_t k = 0; k < std::min(kNamed, left_out.parameters.size()); ++k)
-    names += (k > 0 ? ", " : "") + parameter_name(robot.chain, left_out.parameters[k]);
-  if (left_out.parameters.size() > kNamed)
-    names += fmt::format(" and {} more", left_out.parameters.size() - kNamed);
-  return fmt::format(
-      "'identify' of the robot file leaves out parameters that the readings show ({}): the best "
-      "values of those that it names leave {:.3g} mm in these poses, all together {:.3g}; no effect "
-      "is named in their place{}, and 'identify: auto' identifies them",
-      names, left_out.without / kMillimetre, left_out.with / kMillimetre,
-      left_out.beside.empty()
-          ? ""
-          : fmt::format(" ({} beside them: {})", left_out.beside.size(),
-                        to_string(left_out.beside.front().parameter) + " follows " +
-                            to_string(left_out.beside.front().driver)));
-}
-
-std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
-                          const CalibrationResult& fit) {
-  const KinematicChain& chain = robot.chain;
-  std::string names;
-  for (int k : armtrue::lost_to_poses(robot, campaign, fit.set))
-    names += (names.empty() ? "" : ", ") + parameter_name(chain, k);
-  std::vector<std::string> of_tool;
-  for (const int k : fit.set.by_small_angles)
-    of_tool.push_back(shown_by_small_angles(
-        chain, k, fit.robot.chain.tool.translation[k - layout_of(chain).tool],
-        fit.robot.std.at(parameter_name(chain, k))));
-  if (!names.empty()) {
-    for (const int k : set_up_not_shown(chain, fit.set)) of_tool.push_back(not_shown(chain, k));
-    names = "these poses cannot show " + names +
-            ", which other poses could; measure poses that move every joint over its travel";
-    of_tool.insert(of_tool.begin(), names);
-  }
-  return fmt::format("{}", fmt::join(of_tool, "; "));
+void warn_of_all(Command& command, const std::vector<std::string>& doubts) {
+  for (const std::string& doubt : doubts)
+    if (!doubt.empty()) command.warn(doubt);
 }
 
 void add_parameter_tables(Command& command, std::string& parameters, std::string& correlations) {
@@ -301,50 +246,6 @@ void use_identify(const std::string& list, Robot& robot) {
   robot.identify = split_list(list);
   if (const std::string why = why_not_identified(robot.chain, robot.identify); !why.empty())
     throw InputError("--identify: " + why);
-}
-
-void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,
-                          const Campaign& campaign) {
-  if (refit.empty()) return;
-  constexpr double kMostHidden = 0.2;  // of the RMS error
-  Robot fitted = given;
-  fitted.identify = split_list(refit);
-  fitted.identify_per_session.clear();
-  fitted.effects.clear();
-  const auto unknowns = static_cast<double>(choose_identifiable(fitted, campaign).kept.size());
-  std::set<std::tuple<int, int, int>> readings;
-  for (int row = 0; row < campaign.rows(); ++row)
-    readings.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
-                     campaign.channel(row));
-  const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
-  const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
-  if (1 - left <= kMostHidden) return;
-  command.warn(fmt::format(
-      "--refit {} fits {} unknowns to the {} numbers of these readings and so hides about {:.0f} % "
-      "of the error; measure more poses",
-      refit, unknowns, numbers, 100 * (1 - left)));
-}
-
-void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross) {
-  for (const GrossPose& pose : gross)
-    command.warn(
-        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
-                    pose.id, pose.off / kMillimetre, pose.likely));
-}
-
-std::string beyond_any_arm(const Robot& robot, double error, double noise) {
-  const double most = largest_credible_error(robot.chain, noise);
-  if (error <= most) return "";
-  return fmt::format(
-      "the mean error that is left, {:.4g} mm, is more than an arm of this size and this noise can "
-      "have ({:.2g} mm): look for a mistake in the readings before the result is used",
-      error / kMillimetre, most / kMillimetre);
-}
-
-std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
-                           const Evaluation& evaluation) {
-  return beyond_any_arm(robot, summarize(evaluation.reading_errors()).mean,
-                        noise_floor(robot, campaign, evaluation).position);
 }
 
 void require_sessions(const Robot& robot, const Campaign& campaign) {
@@ -393,13 +294,6 @@ std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
     targets.push_back({id, pose.q, 0, pose.contact, pose.target});
   }
   return targets;
-}
-
-std::string not_converged(const CalibrationResult& fit) {
-  return fmt::format(
-      "not converged after {} iterations ({}); measure poses that move every joint over its "
-      "travel, or identify fewer parameters",
-      fit.iterations, fit.termination);
 }
 
 Catalogue catalogue(const std::string& path) {

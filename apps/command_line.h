@@ -153,12 +153,8 @@ class Command : public OptionGroup {
 /// warns of possible ones. The diagnosis calibrates the robot.
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign);
 
-/// Why a mean position error of a calibrated arm [m] cannot be an error of an arm; empty if it can.
-/// `noise`: of a coordinate [m].
-std::string beyond_any_arm(const Robot& robot, double error, double noise);
-/// The same for the errors of the robot on the readings of a campaign.
-std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
-                           const Evaluation& evaluation);
+/// Warns of all sentences that are not empty.
+void warn_of_all(Command& command, const std::vector<std::string>& doubts);
 
 /// Throws InputError if the robot file has sessions, but not all of the campaign.
 void require_sessions(const Robot& robot, const Campaign& campaign);
@@ -189,29 +185,6 @@ void require_one_arm(Command& command, const Robot& robot, const std::string& a,
 /// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
 std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
                                   const std::vector<std::string>& taken);
-
-/// Warns of what touches do not show: the place of R_A, and the scale, unless an artefact or an
-/// encoder of lengths shows it. `robot`: the one for which the set was chosen.
-void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
-                     const IdentifiableSet& set);
-
-/// The warning for poses that do not show a parameter that other poses would show; empty if there
-/// is none.
-std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
-                          const CalibrationResult& fit);
-/// That the robot file leaves out parameters which the readings show, for a search of effects.
-std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
-
-/// Warns if what --refit fits to few readings takes up much of their errors, which are then those
-/// of no other pose. `given`: the robot before the fit.
-void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,
-                          const Campaign& campaign);
-
-/// Warns of each pose that is left out because all its readings share a large error.
-void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross);
-
-/// The warning for a fit that did not converge.
-std::string not_converged(const CalibrationResult& fit);
 
 /// --parameters and --correlations.
 void add_parameter_tables(Command& command, std::string& parameters, std::string& correlations);

@@ -4,7 +4,7 @@
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/compensation/compensation.h"
-#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/io/evaluation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
@@ -57,19 +57,6 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
   return refit_set_up(robot, campaign, app::split_list(arguments.refit));
 }
 
-// What tells of a mistake and is no error of an arm. That of a nominal robot is a result: it may be
-// many times that of a calibrated one.
-std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,
-                       const Evaluation& evaluation) {
-  if (states_calibration(given)) return app::beyond_any_arm(robot, campaign, evaluation);
-  const double mean = summarize(evaluation.reading_errors()).mean;
-  if (mean <= kImplausibleMiss) return "";
-  return fmt::format(
-      "the mean error, {:.4g} mm, is more than a nominal model of an arm can have ({:g} mm): look "
-      "for a mistake in the readings or the robot file",
-      mean / kMillimetre, kImplausibleMiss / kMillimetre);
-}
-
 // Reports what is wrong with the errors of `given`, fitted as `robot`; false if a criterion fails
 // and the result must not be used. A nominal robot as its file has it fails none: its base may be
 // that of another cell. Who states a limit wants bounds that hold, too.
@@ -106,7 +93,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Robot robot = set_up(command, arguments, given, campaign);
   if (against) against = set_up(command, arguments, *against, campaign);
-  app::warn_of_few_readings(command, arguments.refit, given, campaign);
+  app::warn_of_all(command, {hidden_by_refit(app::split_list(arguments.refit), given, campaign)});
   const Evaluation evaluation = evaluate(robot, campaign);
   std::vector<Prediction> predictions;
   if (robot.uncertainty) predictions = predict(robot, campaign);

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/diagnosis/change.h"
+#include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/io/change_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/ranking_io.h"
@@ -104,12 +106,10 @@ int rank_candidates(app::Command& command, const Arguments& arguments) {
   options.beyond_catalogue = !arguments.only_catalogue;
   options.progress = [&](const std::string& what) { command.progress(what); };
   const TraceResult result = trace(robot, campaign, app::catalogue(arguments.catalogue), options);
-  if (result.left_out) command.warn(app::left_out_in_words(robot, *result.left_out));
-  if (const std::string lost = app::lost_to_poses(robot, campaign, result.fit); !lost.empty())
-    command.warn(lost);
   const Robot& found = result.fit.robot;
-  const std::string beyond = app::beyond_any_arm(found, campaign, evaluate(found, campaign));
-  if (!beyond.empty()) command.warn(beyond);
+  const std::string beyond = beyond_any_arm(found, campaign, evaluate(found, campaign));
+  app::warn_of_all(command, {result.left_out ? left_out_in_words(robot, *result.left_out) : "",
+                             lost_in_words(robot, campaign, result.fit), beyond});
   write_output(command.output, write_ranking(result, command.provenance()));
   return beyond.empty() ? app::kSuccess : app::kNotReached;
 }

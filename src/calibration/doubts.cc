@@ -1,12 +1,18 @@
 #include "armtrue/calibration/doubts.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
+#include <optional>
 #include <set>
+#include <tuple>
 
+#include "armtrue/calibration/identifiability.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
@@ -237,6 +243,103 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
                         beyond.size())
           : "this is another arm or set-up than the calibrated one, or its model lacks something; "
             "refit base and tool if they are others, or calibrate anew");
+}
+
+std::string not_converged(const CalibrationResult& fit) {
+  if (fit.converged) return "";
+  return fmt::format(
+      "not converged after {} iterations ({}); measure poses that move every joint over its "
+      "travel, or identify fewer parameters",
+      fit.iterations, fit.termination);
+}
+
+std::string lost_in_words(const Robot& robot, const Campaign& campaign,
+                          const CalibrationResult& fit) {
+  const KinematicChain& chain = robot.chain;
+  std::string names;
+  for (int k : lost_to_poses(robot, campaign, fit.set))
+    names += (names.empty() ? "" : ", ") + parameter_name(chain, k);
+  std::vector<std::string> of_tool;
+  for (const int k : fit.set.by_small_angles)
+    of_tool.push_back(shown_by_small_angles(
+        chain, k, fit.robot.chain.tool.translation[k - layout_of(chain).tool],
+        fit.robot.std.at(parameter_name(chain, k))));
+  if (!names.empty()) {
+    for (const int k : set_up_not_shown(chain, fit.set)) of_tool.push_back(not_shown(chain, k));
+    names = "these poses cannot show " + names +
+            ", which other poses could; measure poses that move every joint over its travel";
+    of_tool.insert(of_tool.begin(), names);
+  }
+  return fmt::format("{}", fmt::join(of_tool, "; "));
+}
+
+std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
+  constexpr size_t kNamed = 6;
+  std::string names;
+  for (size_t k = 0; k < std::min(kNamed, left_out.parameters.size()); ++k)
+    names += (k > 0 ? ", " : "") + parameter_name(robot.chain, left_out.parameters[k]);
+  if (left_out.parameters.size() > kNamed)
+    names += fmt::format(" and {} more", left_out.parameters.size() - kNamed);
+  return fmt::format(
+      "'identify' of the robot file leaves out parameters that the readings show ({}): the best "
+      "values of those that it names leave {:.3g} mm in these poses, all together {:.3g}; no effect "
+      "is named in their place{}, and 'identify: auto' identifies them",
+      names, left_out.without / kMillimetre, left_out.with / kMillimetre,
+      left_out.beside.empty()
+          ? ""
+          : fmt::format(" ({} beside them: {})", left_out.beside.size(),
+                        to_string(left_out.beside.front().parameter) + " follows " +
+                            to_string(left_out.beside.front().driver)));
+}
+
+std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
+  std::vector<std::string> sentences;
+  for (const GrossPose& pose : gross)
+    sentences.push_back(
+        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
+                    pose.id, pose.off / kMillimetre, pose.likely));
+  return sentences;
+}
+
+std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
+                                              const IdentifiableSet& set) {
+  if (!campaign.has_touches_only()) return {};
+  std::vector<std::string> sentences = {
+      "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
+      "has it, and the places of the contacts are relative to it"};
+  const std::optional<int> scale = length_of_scale(robot, campaign, set);
+  if (!scale) return sentences;
+  const Link& link = robot.chain.links[link_of_parameter(*scale)];
+  const double length =
+      std::abs(kind_of_parameter(*scale) == LinkParameter::d ? link.d : link.r) / kMillimetre;
+  sentences.push_back(fmt::format(
+      "touches do not show the scale of the arm: {} is held at its nominal value of {:.6g} mm, and "
+      "an error of 1 mm in it is one of {:.3g} % in all lengths, which no standard deviation "
+      "counts; touch two points of a known artefact, such as a scale bar",
+      parameter_name(robot.chain, *scale), length, 100 / length));
+  return sentences;
+}
+
+std::string hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
+                            const Campaign& campaign) {
+  if (refit.empty()) return "";
+  constexpr double kMostHidden = 0.2;  // of the RMS error
+  Robot fitted = given;
+  fitted.identify = refit;
+  fitted.identify_per_session.clear();
+  fitted.effects.clear();
+  const auto unknowns = static_cast<double>(choose_identifiable(fitted, campaign).kept.size());
+  std::set<std::tuple<int, int, int>> readings;
+  for (int row = 0; row < campaign.rows(); ++row)
+    readings.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
+                     campaign.channel(row));
+  const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
+  const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
+  if (1 - left <= kMostHidden) return "";
+  return fmt::format(
+      "--refit {} fits {} unknowns to the {} numbers of these readings and so hides about {:.0f} % "
+      "of the error; measure more poses",
+      fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left));
 }
 
 }  // namespace armtrue

@@ -301,10 +301,6 @@ std::vector<CorrectedTarget> compensate_rows(const Robot& identified, const Robo
 
 }  // namespace
 
-bool states_calibration(const Robot& robot) {
-  return robot.uncertainty || !robot.std.empty() || !robot.effects.empty();
-}
-
 bool may_hold_flange_in_tool(const Robot& controller) {
   constexpr double kRounded = 1e-3;  // of right angles that are written as 1.571 rad or 3.14
   const Link& last = controller.chain.links.back();

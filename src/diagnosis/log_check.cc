@@ -81,7 +81,7 @@ bool has_noise(const Campaign& campaign, const Copies& copies) {
          !last_digits(coordinates, kStep);
 }
 
-void check_doubled(const Campaign& campaign, LogFindings& findings) {
+void check_doubled(const Campaign& campaign, Findings& findings) {
   const auto what = [&](const Copies& copies, const char* included) {
     return fmt::format("{} of {} rows hold the same as another{}: line {} as line {}", copies.count,
                        campaign.rows(), included, campaign.line[copies.second],
@@ -103,7 +103,7 @@ void check_doubled(const Campaign& campaign, LogFindings& findings) {
 }
 
 // The same readings in two sessions: two instruments, or two visits, never read alike.
-void check_copied_sessions(const Campaign& campaign, LogFindings& findings) {
+void check_copied_sessions(const Campaign& campaign, Findings& findings) {
   if (campaign.session_names.size() < 2) return;
   Campaign in_one = campaign;
   in_one.session.clear();
@@ -119,7 +119,7 @@ void check_copied_sessions(const Campaign& campaign, LogFindings& findings) {
 
 // One number in place of a point, in rows of several poses: an instrument that lost its target
 // writes 0 or -9999. Zeros may be a reference point that is the origin of R_A.
-void check_lost_readings(const Campaign& campaign, LogFindings& findings) {
+void check_lost_readings(const Campaign& campaign, Findings& findings) {
   if (campaign.rows() < kFewestRows || campaign.position.empty()) return;
   std::map<double, std::vector<int>> rows_of;
   for (int row = 0; row < campaign.rows(); ++row)
@@ -142,7 +142,7 @@ void check_lost_readings(const Campaign& campaign, LogFindings& findings) {
 
 // Rows that state a standard deviation in another unit than the others. Those of covariances may
 // state axes that nobody knows.
-void check_unit_of_sigma(const Campaign& campaign, LogFindings& findings) {
+void check_unit_of_sigma(const Campaign& campaign, Findings& findings) {
   constexpr double kMostTimes = 200;  // um among mm are a thousand
   if (!campaign.whitening.empty()) return;
   for (const auto& [column, sigma, unit] :
@@ -167,7 +167,7 @@ std::string without_case_and_blanks(std::string name) {
 }
 
 // A slip of the pen makes a session, whose own base takes up what the readings show of the arm.
-void check_session_names(const Campaign& campaign, LogFindings& findings) {
+void check_session_names(const Campaign& campaign, Findings& findings) {
   const std::vector<std::string>& names = campaign.session_names;
   std::vector<int> lines(names.size());  // of the first reading
   for (int row = campaign.rows() - 1; !campaign.session.empty() && row >= 0; --row)
@@ -186,7 +186,7 @@ void check_session_names(const Campaign& campaign, LogFindings& findings) {
 }
 
 // 273 K is the melting point of ice, and no arm is as hot as that in deg C.
-void check_unit_of_temperature(const Campaign& campaign, LogFindings& findings) {
+void check_unit_of_temperature(const Campaign& campaign, Findings& findings) {
   constexpr double kColdest = 233, kHottest = 373;  // K
   if (campaign.temperature_c.empty()) return;
   for (size_t sensor = 0; sensor < campaign.temperature_names.size(); ++sensor) {
@@ -211,7 +211,7 @@ bool runs_hot(const std::string& sensor) {
 }
 
 // 50 F is a cold hall, and 50 deg C more than an arm or a room has from the first reading on.
-void check_fahrenheit(const Campaign& campaign, LogFindings& findings) {
+void check_fahrenheit(const Campaign& campaign, Findings& findings) {
   constexpr double kColdest = 50, kHottest = 122;  // F: 10 to 50 deg C
   if (campaign.temperature_c.empty() || campaign.rows() < kFewestRows) return;
   for (size_t sensor = 0; sensor < campaign.temperature_names.size(); ++sensor) {
@@ -229,7 +229,7 @@ void check_fahrenheit(const Campaign& campaign, LogFindings& findings) {
 }
 
 // A few steps back in time, in rows that are otherwise in the order of time.
-void check_steps_back(const Campaign& campaign, LogFindings& findings) {
+void check_steps_back(const Campaign& campaign, Findings& findings) {
   std::map<std::pair<int, int>, int> last;  // row of each session and channel
   int back = 0, compared = 0, from = 0, to = 0;
   for (int row = 0; row < campaign.rows(); ++row) {
@@ -252,7 +252,7 @@ void check_steps_back(const Campaign& campaign, LogFindings& findings) {
       campaign.time_s[from], campaign.line[from], campaign.time_s[to], campaign.line[to]));
 }
 
-void check_unit_of_time(const Campaign& campaign, LogFindings& findings) {
+void check_unit_of_time(const Campaign& campaign, Findings& findings) {
   std::vector<int> order(campaign.q.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](int row) { return campaign.time_s[row]; });
@@ -279,7 +279,7 @@ void check_unit_of_time(const Campaign& campaign, LogFindings& findings) {
                     speed / kDegree));
 }
 
-void check_clock(const Campaign& campaign, LogFindings& findings) {
+void check_clock(const Campaign& campaign, Findings& findings) {
   if (campaign.time_s.empty() || campaign.rows() < kFewestRows) return;
   if (campaign.pose_ids.size() > 1 && stands_still(campaign)) {
     findings.warnings.push_back(
@@ -292,7 +292,7 @@ void check_clock(const Campaign& campaign, LogFindings& findings) {
   check_unit_of_time(campaign, findings);
 }
 
-void check_directions(const Campaign& campaign, LogFindings& findings) {
+void check_directions(const Campaign& campaign, Findings& findings) {
   int same = 0, opposite = 0;
   for_each_visit(campaign, [&](int row, const Arrival& derived) {
     for (size_t j = 0; j < campaign.arrival[row].size(); ++j) {
@@ -311,8 +311,8 @@ void check_directions(const Campaign& campaign, LogFindings& findings) {
 
 }  // namespace
 
-LogFindings check_log(const Campaign& campaign) {
-  LogFindings findings;
+Findings check_log(const Campaign& campaign) {
+  Findings findings;
   check_doubled(campaign, findings);
   check_copied_sessions(campaign, findings);
   check_lost_readings(campaign, findings);
@@ -326,8 +326,8 @@ LogFindings check_log(const Campaign& campaign) {
   return findings;
 }
 
-LogFindings check_travel(const Robot& robot, const Campaign& campaign) {
-  LogFindings findings;
+Findings check_travel(const Robot& robot, const Campaign& campaign) {
+  Findings findings;
   constexpr double kFarBeyond = 1.0;  // m
   const std::vector<JointName> names = joint_names(robot.chain);
   for (int row = 0; row < campaign.rows(); ++row)
@@ -347,13 +347,13 @@ LogFindings check_travel(const Robot& robot, const Campaign& campaign) {
   return findings;
 }
 
-LogFindings check_limits(const Robot& robot) {
+Findings check_limits(const Robot& robot) {
   constexpr size_t kFewestJoints = 4;
   constexpr double kRadians = 2.02 * std::numbers::pi * kDegree;  // a turn, read as degrees
   constexpr double kShort = 75 * kDegree;   // half of the joints of every arm travel farther,
   constexpr double kLong = 100 * kDegree;   // and one of them so far
   constexpr double kTurns = 4 * std::numbers::pi;  // farther travel only joints without an end
-  LogFindings findings;
+  Findings findings;
   std::vector<double> reaches, spans;
   const Link* most = nullptr;
   for (const Link& link : robot.chain.links) {

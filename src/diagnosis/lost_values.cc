@@ -171,7 +171,7 @@ std::vector<int> order_of_visits(const Campaign& campaign) {
 
 // A sensor that comes late: it stays at one number, from which it then jumps to all others.
 void check_dead_stretch(const Series& series, const std::vector<Value>& values,
-                        const Campaign& campaign, LogFindings& findings) {
+                        const Campaign& campaign, Findings& findings) {
   constexpr int kFewestInStretch = 5;
   const std::map<double, Isolation> isolation = isolations(series);
   const double jump = least_jump(series);
@@ -216,7 +216,7 @@ std::vector<Value> marks_of(const Series& series, const std::vector<Value>& valu
   return marks;
 }
 
-void check_temperatures(const Campaign& campaign, LogFindings& findings) {
+void check_temperatures(const Campaign& campaign, Findings& findings) {
   if (campaign.temperature_c.empty()) return;
   const std::vector<int> order = order_of_visits(campaign);
   for (size_t sensor = 0; sensor < campaign.temperature_names.size(); ++sensor) {
@@ -259,7 +259,7 @@ bool is_in_order(const Campaign& campaign, double mark) {
   return kRowsPerStepBack * back < campaign.rows();
 }
 
-void check_times(const Campaign& campaign, LogFindings& findings) {
+void check_times(const Campaign& campaign, Findings& findings) {
   constexpr long kPerShared = 20;      // times: so many have one pose alone, for one of several
   constexpr double kNearlyAll = 0.9;
   constexpr int kFewestRuns = 2, kMorePosesThanRuns = 6;
@@ -299,7 +299,7 @@ struct Load {
 };
 
 // Rows of several poses in which all components are one number.
-bool name_equal_components(const Load& load, const Campaign& campaign, LogFindings& findings) {
+bool name_equal_components(const Load& load, const Campaign& campaign, Findings& findings) {
   std::map<double, std::vector<int>> rows_of;
   for (int row = 0; row < campaign.rows(); ++row) {
     const auto value = [&](const Series& s) { return s.values[row]; };
@@ -324,7 +324,7 @@ bool name_equal_components(const Load& load, const Campaign& campaign, LogFindin
   return is_named;
 }
 
-void check_load(const Load& load, const Campaign& campaign, LogFindings& findings) {
+void check_load(const Load& load, const Campaign& campaign, Findings& findings) {
   constexpr double kFar = 10;  // times the width of the others: no process loads an arm so
   if (name_equal_components(load, campaign, findings)) return;
   for (const Series& series : load.components) {
@@ -334,7 +334,7 @@ void check_load(const Load& load, const Campaign& campaign, LogFindings& finding
   }
 }
 
-void check_loads(const Campaign& campaign, LogFindings& findings) {
+void check_loads(const Campaign& campaign, Findings& findings) {
   std::vector<int> rows(campaign.q.size());
   std::iota(rows.begin(), rows.end(), 0);
   if (!campaign.force_n.empty()) {
@@ -360,7 +360,7 @@ void check_loads(const Campaign& campaign, LogFindings& findings) {
 
 // Payloads are few numbers, each in many rows: a mark shows by its size, or, if it is zero, by a
 // load that is gone for single visits and back again, the same.
-void check_payload(const Campaign& campaign, LogFindings& findings) {
+void check_payload(const Campaign& campaign, Findings& findings) {
   constexpr double kNoPayload = 10;  // times the largest of the others
   constexpr long kRowsPerMark = 4;   // a campaign with and without load has more
   if (campaign.payload_kg.empty()) return;
@@ -388,7 +388,7 @@ void check_payload(const Campaign& campaign, LogFindings& findings) {
 
 }  // namespace
 
-void check_lost_values(const Campaign& campaign, LogFindings& findings) {
+void check_lost_values(const Campaign& campaign, Findings& findings) {
   if (campaign.rows() < kFewestOthers) return;
   check_times(campaign, findings);
   check_temperatures(campaign, findings);

@@ -17,6 +17,6 @@ namespace armtrue {
 ///   stands in all of a row's components.
 /// Warnings: a temperature that stays the same to the last digit and then jumps; torques that are
 /// all zero; a payload that is far from all others, or zero again and again between rows with load.
-void check_lost_values(const Campaign& campaign, LogFindings& findings);
+void check_lost_values(const Campaign& campaign, Findings& findings);
 
 }  // namespace armtrue

@@ -34,8 +34,8 @@ std::optional<std::string> find_change_of_any(const PlainFit& fit) {
 
 }  // namespace
 
-LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
-  LogFindings found;
+Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
+  Findings found;
   if (rows_by_session(campaign).size() > kMostSessions) return found;
   auto fit = fit_plainly(robot, campaign);
   if (!fit) return found;

@@ -90,4 +90,8 @@ Robot without_station_effects(Robot robot, bool tool_is_measured) {
   return robot;
 }
 
+bool states_calibration(const Robot& robot) {
+  return robot.uncertainty || !robot.std.empty() || !robot.effects.empty();
+}
+
 }  // namespace armtrue

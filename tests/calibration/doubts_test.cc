@@ -7,6 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/io/robot_io.h"
+
 namespace armtrue::doubts_test {
 namespace {
 
@@ -119,6 +122,34 @@ TEST(FarAboveNoise, WidensWhatIsSaidOfParametersAndCoefficients) {
   EXPECT_DOUBLE_EQ(c.ci95[0], -15);
   EXPECT_DOUBLE_EQ(c.ci95[1], 35);
   EXPECT_EQ(fit.covariance, Eigen::MatrixXd::Identity(2, 2));
+}
+
+TEST(OffAsWholes, EachGetsItsSentence) {
+  EXPECT_THAT(off_as_wholes({}), IsEmpty());
+  EXPECT_THAT(off_as_wholes({{"P7", {3, 4}, 1.5e-3, "a target was bumped"}}),
+              testing::ElementsAre("all readings of pose P7 share an error of 1.5 mm; it is left out: a target "
+                                   "was bumped"));
+}
+
+TEST(NotConverged, IsSaidOfAFitThatDidNot) {
+  CalibrationResult fit;
+  fit.converged = true;
+  EXPECT_EQ(not_converged(fit), "");
+  fit.converged = false;
+  fit.iterations = 50;
+  EXPECT_THAT(not_converged(fit), HasSubstr("not converged after 50 iterations"));
+}
+
+// Base and tool are 12 numbers; 60 points are 180, of which they hide 3 %, and 5 points 15.
+TEST(HiddenByRefit, IsSaidOfFewReadingsAlone) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  const auto of = [&](int poses) {
+    return simulate(robot, robot, {.poses = poses, .seed = 3});
+  };
+  EXPECT_EQ(hidden_by_refit({}, robot, of(5)), "");
+  EXPECT_EQ(hidden_by_refit({"base", "tool"}, robot, of(120)), "");
+  EXPECT_THAT(hidden_by_refit({"base", "tool"}, robot, of(5)),
+              HasSubstr("--refit base,tool fits 12 unknowns to the 30 numbers"));
 }
 
 }  // namespace

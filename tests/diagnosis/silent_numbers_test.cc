@@ -34,7 +34,7 @@ Campaign tutorial() { return read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.c
 
 std::vector<std::string> all_findings(const Robot& robot, const Campaign& campaign) {
   std::vector<std::string> all = diagnose(robot, campaign);
-  for (const LogFindings& found :
+  for (const Findings& found :
        {check_log(campaign), check_travel(robot, campaign), find_suspicions(robot, campaign)}) {
     all.insert(all.end(), found.errors.begin(), found.errors.end());
     all.insert(all.end(), found.warnings.begin(), found.warnings.end());
@@ -398,7 +398,7 @@ TEST(SilentNumbers, AHotGearIsNoMistake) {
   campaign.temperature_names = {"gear3"};
   for (int row = 0; row < campaign.rows(); ++row)
     campaign.temperature_c.push_back({std::min(85.0, std::round(60 + 0.2 * row))});
-  const LogFindings found = check_log(campaign);
+  const Findings found = check_log(campaign);
   EXPECT_THAT(found.errors, IsEmpty());
   EXPECT_THAT(found.warnings, IsEmpty());
 }

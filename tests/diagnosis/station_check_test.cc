@@ -60,7 +60,7 @@ void longer_by(double constant, Eigen::Vector3d& point) { point *= 1 + constant 
 
 std::vector<std::string> all_findings(const Robot& robot, const Campaign& campaign) {
   std::vector<std::string> all = diagnose(robot, campaign);
-  const LogFindings found = find_suspicions(robot, campaign);
+  const Findings found = find_suspicions(robot, campaign);
   all.insert(all.end(), found.errors.begin(), found.errors.end());
   all.insert(all.end(), found.warnings.begin(), found.warnings.end());
   return all;

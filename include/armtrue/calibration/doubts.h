@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/gross_poses.h"
+#include "armtrue/calibration/left_out.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
@@ -45,5 +47,30 @@ void widen_deviations(double factor, CalibrationResult& fit);
 /// up to 10 % outside. `predictions`: of each row.
 std::string broken_bounds(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<Prediction>& predictions);
+
+/// That a fit did not converge, with the remedy; empty if it did.
+std::string not_converged(const CalibrationResult& fit);
+
+/// Which parameters these poses do not show that other poses would, and what small angles of the
+/// arm alone show; empty if there is none.
+std::string lost_in_words(const Robot& robot, const Campaign& campaign,
+                          const CalibrationResult& fit);
+
+/// That `identify` leaves out parameters which the readings show, for a search of effects.
+std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
+
+/// Of each pose that is left out because all its readings share a large error, a sentence.
+std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross);
+
+/// What touches do not show: the place of R_A, and the scale, unless an artefact or an encoder of
+/// lengths shows it. Empty where not all readings are touches. `robot`: the one for which the set
+/// was chosen.
+std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
+                                              const IdentifiableSet& set);
+
+/// That the parameters `refit`, fitted to few readings, take up more than a fifth of their errors,
+/// which are then those of no other pose; else empty. `given`: the robot before the fit.
+std::string hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
+                            const Campaign& campaign);
 
 }  // namespace armtrue

@@ -128,10 +128,6 @@ class OutOfReach : public UnreachableTarget {
   using UnreachableTarget::UnreachableTarget;
 };
 
-/// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,
-/// or effects.
-bool states_calibration(const Robot& robot);
-
 /// Whether `tool` of a controller's model may be the flange of a program and not the place of a
 /// reflector: the last link changes nothing, so R_7 is the frame of the last axis, and the tool is
 /// turned by right angles. convert-robot once left the flange of a URDF there.

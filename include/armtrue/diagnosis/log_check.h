@@ -8,8 +8,8 @@
 
 namespace armtrue {
 
-/// Contradictions between the columns of a campaign, found without a fit.
-struct LogFindings {
+/// What is wrong with readings, in sentences with numbers and remedies.
+struct Findings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely
 };
@@ -28,13 +28,13 @@ struct LogFindings {
 ///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would
 ///   move faster than 1000 deg/s);
 /// - directions of arrival that are nearly all opposite to the moves from row to row.
-LogFindings check_log(const Campaign& campaign);
+Findings check_log(const Campaign& campaign);
 
 /// Errors: joint angles half a turn or more beyond the travel that the robot file states.
-LogFindings check_travel(const Robot& robot, const Campaign& campaign);
+Findings check_travel(const Robot& robot, const Campaign& campaign);
 
 /// Warnings: limits of the joints (min_deg, max_deg) that look like radians, or ten times too large
 /// or too small. Nothing for fewer than four joints with limits.
-LogFindings check_limits(const Robot& robot);
+Findings check_limits(const Robot& robot);
 
 }  // namespace armtrue

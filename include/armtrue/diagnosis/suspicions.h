@@ -19,7 +19,7 @@ namespace armtrue {
 /// width; the joint angles were not read at standstill; they are rounded; a link changes by more
 /// than arms are made to. Empty if the readings are too few for a calibration, or of more than
 /// 16 sessions.
-LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
+Findings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 /// A change among the readings that explains what a fit leaves: of those of find_suspicions(), what
 /// is another one after some row or in a session, a constant of the instrument's range, or the

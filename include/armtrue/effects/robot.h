@@ -122,4 +122,8 @@ bool moves_program(const Effect& effect, bool tool_is_measured);
 /// goes, its mean stays (see Effect::mean).
 Robot without_station_effects(Robot robot, bool tool_is_measured);
 
+/// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,
+/// or effects.
+bool states_calibration(const Robot& robot);
+
 }  // namespace armtrue

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/diagnosis/log_check.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// All that tells of a mistake before readings are used: check_travel(), diagnose(),
+/// find_suspicions(). The first error ends the check, because it makes the others: errors has one
+/// sentence at most. The diagnosis calibrates the robot.
+Findings find_mistakes(const Robot& robot, const Campaign& campaign);
+
+/// Why a mean position error of a calibrated arm [m] cannot be an error of an arm; empty if it can.
+/// `noise`: of a coordinate [m].
+std::string beyond_any_arm(const Robot& robot, double error, double noise);
+/// The same for the errors of the robot on the readings of a campaign.
+std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation);
+/// The same of a robot whose file may be a nominal one, which may err by more: by kImplausibleMiss.
+/// `given`: as its file has it; `robot`: as it was fitted and evaluated.
+std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,
+                       const Evaluation& evaluation);
+
+/// A reading that stands in two campaigns, by its row in each.
+struct SharedReading {
+  int training, test;
+};
+/// The first reading of `test` whose joint angles and numbers are those of one of `training`: a
+/// model that was fitted to it is not tested by it.
+std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test);
+
+/// Poses of a test that stand at the joint angles of training poses (to 0.1 deg or 0.1 deg in m of a
+/// travel), under other names. They are repeats: their readings share the errors of the arm there,
+/// which are no errors at unseen poses.
+struct RepeatedPoses {
+  int repeated = 0, of = 0;
+  std::string test, training;  ///< names of the first
+};
+RepeatedPoses repeated_poses(const Campaign& training, const Campaign& test);
+
+}  // namespace armtrue

@@ -1,0 +1,101 @@
+#include "armtrue/diagnosis/mistakes.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <map>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/suspicions.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+namespace {
+
+// The numbers of a reading as one of 64 bits: two readings never share one.
+size_t reading_of(const Campaign& campaign, int row) {
+  std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
+  if (!campaign.position.empty())
+    numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
+  if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
+  if (campaign.has_touches()) numbers.push_back(campaign.quantity(row));
+  const std::string_view bytes(reinterpret_cast<const char*>(numbers.data()),
+                               numbers.size() * sizeof(double));
+  return std::hash<std::string_view>()(bytes);
+}
+
+std::map<int, int> first_rows(const Campaign& campaign) {
+  std::map<int, int> first;
+  for (int row = 0; row < campaign.rows(); ++row) first.try_emplace(campaign.pose[row], row);
+  return first;
+}
+
+}  // namespace
+
+Findings find_mistakes(const Robot& robot, const Campaign& campaign) {
+  if (Findings of_travel = check_travel(robot, campaign); !of_travel.errors.empty())
+    return {{of_travel.errors.front()}, {}};
+  if (const auto mistakes = diagnose(robot, campaign); !mistakes.empty())
+    return {{mistakes.front()}, {}};
+  Findings found = find_suspicions(robot, campaign);
+  if (!found.errors.empty()) return {{found.errors.front()}, {}};
+  return found;
+}
+
+std::string beyond_any_arm(const Robot& robot, double error, double noise) {
+  const double most = largest_credible_error(robot.chain, noise);
+  if (error <= most) return "";
+  return fmt::format(
+      "the mean error that is left, {:.4g} mm, is more than an arm of this size and this noise can "
+      "have ({:.2g} mm): look for a mistake in the readings before the result is used",
+      error / kMillimetre, most / kMillimetre);
+}
+
+std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation) {
+  return beyond_any_arm(robot, summarize(evaluation.reading_errors()).mean,
+                        noise_floor(robot, campaign, evaluation).position);
+}
+
+std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,
+                       const Evaluation& evaluation) {
+  if (states_calibration(given)) return beyond_any_arm(robot, campaign, evaluation);
+  const double mean = summarize(evaluation.reading_errors()).mean;
+  if (mean <= kImplausibleMiss) return "";
+  return fmt::format(
+      "the mean error, {:.4g} mm, is more than a nominal model of an arm can have ({:g} mm): look "
+      "for a mistake in the readings or the robot file",
+      mean / kMillimetre, kImplausibleMiss / kMillimetre);
+}
+
+std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test) {
+  std::unordered_map<size_t, int> row_of;
+  for (int row = 0; row < training.rows(); ++row) row_of.emplace(reading_of(training, row), row);
+  for (int row = 0; row < test.rows(); ++row)
+    if (const auto same = row_of.find(reading_of(test, row)); same != row_of.end())
+      return SharedReading{same->second, row};
+  return std::nullopt;
+}
+
+RepeatedPoses repeated_poses(const Campaign& training, const Campaign& test) {
+  constexpr double kSameConfiguration = 0.1 * kDegree;  // as replicates; of a travel [m]
+  const std::map<int, int> of_training = first_rows(training), of_test = first_rows(test);
+  RepeatedPoses poses{0, static_cast<int>(of_test.size()), "", ""};
+  for (const auto& [pose, row] : of_test)
+    for (const auto& [other, other_row] : of_training) {
+      const JointVector apart = test.q[row] - training.q[other_row];
+      if (apart.cwiseAbs().maxCoeff() > kSameConfiguration) continue;
+      if (poses.repeated++ == 0) {
+        poses.test = test.pose_ids[pose];
+        poses.training = training.pose_ids[other];
+      }
+      break;
+    }
+  return poses;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,51 @@
+#include "armtrue/tracing/loop_doubts.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "armtrue/calibration/doubts.h"
+#include "armtrue/diagnosis/mistakes.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/description.h"
+
+namespace armtrue {
+namespace {
+
+// Why the result must not be used; empty if it may be.
+std::string why_not_used(const Robot& robot, const LoopResult& result) {
+  if (!result.trace.fit.converged) return not_converged(result.trace.fit);
+  const std::string beyond = beyond_any_arm(robot, result.after, result.noise.position);
+  if (!beyond.empty() || !result.worse_than_nominal) return beyond;
+  const double nominal = result.stages.front().held_out.position.mean;
+  return fmt::format(
+      "on the held-out poses the result is worse than the nominal robot with base and tool placed: "
+      "{:.4g} mm, against {:.4g}; keep the nominal robot, or measure more poses",
+      result.after / kMillimetre, nominal / kMillimetre);
+}
+
+std::string common_backlash_in_words(const LoopResult& result) {
+  if (!result.common_backlash) return "";
+  return fmt::format(
+      "the joints have one backlash, {:.2g} deg, and gears have each their own: were the joint "
+      "angles not read at standstill? A campaign with angles read so tells; until then the verdict "
+      "is not 'closed'",
+      std::abs(*result.common_backlash) / kDegree);
+}
+
+}  // namespace
+
+LoopDoubts doubts_of_loop(const Robot& robot, const Campaign& training, const LoopResult& result) {
+  const CalibrationResult& fit = result.trace.fit;
+  const std::string not_used = why_not_used(robot, result);
+  LoopDoubts doubts{not_shown_by_touches(robot, training, fit.set), not_used.empty()};
+  for (const std::string& sentence :
+       {result.trace.left_out ? left_out_in_words(robot, *result.trace.left_out) : "",
+        lost_in_words(robot, training, fit), not_used, common_backlash_in_words(result),
+        rejection_in_words(result), unknown_noise_in_words(result), result.left_out_together,
+        contradiction_of_noise(robot, training, fit, result.noise)})
+    if (!sentence.empty()) doubts.sentences.push_back(sentence);
+  return doubts;
+}
+
+}  // namespace armtrue
