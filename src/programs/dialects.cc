@@ -12,6 +12,7 @@ const std::vector<const Dialect*>& dialects() {
       &rapid_dialect(),
       &fanuc_dialect(),
       &urscript_dialect(),
+      &inform_dialect(),
   };
   return all;
 }

@@ -12,17 +12,24 @@ bool is_plain_letter(char c) { return is_letter(c) && c != '$'; }
 }  // namespace
 
 std::string why_illegal_name(const Dialect& dialect, const std::string& name) {
-  const size_t most = dialect.facts().longest_name;
-  if (most == 0) return "";
+  const NameRule& rule = dialect.facts().names;
+  if (rule.longest == 0) return "";
   std::string legal;
-  for (char c : name) legal += is_plain_letter(c) || is_digit(c) ? c : '_';
-  if (legal.empty() || is_digit(legal[0])) legal.insert(0, 1, 'P');
-  legal = legal.substr(0, most);
+  for (char c : name) {
+    const bool is_legal =
+        is_plain_letter(c) || is_digit(c) || rule.others.find(c) != std::string::npos;
+    legal += is_legal ? c : '_';
+  }
+  if (legal.empty() || (is_digit(legal[0]) && !rule.may_begin_with_digit)) legal.insert(0, 1, 'P');
+  legal = legal.substr(0, rule.longest);
   if (legal == name) return "";
+  std::string others;
+  for (const char c : rule.others) others += fmt::format(", '{}'", c);
   return fmt::format(
-      "'{}' is no name for a {} program, which has at most {} letters a to z, digits and "
-      "underscores and begins with no digit; use '{}'",
-      name, dialect.facts().maker, most, legal);
+      "'{}' is no name for a {} program, which has at most {} letters a to z, digits{} and "
+      "underscores{}; use '{}'",
+      name, dialect.facts().maker, rule.longest, others,
+      rule.may_begin_with_digit ? "" : " and begins with no digit", legal);
 }
 
 void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts) {
@@ -33,7 +40,7 @@ void rename(const RobotProgram& program, const std::string& name, std::vector<st
       const std::string now = program.texts[i].text.substr(place.begin, place.end - place.begin);
       if (upper(now) == upper(name)) continue;
       edits.push_back({place.text, place.begin, place.end,
-                       program.dialect->facts().has_capital_names ? upper(name) : name});
+                       program.dialect->facts().names.are_capitals ? upper(name) : name});
     }
     // Names stand before all points, whose numbers may have changed.
     texts[i] = apply_edits(texts[i], edits, static_cast<int>(i));

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/kinematics/chain.h"
@@ -16,6 +17,16 @@ namespace armtrue {
 
 class MoveWriter;  // programs/insertion.h
 
+/// Legal names of programs: of letters, digits and underscores.
+struct NameRule {
+  /// Characters; 0: any name is legal, as the controller takes it from the text, whatever the file
+  /// is called.
+  size_t longest = 0;
+  std::string others;  ///< other characters
+  bool may_begin_with_digit = false;
+  bool are_capitals = false;  ///< a name is written in capitals
+};
+
 /// What is the same for all programs of a maker.
 struct DialectFacts {
   std::string name;                  ///< in options: `krl`
@@ -25,10 +36,7 @@ struct DialectFacts {
   double length = kMillimetre;       ///< unit of lengths [m]
   double angle = kDegree;            ///< unit of angles [rad]
 
-  /// Letters, digits and underscores that the name of a program may have, beginning with a letter;
-  /// 0: any name is legal, as the controller takes it from the text, whatever the file is called.
-  size_t longest_name = 0;
-  bool has_capital_names = false;  ///< a name is written in capitals
+  NameRule names;
   /// mirror-correct leaves the name in the text, and its product is NAME-corrected.
   bool keeps_name_on_path = false;
 

@@ -37,8 +37,7 @@ class FanucDialect : public Dialect {
       : Dialect({.name = "fanuc",
                  .maker = "FANUC",
                  .endings = {".LS"},
-                 .longest_name = 36,  // R-30iB, operator's manual
-                 .has_capital_names = true,
+                 .names = {.longest = 36, .are_capitals = true},  // R-30iB, operator's manual
                  .frame = "its user frame (UF)",
                  .tool = "its tool frame (UT)",
                  .counts_axis_3_from_arm = true,

@@ -73,7 +73,7 @@ class KrlDialect : public Dialect {
                  .maker = "KUKA",
                  .endings = {".SRC"},
                  .comment = ';',
-                 .longest_name = 24,  // KSS 8.x, operating manual
+                 .names = {.longest = 24},  // KSS 8.x, operating manual
                  .keeps_name_on_path = true,
                  .frame = "$BASE",
                  .tool = "$TOOL",
