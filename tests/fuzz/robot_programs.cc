@@ -84,6 +84,10 @@ auto lines_within_points(const RobotProgram& program) {
   return sum;
 }
 
+// Elsewhere than in the moves, and new ones on lines of their own.
+bool declares_points(const Dialect& dialect) {
+  return dialect.facts().name == "fanuc" || dialect.facts().name == "inform";
+}
 bool is_rapid(const Dialect& dialect) { return dialect.facts().name == "rapid"; }
 
 // As mirror-correct displaces a program along a path.
@@ -132,7 +136,8 @@ void read_names(const Dialect& dialect, const std::string& text) {
 void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
   read_names(dialect, texts.front().text);
   static const KnownFrames known{{"BASE_DATA[1]", {}}, {"TOOL_DATA[1]", {}}, {"wobj1", {}},
-                                 {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}}};
+                                 {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}},
+                                 {"USER[1]", {}},      {"TOOL[0]", {}}};
   const RobotProgram program = parse_program(dialect, texts, known);
   std::vector<ProgramCommand> commands(program.targets.size());
   RewrittenProgram same = rewrite(program, commands);
@@ -149,9 +154,9 @@ void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
   for (size_t i = 0; i < texts.size(); ++i) {
     const auto before = lines(texts[i].text), now = lines(moved.texts[i]);
     // A point of its own: of FANUC a new position; of ABB it stands on one line.
-    require(dialect.facts().name == "fanuc" ? now >= before
-            : is_rapid(dialect)             ? now <= before
-                                            : now == before,
+    require(declares_points(dialect) ? now >= before
+            : is_rapid(dialect)      ? now <= before
+                                     : now == before,
             "lines are lost");
   }
   rename(program, "OTHER_NAME", moved.texts);
@@ -183,11 +188,14 @@ void correct_fanuc_program(const std::string& bytes) { correct(*find_dialect("fa
 void correct_urscript_program(const std::string& bytes) {
   correct(*find_dialect("urscript"), {{"p.script", bytes}});
 }
+void correct_inform_program(const std::string& bytes) {
+  correct(*find_dialect("inform"), {{"P.JBI", bytes}});
+}
 
 constexpr Target kTargets[] = {
     {"krl-path", displace_krl_program},     {"krl", correct_krl_program},
     {"rapid", correct_rapid_program},       {"fanuc", correct_fanuc_program},
-    {"urscript", correct_urscript_program},
+    {"urscript", correct_urscript_program}, {"inform", correct_inform_program},
 };
 
 }  // namespace

@@ -126,6 +126,7 @@ class InformReader : MoveReader {
     std::set<int>* frames = first == "MFRAME" ? &changed_users_
                             : first == "SETTOOL" ? &changed_tools_
                                                  : nullptr;
+    bool is_set = first != "MFRAME";  // the first one that is named; the others are read
     each_word(text_, statement, [&](const std::string& word, size_t, TextCursor behind) {
       if (frames && (word == "UF" || word == "TL")) {
         behind.take('#');
@@ -136,8 +137,11 @@ class InformReader : MoveReader {
       }
       const bool is_all = word.starts_with("PX");
       const std::string name = inform_position_name(is_all ? "P" + word.substr(2) : word);
-      if (first != "MFRAME" && name.starts_with('P')) changed_.insert(name);
-      if ((word == "P" || word == "PX") && behind.next() == '[') is_any_changed_ = true;
+      const bool is_any = (word == "P" || word == "PX") && behind.next() == '[';
+      if (!is_any && !name.starts_with('P')) return;
+      if (is_set && is_any) is_any_changed_ = true;
+      if (is_set && !is_any) changed_.insert(name);
+      is_set = false;
     });
   }
 
