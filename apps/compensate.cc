@@ -12,6 +12,7 @@
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/report/compensation_page.h"
 #include "armtrue/text/number_text.h"
 #include "columns.h"
@@ -205,18 +206,20 @@ void refuse_options_of_tables(const app::Command& command, const Arguments& argu
     throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
 }
 
-// A robot program states six axes; of KUKA external ones, too.
+// A robot program states six axes, and may state external ones.
 ProgramJoints joints_of_program(const Robot& controller, const RobotProgram& program,
                                 const Arguments& arguments) {
+  const DialectFacts& facts = program.dialect->facts();
   const std::optional<ProgramJoints> joints =
-      program_joints(controller.chain, program.dialect == Dialect::fanuc);
-  if (joints && (program.dialect == Dialect::krl || !joints->has_external())) return *joints;
+      program_joints(controller.chain, facts.counts_axis_3_from_arm);
+  if (joints && (facts.has_external_axes || !joints->has_external())) return *joints;
   throw InputError(fmt::format(
       "{}: {} is about an arm of six revolute axes{}, and {} has the joints {}; give its targets "
       "as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
       arguments.program.path,
-      program.dialect == Dialect::krl ? "a KUKA program" : "a program of this controller",
-      program.dialect == Dialect::krl ? " and external axes E1 to E6" : "", arguments.controller,
+      facts.has_external_axes ? fmt::format("a {} program", facts.maker)
+                              : std::string("a program of this controller"),
+      facts.has_external_axes ? " and external axes E1 to E6" : "", arguments.controller,
       encoder_columns(controller.chain)));
 }
 

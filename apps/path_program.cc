@@ -8,6 +8,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"
 #include "robot_program_files.h"
@@ -15,8 +16,8 @@
 namespace armtrue::app {
 namespace {
 
-Dialect dialect_of(const PathProgramArguments& arguments) {
-  return dialect_of_file(arguments.path).value_or(Dialect::krl);
+const DialectFacts& facts_of(const PathProgramArguments& arguments) {
+  return likely_dialect(arguments.path).facts();
 }
 
 // The file of the corrected program.
@@ -26,16 +27,16 @@ std::string program_out(const PathProgramArguments& arguments) {
     throw UsageError("--program-out: '" + arguments.path +
                      "' has no name from which that of the corrected program follows; give it");
   const std::filesystem::path program(arguments.path);
-  // A program of the other makers has the name of its file, which must be legal.
-  const char* const ending = dialect_of(arguments) == Dialect::krl ? "-corrected" : "_corrected";
+  // Where the program has the name of its file, that must be legal.
+  const char* const ending = facts_of(arguments).keeps_name_on_path ? "-corrected" : "_corrected";
   return std::filesystem::path(program)
       .replace_filename(program.stem().string() + ending + program.extension().string())
       .string();
 }
 
-// Standard output and devices have no name, and a KUKA program keeps its own.
+// Standard output and devices have no name.
 bool has_name_of_file(const PathProgramArguments& arguments, const std::string& out) {
-  return out != "-" && !is_device_or_pipe(out) && dialect_of(arguments) != Dialect::krl;
+  return out != "-" && !is_device_or_pipe(out) && !facts_of(arguments).keeps_name_on_path;
 }
 
 constexpr const char* kInsteadOfCorrected =
@@ -47,7 +48,7 @@ void check_program_out(const Command& command, const PathProgramArguments& argum
   const std::string out = program_out(arguments);
   if (has_name_of_file(arguments, out))
     if (const std::string wrong =
-            why_illegal_name(program.dialect, std::filesystem::path(out).stem().string());
+            why_illegal_name(*program.dialect, std::filesystem::path(out).stem().string());
         !wrong.empty())
       throw UsageError("--program-out: " + wrong);
   if (arguments.out.empty()) command.check_derived_output(out);
@@ -67,8 +68,8 @@ void check_program_out(const Command& command, const PathProgramArguments& argum
 void add_path_program(Command& command, PathProgramArguments& arguments) {
   const Option program =
       command.file("--program", arguments.path,
-                   "Robot program of the programmed path: KUKA .src with its .dat, ABB .mod, FANUC "
-                   ".ls, UR .script");
+                   "Robot program of the programmed path: " +
+                       kinds_of_programs(" with its .dat"));
   command
       .add_output(
           "--program-out", arguments.out,
@@ -85,9 +86,9 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
 
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments) {
   program_out(arguments);  // throws if there is none
-  const Dialect dialect = dialect_of(arguments);
+  const Dialect& dialect = likely_dialect(arguments.path);
   std::vector<ProgramText> texts =
-      command.read_program_texts(arguments.path, "", dialect == Dialect::krl);
+      command.read_program_texts(arguments.path, "", !dialect.facts().data_list.empty());
   refuse_mark(texts, Corrector::mirror, kInsteadOfCorrected);
   RobotProgram program = parse_program(dialect, std::move(texts), {}, TargetParts::position);
   refuse_check_digits(program, Corrector::mirror, kInsteadOfCorrected);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/io/output.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/text/input_error.h"
 
@@ -71,10 +72,10 @@ class Project {
   }
 
  private:
-  void correct(Dialect dialect, const ProgramText& text,
+  void correct(const Dialect& dialect, const ProgramText& text,
                const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
     std::vector<ProgramText> own{text};
-    if (dialect == Dialect::krl)
+    if (!dialect.facts().data_list.empty())
       if (const ProgramText* const dat = dat_of(text.name)) own.push_back(*dat);
     RobotProgram program;
     try {
@@ -120,15 +121,16 @@ class Project {
     return nullptr;
   }
 
-  // A subprogram of KUKA that states neither has the $BASE and $TOOL of whoever calls it.
+  // A subprogram that states neither has those of whoever calls it.
   void refuse_frames_of_callers(const RobotProgram& program) const {
-    if (program.dialect != Dialect::krl) return;
+    if (!program.dialect->facts().has_frames_of_caller) return;
     for (const ProgramTarget& target : program.targets)
       if (target.kind == TargetKind::cartesian && (target.base < 0 || target.tool < 0))
         throw InputError(fmt::format(
             "{}:{}: the program states no {} for this move, which is that of its caller; state it "
             "in the program, or correct it alone (--program) with --base and --tool",
-            program.texts[0].name, target.line, target.base < 0 ? "$BASE" : "$TOOL"));
+            program.texts[0].name, target.line,
+            target.base < 0 ? program.dialect->facts().frame : program.dialect->facts().tool));
   }
 
   // All texts: those that are not corrected as they are.

@@ -1,6 +1,7 @@
 #include "robot_program_files.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,7 +11,9 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
+#include "armtrue/text/edit_distance.h"
 #include "option_text.h"
 #include "program_arguments.h"
 
@@ -42,12 +45,16 @@ Check frame_check() {
 // Standard output, a device or a pipe has no name.
 bool has_name(const std::string& output) { return output != "-" && !is_device_or_pipe(output); }
 
-Dialect dialect_of(const RobotProgramFiles& files) {
+const Dialect& dialect_of(const RobotProgramFiles& files) {
   if (!files.dialect.empty()) return *find_dialect(files.dialect);
   if (const auto dialect = dialect_of_file(files.path)) return *dialect;
-  throw UsageError("--program: '" + files.path +
-                   "' does not end as a program does (.src, .mod, .prg, .sys, .ls, .script, "
-                   ".urscript); say what it is with --dialect");
+  std::vector<std::string> endings;
+  for (const Dialect* dialect : dialects())
+    for (const std::string& ending : dialect->facts().endings)
+      endings.push_back(lower_case(ending));
+  throw UsageError(fmt::format("--program: '{}' does not end as a program does ({}); say what it "
+                               "is with --dialect",
+                               files.path, fmt::join(endings, ", ")));
 }
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
@@ -56,7 +63,7 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
   const std::string dat = has_dat ? dat_of_output(program, files.out) : "";
   if (!has_name(files.out)) return;
   if (const std::string wrong =
-          why_illegal_name(program.dialect, fs::path(files.out).stem().string());
+          why_illegal_name(*program.dialect, fs::path(files.out).stem().string());
       !wrong.empty())
     throw UsageError("--program-out: " + wrong);
   std::vector<std::string> outputs{files.out};
@@ -80,7 +87,7 @@ constexpr std::array<std::pair<Corrector, const char*>, 2> kInsteadOf{
 
 // The texts of --with, but for those of the program itself. The whole of a folder is searched as
 // its controller does.
-std::vector<ProgramText> read_others(Command& command, Dialect dialect,
+std::vector<ProgramText> read_others(Command& command, const Dialect& dialect,
                                      const std::vector<ProgramText>& own,
                                      const RobotProgramFiles& files) {
   std::vector<ProgramText> others;
@@ -128,11 +135,22 @@ void refuse_corrected_points(const RobotProgram& program) {
   for (const auto& [by, instead] : kInsteadOf) refuse_check_digits(program, by, instead);
 }
 
+std::string kinds_of_programs(const std::string& with_data_list) {
+  std::vector<std::string> kinds;
+  for (const Dialect* dialect : dialects()) {
+    const DialectFacts& facts = dialect->facts();
+    kinds.push_back(facts.maker + " " + lower_case(facts.endings.front()) +
+                    (facts.data_list.empty() ? "" : with_data_list));
+  }
+  return fmt::format("{}", fmt::join(kinds, ", "));
+}
+
 Option add_robot_program(Command& command, RobotProgramFiles& files) {
+  std::vector<std::string> names;
+  for (const Dialect* dialect : dialects()) names.push_back(dialect->facts().name);
   const Option program =
       command.file("--program", files.path,
-                   "Robot program to correct instead of a file of targets: KUKA .src, ABB .mod, "
-                   "FANUC .ls, UR .script");
+                   "Robot program to correct instead of a file of targets: " + kinds_of_programs());
   program.needs(command
                     .add_output("--program-out", files.out,
                                 "Write the corrected program here, a .dat beside it")
@@ -149,7 +167,7 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
   command
       .option("--dialect", files.dialect,
               "Language of the program, if the file name does not show it")
-      .check(one_of({"krl", "rapid", "fanuc", "urscript"}))
+      .check(one_of(names))
       .needs(program);
   command
       .option(
@@ -172,16 +190,17 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   if (command.input != "-")
     throw UsageError("'" + command.input +
                      "' and --program are given; correct one of them at a time");
-  const Dialect dialect = dialect_of(files);
-  if (!files.dat.empty() && dialect != Dialect::krl)
+  const Dialect& dialect = dialect_of(files);
+  const bool has_data_list = !dialect.facts().data_list.empty();
+  if (!files.dat.empty() && !has_data_list)
     throw UsageError("--dat: only a KUKA program has a .dat");
   const KnownFrames known = known_frames(files);
-  if (const auto other = dialect_of_file(files.out); other && *other != dialect)
+  if (const auto other = dialect_of_file(files.out); other && other != &dialect)
     throw UsageError("--program-out: '" + files.out + "' ends as a program of " +
-                     to_string(*other) + " does, and " + files.path + " is one of " +
-                     to_string(dialect) + "; give it an ending of this language");
+                     other->facts().name + " does, and " + files.path + " is one of " +
+                     dialect.facts().name + "; give it an ending of this language");
   std::vector<ProgramText> texts =
-      command.read_program_texts(files.path, files.dat, dialect == Dialect::krl);
+      command.read_program_texts(files.path, files.dat, has_data_list);
   refuse_corrected_texts(texts);
   std::vector<ProgramText> others = read_others(command, dialect, texts, files);
   RobotProgram program =

@@ -38,6 +38,10 @@ struct RobotProgramFiles {
   std::vector<std::string> with;    ///< files and folders that declare what the program uses
 };
 
+/// What --program takes, for its help: `KUKA .src, ABB .mod`. `with_data_list`: stands behind those
+/// that have one.
+std::string kinds_of_programs(const std::string& with_data_list = "");
+
 /// --program, --program-out, --dat, --with, --dialect, --frame. Returns --program.
 Option add_robot_program(Command& command, RobotProgramFiles& files);
 

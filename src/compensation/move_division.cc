@@ -8,6 +8,7 @@
 
 #include "armtrue/compensation/program_joints.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 #include "compensation/error_between.h"
 
@@ -40,7 +41,7 @@ class MoveDivision {
         program_(program),
         options_(options),
         tolerance_(tolerance),
-        joints_(program_joints(controller.chain, text.dialect == Dialect::fanuc)),
+        joints_(program_joints(controller.chain, text.dialect->facts().counts_axis_3_from_arm)),
         closed_(text.targets.size()),
         why_(text.targets.size()),
         before_(text.targets.size(), 0) {

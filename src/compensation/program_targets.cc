@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 
 namespace armtrue {
@@ -74,8 +75,8 @@ void finish(CorrectedMoves& moves) {
 
 bool states_turn(const RobotProgram& program, size_t row) {
   const ProgramTarget& target = program.targets[row];
-  return program.dialect == Dialect::krl && target.kind == TargetKind::cartesian &&
-         states_turn(program.points[target.point]);
+  return target.kind == TargetKind::cartesian &&
+         program.dialect->states_turn(program.points[target.point]);
 }
 
 // The external axes of a target, in a vector of all joints.
@@ -153,16 +154,17 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
                                  const ProgramJoints& joints) {
   ProgramCommands commands;
   warn_of_other_axes(program, joints, commands.warnings);
-  if (program.absolute_accuracy_line > 0)
+  const DialectFacts& facts = program.dialect->facts();
+  if (program.own_model_line > 0)
     commands.warnings.push_back(
-        fmt::format("{}:{}: $ABS_ACCUR: where absolute accuracy is active, the controller runs the "
-                    "model that KUKA measured, and that is --controller",
-                    program.texts[0].name, program.absolute_accuracy_line));
+        fmt::format("{}:{}: {}: where absolute accuracy is active, the controller runs the "
+                    "model that {} measured, and that is --controller",
+                    program.texts[0].name, program.own_model_line, facts.own_model, facts.maker));
   for (size_t row = 0; row < targets.size(); ++row) {
     CorrectedTarget& target = targets[row];
     const ProgramTarget& of_program = program.targets[row];
     if (!states_turn(program, row)) std::erase(target.notes, CommandNote::turn);
-    if (program.dialect == Dialect::fanuc && target.is_corrected &&
+    if (!facts.fixed_turns.empty() && target.is_corrected &&
         of_program.kind == TargetKind::cartesian &&
         !is_in_ranges(of_program.configuration, target.q)) {
       target.is_corrected = false;
@@ -171,8 +173,8 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
       target.after = target.before;
       commands.warnings.push_back(
           fmt::format("{}:{}: left as programmed: the correction would change the turn of a joint, "
-                      "which CONFIG states; teach the point with another turn",
-                      program.texts[0].name, of_program.line));
+                      "which {} states; teach the point with another turn",
+                      program.texts[0].name, of_program.line, facts.fixed_turns));
     }
     commands.list.push_back({target.is_corrected, joints.arm_of(target.programmed),
                              joints.arm_of(target.q), target.pose,

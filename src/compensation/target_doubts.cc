@@ -13,6 +13,7 @@
 
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 
 namespace armtrue {
 namespace {
@@ -52,8 +53,10 @@ std::string doubt_of_metres(const std::string& file, int line, int points, doubl
       file, line, points, farthest / kMillimetre);
 }
 
+bool counts_radians(const RobotProgram& program) { return program.dialect->facts().angle == 1; }
+
 void check_joints(const RobotProgram& program, std::vector<std::string>& doubts) {
-  constexpr double kMostTurns = 2;  // of a joint of UR
+  constexpr double kMostTurns = 2;  // of a joint of UR, the one that counts rad
   const std::string& file = program.texts[0].name;
   const ProgramTarget* small = nullptr;
   double most = 0;
@@ -62,11 +65,11 @@ void check_joints(const RobotProgram& program, std::vector<std::string>& doubts)
     const std::vector<double> values = values_of(program.points[target.point]);
     const double largest = largest_of(values);
     most = std::max(most, largest);
-    if (program.dialect == Dialect::urscript) {
+    if (counts_radians(program)) {
       if (largest < kMostTurns * kTurn) continue;
       doubts.push_back(fmt::format(
-          "{}:{}: a joint angle of {:g} rad is {:.3g} turns: are these degrees? A UR counts rad",
-          file, target.line, largest, largest / kTurn));
+          "{}:{}: a joint angle of {:g} rad is {:.3g} turns: are these degrees? A {} counts rad",
+          file, target.line, largest, largest / kTurn, program.dialect->facts().maker));
       return;
     }
     if (!small && looks_like_radians(values)) small = &target;
@@ -84,14 +87,14 @@ void check_points(const RobotProgram& program, std::vector<std::string>& doubts)
   int points = 0, line = 0;
   for (const ProgramTarget& target : program.targets) {
     if (target.kind != TargetKind::cartesian) continue;
-    if (program.dialect == Dialect::urscript) {
+    if (counts_radians(program)) {
       const std::vector<double> values = values_of(program.points[target.point]);
       const double turn = std::hypot(values[3], values[4], values[5]);
       if (turn <= kTurn) continue;
       doubts.push_back(fmt::format(
           "{}:{}: the rotation vector is {:.4g} rad long, more than a turn: are these degrees? A "
-          "UR counts rad",
-          file, target.line, turn));
+          "{} counts rad",
+          file, target.line, turn, program.dialect->facts().maker));
       return;
     }
     if (points++ == 0) line = target.line;
@@ -117,12 +120,12 @@ void check_tools(const RobotProgram& program, const CompensationOptions& options
       if (std::string doubt = doubt_of_tool(frame.name, frame.pose); !doubt.empty())
         doubts.push_back(file + ": " + doubt);
   if (!without || has_tool || options.tool_is_measured) return;
-  if (program.dialect == Dialect::krl || program.dialect == Dialect::urscript)
+  if (const std::string& setting = program.dialect->facts().sets_active_tool; !setting.empty())
     doubts.push_back(fmt::format(
         "{}:{}: no {} stands before this move, and the controller takes the tool that is active "
         "then; the commands hold for the flange alone. Give --tool=x,y,z,a,b,c (--tool=0,0,0,0,0,0 "
         "if it is the flange)",
-        file, without->line, program.dialect == Dialect::krl ? "$TOOL" : "set_tcp"));
+        file, without->line, setting));
 }
 
 constexpr double kSamePlace = 1e-3;                // m

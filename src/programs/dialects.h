@@ -1,15 +1,15 @@
 #pragma once
 
-#include "armtrue/programs/robot_program.h"
+#include "armtrue/programs/dialect.h"
 
-// The parsers of the dialects; see parse_program().
+// The makers, each in its folder.
 
 namespace armtrue {
 
-/// `texts` of the program are read; the parser fills the rest.
-void parse_krl_program(RobotProgram& program, const KnownFrames& known, TargetParts parts);
-void parse_rapid_program(RobotProgram& program, const KnownFrames& known, TargetParts parts);
-void parse_fanuc_program(RobotProgram& program, const KnownFrames& known, TargetParts parts);
-void parse_urscript_program(RobotProgram& program, const KnownFrames& known, TargetParts parts);
+const Dialect& krl_dialect();
+const Dialect& rapid_dialect();
+const Dialect& fanuc_dialect();
+const Dialect& urscript_dialect();
+const Dialect& inform_dialect();
 
 }  // namespace armtrue

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 #include "programs/matching.h"
 #include "programs/program_warnings.h"
@@ -16,21 +17,6 @@
 
 namespace armtrue {
 namespace {
-
-// As the controller names the frame and the tool of a move.
-std::pair<const char*, const char*> names_of_frames(Dialect dialect) {
-  switch (dialect) {
-    case Dialect::krl:
-      return {"$BASE", "$TOOL"};
-    case Dialect::rapid:
-      return {"its wobj", "its tool"};
-    case Dialect::fanuc:
-      return {"its user frame (UF)", "its tool frame (UT)"};
-    case Dialect::urscript:
-      break;
-  }
-  return {"its frame", "its TCP"};
-}
 
 using Eigen::Index;
 using Eigen::Vector3d;
@@ -48,9 +34,9 @@ class Displacement {
         warnings_(program.texts[0].name) {}
 
   DisplacedProgram run() {
-    if (program_.absolute_accuracy_line > 0)
-      warnings_.add(program_.absolute_accuracy_line,
-                    "$ABS_ACCUR: the controller corrects the arm's geometry itself; measure and "
+    if (program_.own_model_line > 0)
+      warnings_.add(program_.own_model_line,
+                    program_.dialect->facts().own_model + ": the controller corrects the arm's geometry itself; measure and "
                     "run with it in the same state, or both corrections add up");
     find_places();
     note_few_found();
@@ -121,14 +107,14 @@ class Displacement {
     }
     if (!first_) first_ = k;
     const ProgramTarget& first = target(*first_);
-    const auto warn_of = [&](const char* what, const char* but) {
+    const auto warn_of = [&](const std::string& what, const char* but) {
       warnings_.add(here.line, fmt::format("{} is another one than of the first corrected move "
                                            "(line {}); {}",
                                            what, first.line, but));
     };
-    const auto [base, tool] = names_of_frames(program_.dialect);
-    if (first.base != here.base) warn_of(base, "its coordinates were taken as they stand");
-    if (first.tool != here.tool) warn_of(tool, "the record shows the point of one tool");
+    const DialectFacts& facts = program_.dialect->facts();
+    if (first.base != here.base) warn_of(facts.frame, "its coordinates were taken as they stand");
+    if (first.tool != here.tool) warn_of(facts.tool, "the record shows the point of one tool");
     if (here.is_room_tool)
       warnings_.add(here.line,
                     "its tool stands in the room (#TCP): the path is that of the part, and turns "

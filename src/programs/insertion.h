@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <string>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
@@ -8,24 +8,57 @@
 
 namespace armtrue {
 
-/// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
-int decimals_kept(Dialect dialect, TargetKind kind, size_t component);
-
-/// Check digits of a changed number.
-struct NumberCheck {
-  int decimals = 0;  ///< that it has with two of them at the end; 0: there is no room
-  int rounded = 0;   ///< decimals to which it may be rounded and is checked still; 0: none
-};
-NumberCheck number_check(Dialect dialect, TargetKind kind, size_t component);
-
-/// The most by which check digits move a number, in its unit.
-double moved_by_check(Dialect dialect, TargetKind kind, size_t component);
-
 /// A point that a move gets for itself in place of a declared one.
 struct OwnPoint {
   size_t target = 0;
   std::vector<TextEdit> changes;  ///< of the declaration, in its text: what the own point states
   std::string text;               ///< the own point; empty: it is the declaration with the changes
+};
+
+/// Writes moves into the text of a program, and points into its moves. Here a point stands in its
+/// move; a maker whose points are declared elsewhere has a writer of its own.
+class MoveWriter {
+ public:
+  explicit MoveWriter(const RobotProgram& program)
+      : program_(program), text_(program.texts[0].text) {}
+  MoveWriter(const MoveWriter&) = delete;
+  MoveWriter& operator=(const MoveWriter&) = delete;
+  virtual ~MoveWriter() = default;
+
+  /// What stands in an inserted move for a point with these changes of its declaration.
+  virtual std::string inserted_point(const ProgramPoint& point,
+                                     const std::vector<TextEdit>& changes);
+  /// The same in the move of the target itself.
+  virtual std::string own_point(const ProgramTarget& target, const std::vector<TextEdit>& changes);
+  /// What stands in a move for a point that is written out as `text`.
+  virtual std::string placed(const std::string& text);
+  /// What ends an inserted move that is passed within a radius [m].
+  virtual std::string ending(double blend) const;
+  /// A move before a place: its text before the point, and from the point on.
+  struct Move {
+    size_t at;
+    std::string head, rest;
+  };
+  virtual void insert(const Move& move);
+  void replace(size_t begin, size_t end, const std::string& text) {
+    edits_.push_back({0, begin, end, text});
+  }
+  /// All edits, once everything is written.
+  std::vector<TextEdit> take();
+
+ protected:
+  /// What follows from all that was written: declarations, numbers of lines.
+  virtual void finish() {}
+  /// The text of a declared point after the edits of its numbers.
+  std::string changed(const ProgramPoint& point, std::vector<TextEdit> edits) const;
+
+  const RobotProgram& program_;
+  const std::string& text_;
+
+ private:
+  std::string on_one_line(std::string point) const;
+
+  std::vector<TextEdit> edits_;
 };
 
 /// The edits that insert a move for each point `between`, in the order in which the arm passes
@@ -36,8 +69,5 @@ std::vector<TextEdit> insertion_edits(const RobotProgram& program,
                                       const std::vector<ProgramPointBetween>& between,
                                       const std::vector<std::vector<TextEdit>>& changes,
                                       const std::vector<OwnPoint>& own);
-
-/// Throws InputError if the controller would not load the program with so many moves more.
-void refuse_what_does_not_load(const RobotProgram& program, size_t inserted);
 
 }  // namespace armtrue

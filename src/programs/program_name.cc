@@ -1,41 +1,35 @@
 #include <fmt/format.h>
 
-#include "armtrue/programs/robot_program.h"
+#include "armtrue/programs/dialect.h"
 #include "programs/text_cursor.h"
 #include "programs/text_edit.h"
 
 namespace armtrue {
 namespace {
 
-struct NameRule {
-  size_t most = 0;  // characters; 0: any name is legal
-  const char* maker = "";
-};
-
-// KUKA KSS 8.x and FANUC R-30iB, operating manuals. ABB and UR take the name of the program from
-// its text, whatever the file is called.
-NameRule name_rule(Dialect dialect) {
-  if (dialect == Dialect::krl) return {24, "KUKA"};
-  if (dialect == Dialect::fanuc) return {36, "FANUC"};
-  return {};
-}
-
 bool is_plain_letter(char c) { return is_letter(c) && c != '$'; }
 
 }  // namespace
 
-std::string why_illegal_name(Dialect dialect, const std::string& name) {
-  const NameRule rule = name_rule(dialect);
-  if (rule.most == 0) return "";
+std::string why_illegal_name(const Dialect& dialect, const std::string& name) {
+  const NameRule& rule = dialect.facts().names;
+  if (rule.longest == 0) return "";
   std::string legal;
-  for (char c : name) legal += is_plain_letter(c) || is_digit(c) ? c : '_';
-  if (legal.empty() || is_digit(legal[0])) legal.insert(0, 1, 'P');
-  legal = legal.substr(0, rule.most);
+  for (char c : name) {
+    const bool is_legal =
+        is_plain_letter(c) || is_digit(c) || rule.others.find(c) != std::string::npos;
+    legal += is_legal ? c : '_';
+  }
+  if (legal.empty() || (is_digit(legal[0]) && !rule.may_begin_with_digit)) legal.insert(0, 1, 'P');
+  legal = legal.substr(0, rule.longest);
   if (legal == name) return "";
+  std::string others;
+  for (const char c : rule.others) others += fmt::format(", '{}'", c);
   return fmt::format(
-      "'{}' is no name for a {} program, which has at most {} letters a to z, digits and "
-      "underscores and begins with no digit; use '{}'",
-      name, rule.maker, rule.most, legal);
+      "'{}' is no name for a {} program, which has at most {} letters a to z, digits{} and "
+      "underscores{}; use '{}'",
+      name, dialect.facts().maker, rule.longest, others,
+      rule.may_begin_with_digit ? "" : " and begins with no digit", legal);
 }
 
 void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts) {
@@ -46,7 +40,7 @@ void rename(const RobotProgram& program, const std::string& name, std::vector<st
       const std::string now = program.texts[i].text.substr(place.begin, place.end - place.begin);
       if (upper(now) == upper(name)) continue;
       edits.push_back({place.text, place.begin, place.end,
-                       program.dialect == Dialect::fanuc ? upper(name) : name});
+                       program.dialect->facts().names.are_capitals ? upper(name) : name});
     }
     // Names stand before all points, whose numbers may have changed.
     texts[i] = apply_edits(texts[i], edits, static_cast<int>(i));

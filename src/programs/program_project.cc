@@ -6,7 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "programs/fanuc_registers.h"
+#include "armtrue/programs/dialect.h"
+#include "programs/path_name.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/text_edit.h"
@@ -14,98 +15,10 @@
 namespace armtrue {
 namespace {
 
-std::string folder_of(const std::string& path) {
-  const size_t slash = path.rfind('/');
-  return slash == std::string::npos ? "" : path.substr(0, slash + 1);
-}
-
-std::string name_in_folder(const std::string& path) {
-  return upper(std::string_view(path).substr(folder_of(path).size()));
-}
-
-bool is_config(const std::string& path) { return name_in_folder(path) == "$CONFIG.DAT"; }
-
-std::string ending_of(const std::string& path) {
-  const size_t point = path.rfind('.');
-  return point == std::string::npos ? "" : upper(std::string_view(path).substr(point));
-}
-
-// DEFDAT $CONFIG, DEFDAT NAME PUBLIC
-bool gives_to_others(const ProgramText& text) {
-  if (is_config(text.name)) return true;
-  for (size_t begin = 0; begin < text.text.size();) {
-    const size_t end = std::min(text.text.find('\n', begin), text.text.size());
-    TextCursor cursor(text.text, begin, end);
-    begin = end + 1;
-    if (cursor.take_name() != "DEFDAT") continue;
-    return cursor.take_name() == "$CONFIG" || cursor.take_name() == "PUBLIC";
-  }
-  return false;
-}
-
-// What the source of another program gives values to, line by line: all that counts of it.
-ProgramText assignments_of(const ProgramText& source) {
-  ProgramText result{source.name, "DEF OTHER()\n"};
-  for (size_t begin = 0; begin < source.text.size();) {
-    const size_t end = std::min(source.text.find('\n', begin), source.text.size());
-    TextCursor cursor(source.text, begin, end);
-    const std::string word = cursor.take_name();
-    const bool is_of_inline_form = word == "PDAT_ACT" || word == "LDAT_ACT" || word == "FDAT_ACT";
-    if (!word.empty() && word[0] != '$' && !is_of_inline_form &&
-        (cursor.next() == '=' || cursor.next() == '[' || cursor.next() == '.'))
-      result.text += source.text.substr(begin, end - begin) + "\n";
-    begin = end + 1;
-  }
-  return result;
-}
-
-ProgramText lines_with(const ProgramText& program, std::string_view word) {
-  ProgramText result{program.name, ""};
-  for (size_t begin = 0; begin < program.text.size();) {
-    const size_t end = std::min(program.text.find('\n', begin), program.text.size());
-    const std::string line = program.text.substr(begin, end - begin);
-    if (upper(line).find(word) != std::string::npos) result.text += line + "\n";
-    begin = end + 1;
-  }
-  return result;
-}
-
-// The folder of the controller of a KUKA program, with the slash at its end.
-std::string controller_of(const std::vector<ProgramText>& project, const std::string& path) {
-  std::string folder = folder_of(path);
-  while (!folder.empty()) {
-    const bool has_config = std::ranges::any_of(project, [&](const ProgramText& text) {
-      return is_config(text.name) && text.name.starts_with(folder);
-    });
-    if (has_config) break;
-    folder = folder_of(folder.substr(0, folder.size() - 1));
-  }
-  return folder;
-}
-
-// The folder of the task of an ABB module, or that of the module.
-std::string task_of(const std::string& path) {
-  for (size_t slash = path.find('/'); slash != std::string::npos;
-       slash = path.find('/', slash + 1)) {
-    const std::string folder = path.substr(0, slash);
-    if (name_in_folder(folder).starts_with("TASK")) return folder + "/";
-  }
-  return folder_of(path);
-}
-
-char comment_of(Dialect dialect) {
-  return dialect == Dialect::krl ? ';' : dialect == Dialect::urscript ? '#' : '!';
-}
-
-// Of a text that no ending of its own tells: a KUKA data list.
-Dialect dialect_of(const std::string& path) {
-  return dialect_of_file(path).value_or(Dialect::krl);
-}
-
 // The names that a text holds outside of comments, in capitals.
-std::set<std::string> names_in(Dialect dialect, const std::string& text) {
+std::set<std::string> names_in(const std::string& name, const std::string& text) {
   std::set<std::string> names;
-  const std::string plain = masked(text, comment_of(dialect), "\"");
+  const std::string plain = masked(text, likely_dialect(name).facts().comment, "\"");
   each_word(plain, {0, 0, plain.size()},
             [&](const std::string& word, size_t, const TextCursor&) { names.insert(word); });
   return names;
@@ -126,7 +39,8 @@ class ProjectRewriter {
         program_of_text_[programs_[i].program.texts[k].name] = i;
     for (const ProgramText& text : project) {
       texts_[text.name] = &text.text;
-      names_[text.name] = names_in(dialect_of(text.name), text.text);
+      names_[text.name] = names_in(text.name, text.text);
+      in_capitals_.emplace(upper(text.name), text.name);
     }
   }
 
@@ -141,7 +55,7 @@ class ProjectRewriter {
       std::vector<TextEdit> list;
       for (const auto& [place, edit] : edits) list.push_back(edit);
       std::string text = apply_edits(*texts_.at(name), list, 0);
-      if (by_) mark_corrected(dialect_of(name), *by_, text);
+      if (by_) mark_corrected(likely_dialect(name), *by_, text);
       result_.texts[name] = std::move(text);
     }
     return std::move(result_);
@@ -224,16 +138,19 @@ class ProjectRewriter {
     return others;
   }
 
-  // A KUKA program whose own .dat has the name means that.
+  // A program whose own data list has the name means that.
   bool declares_itself(const std::string& text, const std::string& name,
                        const std::string& declaring) const {
-    if (ending_of(text) == ".DAT") return true;  // only data
-    const std::string begin = text.substr(0, text.size() - ending_of(text).size());
-    for (const char* ending : {".dat", ".DAT", ".Dat"})
-      if (const auto dat = names_.find(begin + ending);
-          dat != names_.end() && dat->first != declaring && dat->second.contains(name))
-        return ending_of(text) == ".SRC" || ending_of(text) == ".SUB";
-    return false;
+    const DialectFacts& facts = likely_dialect(text).facts();
+    const std::string ending = ending_of(text);
+    if (facts.data_list.empty()) return false;
+    if (ending == facts.data_list) return true;  // only data
+    if (std::ranges::find(facts.with_data_list, ending) == facts.with_data_list.end()) return false;
+    const auto [first, last] =
+        in_capitals_.equal_range(upper(text.substr(0, text.size() - ending.size())) + facts.data_list);
+    return std::any_of(first, last, [&](const auto& dat) {
+      return dat.second != declaring && names_.at(dat.second).contains(name);
+    });
   }
 
   void take_edits(size_t index) {
@@ -253,6 +170,7 @@ class ProjectRewriter {
   std::map<std::string, size_t> program_of_text_;
   std::map<std::string, const std::string*> texts_;
   std::map<std::string, std::set<std::string>> names_;
+  std::multimap<std::string, std::string> in_capitals_;  // names of texts
   std::map<Place, Shared> shared_;
   std::map<std::string, std::map<Key, TextEdit>> edits_;  // of each text
   RewrittenProject result_;
@@ -260,43 +178,34 @@ class ProjectRewriter {
 
 }  // namespace
 
-// It sets XHOME where nobody has taught it, of deltas and palletizers.
-bool is_of_controller(const std::string& path) { return name_in_folder(path) == "BAS.SRC"; }
+bool is_of_controller(const std::string& path) {
+  return std::ranges::any_of(dialects(), [&](const Dialect* dialect) {
+    const std::vector<std::string>& names = dialect->facts().controller_texts;
+    return std::ranges::find(names, name_in_folder(path)) != names.end();
+  });
+}
 
-std::vector<ProgramText> what_others_declare(Dialect dialect,
+std::vector<ProgramText> what_others_declare(const Dialect& dialect,
                                              const std::vector<ProgramText>& others) {
   std::vector<ProgramText> result;
-  for (const ProgramText& text : others) {
-    const std::string ending = ending_of(text.name);
-    if (dialect == Dialect::krl) {
-      if (ending == ".DAT" && gives_to_others(text)) result.push_back(text);
-      if ((ending == ".SRC" || ending == ".SUB") && !is_of_controller(text.name))
-        result.push_back(assignments_of(text));
-    } else if (dialect == Dialect::rapid && dialect_of_file(text.name) == Dialect::rapid) {
-      result.push_back(text);
-    } else if (dialect == Dialect::fanuc && ending == ".LS") {
-      result.push_back(lines_with(text, "PR["));
-    } else if (dialect == Dialect::fanuc && is_fanuc_listing(text.text)) {
-      result.push_back(text);
-    }
-  }
+  for (const ProgramText& text : others)
+    if (auto declared = dialect.declared_for_others(text)) result.push_back(*std::move(declared));
   return result;
 }
 
-std::vector<ProgramText> texts_of_others(Dialect dialect, const std::vector<ProgramText>& project,
+std::vector<ProgramText> texts_of_others(const Dialect& dialect,
+                                         const std::vector<ProgramText>& project,
                                          const std::string& path) {
-  const bool is_rapid = dialect == Dialect::rapid;
-  const std::string folder = dialect == Dialect::krl ? controller_of(project, path)
-                             : is_rapid              ? task_of(path)
-                                                     : folder_of(path);
+  const auto [folder, is_deep] = dialect.search_folder(project, path);
   const std::string own = upper(path.substr(0, path.size() - ending_of(path).size()));
+  const DialectFacts& facts = dialect.facts();
   std::vector<ProgramText> others;
   for (const ProgramText& text : project) {
     const std::string name = upper(text.name);
-    const bool is_own = dialect == Dialect::krl ? name == own + ".DAT" || name == own + ".SRC"
-                                                : text.name == path;
-    const bool is_of_task = folder != folder_of(path) || folder_of(text.name) == folder;
-    if (text.name.starts_with(folder) && !is_own && (is_of_task || !is_rapid))
+    const bool is_own = facts.data_list.empty()
+                            ? text.name == path
+                            : name == own + facts.data_list || name == own + facts.endings.front();
+    if (text.name.starts_with(folder) && !is_own && (is_deep || folder_of(text.name) == folder))
       others.push_back(text);
   }
   return what_others_declare(dialect, others);

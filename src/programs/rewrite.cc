@@ -7,10 +7,8 @@
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
-#include "armtrue/programs/robot_program.h"
-#include "programs/configuration_text.h"
+#include "armtrue/programs/dialect.h"
 #include "programs/insertion.h"
-#include "programs/program_values.h"
 #include "programs/program_warnings.h"
 #include "programs/text_edit.h"
 #include "programs/written_number.h"
@@ -40,6 +38,7 @@ class Rewriter {
   Rewriter(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
            const std::vector<ProgramPointBetween>& between, std::optional<Corrector> by)
       : program_(program),
+        dialect_(*program.dialect),
         commands_(commands),
         by_(by),
         warnings_(program.texts[0].name),
@@ -102,7 +101,7 @@ class Rewriter {
         hold(between.target, between.motion == MotionKind::via, wanted);
         changes_between_[next] = edits_of(point_of(between.target), wanted);
         if (!between.q) continue;
-        for (TextEdit& edit : configuration_edits(program_, point_of(between.target), *between.q))
+        for (TextEdit& edit : dialect_.configuration_edits(program_, point_of(between.target), *between.q))
           changes_between_[next].push_back(std::move(edit));
       }
       hold(k, is_via, wanted_[k]);
@@ -179,7 +178,7 @@ class Rewriter {
 
   void insert_moves() {
     result_.inserted = moves_of(between_);
-    refuse_what_does_not_load(program_, static_cast<size_t>(result_.inserted));
+    dialect_.refuse_what_does_not_load(program_, static_cast<size_t>(result_.inserted));
     for (const OwnPoint& own : own_) is_divided_[own.target] = true;
     for (TextEdit& edit : insertion_edits(program_, between_, changes_between_, own_))
       edits_.push_back(std::move(edit));
@@ -213,41 +212,6 @@ class Rewriter {
     }
   }
 
-  static std::string krl_point(const ProgramPoint& point, const std::vector<std::string>& texts,
-                               const Wanted& wanted) {
-    const bool is_joints = point.kind == TargetKind::joints;
-    std::string text = "{";
-    for (size_t i = 0; i < texts.size(); ++i)
-      text += fmt::format("{}{} {}", i == 0 ? "" : ",",
-                          is_joints ? fmt::format("A{}", i + 1) : std::string(1, "XYZABC"[i]),
-                          texts[i]);
-    for (const size_t i : {1, 0})  // S, T
-      if (!point.configuration.empty())
-        text += fmt::format(",{} {}", i == 1 ? 'S' : 'T',
-                            wanted.configuration[i].empty()
-                                ? fmt::format("{:.0f}", point.configuration[i].value)
-                                : wanted.configuration[i]);
-    for (size_t i = 0; i < point.external.size(); ++i) {
-      if (!wanted.external[i].empty())
-        text += fmt::format(",E{} {}", i + 1, wanted.external[i]);
-      else if (!point.external[i].prefix.empty())
-        text += point.external[i].prefix + rounded_text(point.external[i].value, 1, kExternal);
-    }
-    return text + "}";
-  }
-
-  // Of a register: a position of /POS.
-  static std::string fanuc_position(const ProgramPoint& point,
-                                    const std::vector<std::string>& texts) {
-    const bool is_joints = point.kind == TargetKind::joints;
-    std::string text = "{\n   GP1:\n\t" + point.name;
-    for (size_t i = 0; i < texts.size(); ++i)
-      text += fmt::format("{}\t{} = {:>9} {}", i == 0 ? "" : i == 3 ? ",\n" : ",",
-                          is_joints ? fmt::format("J{}", i + 1) : std::string(1, "XYZWPR"[i]),
-                          texts[i], is_joints || i > 2 ? "deg" : " mm");
-    return text + "\n}";
-  }
-
   // Whether a relative move would end elsewhere, as it starts from a corrected point.
   bool starts_elsewhere(size_t target) const {
     const ProgramTarget& move = program_.targets[target];
@@ -267,19 +231,8 @@ class Rewriter {
       texts.push_back(!wanted.texts[i].empty()
                           ? wanted.texts[i]
                           : rounded_text(wanted.numbers[i], 1,
-                                         decimals_kept(program_.dialect, point.kind, i)));
-    if (program_.dialect == Dialect::krl) return krl_point(point, texts, wanted);
-    if (program_.dialect == Dialect::fanuc) return fanuc_position(point, texts);
-    const ProgramPoint& from = program_.points[point.starts_from];
-    std::vector<TextEdit> edits;
-    const auto add = [&](const ProgramNumber& number, const std::string& text) {
-      edits.push_back({from.text, number.begin - from.begin, number.end - from.begin, text});
-    };
-    for (size_t i = 0; i < texts.size(); ++i) add(from.numbers[i], texts[i]);
-    for (size_t i = 0; i < wanted.configuration.size(); ++i)
-      if (!wanted.configuration[i].empty()) add(from.configuration[i], wanted.configuration[i]);
-    const std::string& text = program_.texts[from.text].text;
-    return apply_edits(text.substr(from.begin, from.end - from.begin), edits, from.text);
+                                         dialect_.decimals(point.kind, i)));
+    return dialect_.written_out(program_, point, {texts, wanted.configuration, wanted.external});
   }
 
   // Changes a point where it is declared if all its targets want the same, or else writes it into
@@ -320,7 +273,7 @@ class Rewriter {
   int decimals(const ProgramPoint& point, size_t i) const {
     const ProgramNumber& number = point.numbers[i];
     return std::max(written_decimals(text_of(number)),
-                    decimals_kept(program_.dialect, point.kind, i));
+                    dialect_.decimals(point.kind, i));
   }
 
   // Targets that differ by one step of rounding agree; they take the numbers of the first.
@@ -364,7 +317,7 @@ class Rewriter {
       round_expression(point, wanted);
     else
       round(point, wanted);
-    wanted.configuration = configuration_texts(program_.dialect, point, command);
+    wanted.configuration = dialect_.configuration_texts(point, command);
     return wanted;
   }
 
@@ -374,7 +327,7 @@ class Rewriter {
     std::vector<double> near = wanted.numbers;
     for (double& number : near)
       if (std::isnan(number)) number = 0;
-    const std::vector<double> numbers = numbers_of_pose(program_.dialect, between.pose, near);
+    const std::vector<double> numbers = dialect_.numbers_of_pose(between.pose, near);
     for (size_t i = 0; i < numbers.size(); ++i)
       if (std::isfinite(wanted.numbers[i])) wanted.numbers[i] = numbers[i];
     round(point, wanted);
@@ -396,16 +349,16 @@ class Rewriter {
   std::string checked_text(const ProgramPoint& point, size_t i, double value) const {
     const ProgramNumber& number = point.numbers[i];
     const std::string text =
-        text_of_number(number, value, decimals_kept(program_.dialect, point.kind, i));
+        text_of_number(number, value, dialect_.decimals(point.kind, i));
     return text.empty() ? text
                         : changed_text(point, i, value, written_decimals(text_of(number)));
   }
 
   // With at least so many decimals, and with check digits.
   std::string changed_text(const ProgramPoint& point, size_t i, double value, int at_least) const {
-    const int kept = decimals_kept(program_.dialect, point.kind, i);
+    const int kept = dialect_.decimals(point.kind, i);
     if (!by_) return rounded_text(value, at_least, std::max(at_least, kept));
-    const NumberCheck check = number_check(program_.dialect, point.kind, i);
+    const NumberCheck check = dialect_.check(point.kind, i);
     if (check.rounded > 0)
       value = checked_if_rounded(value, check.rounded, CheckSize::quarter, *by_);
     if (check.decimals == 0) return rounded_text(value, at_least, std::max(at_least, kept));
@@ -416,7 +369,7 @@ class Rewriter {
   // An expression is written out whole, or stays.
   void round_expression(const ProgramPoint& point, Wanted& wanted) const {
     for (size_t i = 0; i < wanted.numbers.size(); ++i) {
-      const int kept = decimals_kept(program_.dialect, point.kind, i);
+      const int kept = dialect_.decimals(point.kind, i);
       if (std::abs(wanted.numbers[i] - point.numbers[i].value) > half_step(kept))
         wanted.texts[i] = changed_text(point, i, wanted.numbers[i], 1);
       else
@@ -440,22 +393,23 @@ class Rewriter {
     if (target.kind == TargetKind::joints)
       return (target.q - command.q).cwiseAbs().maxCoeff() < kSame
                  ? written
-                 : numbers_of_joints(program_.dialect, command.q);
+                 : dialect_.numbers_of_joints(command.q);
     const Pose programmed = of_point(target, target.pose);
     const Pose commanded = of_point(target, command.pose);
     const Eigen::Vector3d shift = commanded.translation - programmed.translation;
     const Eigen::Matrix3d turn = commanded.rotation * programmed.rotation.transpose();
     const bool is_turned = target.has_orientation && rotation_log(turn).norm() >= kSame;
     if (!is_turned && shift.norm() < kSame) return written;
-    std::vector<double> numbers = numbers_of_pose(
-        program_.dialect, commanded, target.has_orientation ? written : std::vector(6, 0.0));
+    std::vector<double> numbers = dialect_.numbers_of_pose(
+        commanded, target.has_orientation ? written : std::vector(6, 0.0));
     if (!is_turned) std::copy(written.begin() + 3, written.end(), numbers.begin() + 3);
     return numbers;
   }
 
-  static constexpr int kExternal = 4;  // decimals of KUKA
+  static constexpr int kExternal = 4;  // decimals of an external axis
 
   const RobotProgram& program_;
+  const Dialect& dialect_;
   const std::vector<ProgramCommand>& commands_;
   std::optional<Corrector> by_;
   ProgramWarnings warnings_;
@@ -489,13 +443,13 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
     for (const ProgramNumber& number : point.numbers)
       written.push_back(std::isfinite(number.value) ? number.value : 0);
     const std::vector<double> beside =
-        is_joints ? numbers_of_joints(program.dialect, commands[k].q)
-                  : numbers_of_pose(program.dialect, of_point(target, commands[k].pose), written);
+        is_joints ? program.dialect->numbers_of_joints(commands[k].q)
+                  : program.dialect->numbers_of_pose(of_point(target, commands[k].pose), written);
     for (size_t i = 0; i < point.numbers.size(); ++i)
       if (point.numbers[i].is_written())
         result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],
-                          beside[i], decimals_kept(program.dialect, point.kind, i),
-                          moved_by_check(program.dialect, point.kind, i), k});
+                          beside[i], program.dialect->decimals(point.kind, i),
+                          program.dialect->moved_by_check(point.kind, i), k});
   }
   return result;
 }

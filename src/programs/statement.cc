@@ -41,7 +41,8 @@ std::string masked(std::string_view text, char comment, std::string_view quotes)
 std::vector<Statement> split_statements(std::string& text, char separator) {
   std::vector<Statement> result;
   int line = 1, depth = 0;
-  std::optional<Statement> open;
+  Statement open;
+  bool is_open = false;
   for (size_t i = 0; i < text.size(); ++i) {
     char& c = text[i];
     if (c == ';') depth = 0;  // stands in no brackets
@@ -51,15 +52,16 @@ std::vector<Statement> split_statements(std::string& text, char separator) {
       c = ' ';
     }
     if (is_end) {
-      if (open) result.push_back({open->line, open->begin, i});
-      open.reset();
+      if (is_open) result.push_back({open.line, open.begin, i});
+      is_open = false;
       continue;
     }
     if (opens(c)) ++depth;
     if (closes(c)) depth = std::max(0, depth - 1);
-    if (!open && !is_blank(c)) open = Statement{line, i, i};
+    if (!is_open && !is_blank(c)) open = {line, i, i};
+    is_open |= !is_blank(c);
   }
-  if (open) result.push_back({open->line, open->begin, text.size()});
+  if (is_open) result.push_back({open.line, open.begin, text.size()});
   return result;
 }
 

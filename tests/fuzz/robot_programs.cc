@@ -9,6 +9,7 @@
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/displacement.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 #include "fuzz/targets.h"
 #include "programs/division.h"
@@ -83,6 +84,12 @@ auto lines_within_points(const RobotProgram& program) {
   return sum;
 }
 
+// Elsewhere than in the moves, and new ones on lines of their own.
+bool declares_points(const Dialect& dialect) {
+  return dialect.facts().name == "fanuc" || dialect.facts().name == "inform";
+}
+bool is_rapid(const Dialect& dialect) { return dialect.facts().name == "rapid"; }
+
 // As mirror-correct displaces a program along a path.
 void displace(const RobotProgram& program, const Path& programmed) {
   const DisplacedProgram same = displace_program(program, programmed, programmed.position);
@@ -92,7 +99,7 @@ void displace(const RobotProgram& program, const Path& programmed) {
   for (Eigen::Index i = 0; i < corrected.cols(); ++i)
     corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
   const DisplacedProgram moved = displace_program(program, programmed, corrected);
-  require(program.dialect == Dialect::rapid ||
+  require(is_rapid(*program.dialect) ||
               lines(moved.text.texts[0]) + lines_within_points(program) >=
                   lines(program.texts[0].text) + moved.text.inserted,
           "lines are lost");
@@ -118,7 +125,7 @@ std::vector<ProgramPointBetween> points_between(const RobotProgram& program,
 }
 
 // What file names and options say, here by the first line of a program.
-void read_names(Dialect dialect, const std::string& text) {
+void read_names(const Dialect& dialect, const std::string& text) {
   const std::string line = text.substr(0, text.find('\n'));
   find_dialect(line);
   dialect_of_file(line);
@@ -126,10 +133,11 @@ void read_names(Dialect dialect, const std::string& text) {
 }
 
 // As compensate corrects the points of a program.
-void correct(Dialect dialect, std::vector<ProgramText> texts) {
+void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
   read_names(dialect, texts.front().text);
   static const KnownFrames known{{"BASE_DATA[1]", {}}, {"TOOL_DATA[1]", {}}, {"wobj1", {}},
-                                 {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}}};
+                                 {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}},
+                                 {"USER[1]", {}},      {"TOOL[0]", {}}};
   const RobotProgram program = parse_program(dialect, texts, known);
   std::vector<ProgramCommand> commands(program.targets.size());
   RewrittenProgram same = rewrite(program, commands);
@@ -146,16 +154,16 @@ void correct(Dialect dialect, std::vector<ProgramText> texts) {
   for (size_t i = 0; i < texts.size(); ++i) {
     const auto before = lines(texts[i].text), now = lines(moved.texts[i]);
     // A point of its own: of FANUC a new position; of ABB it stands on one line.
-    require(dialect == Dialect::fanuc   ? now >= before
-            : dialect == Dialect::rapid ? now <= before
-                                        : now == before,
+    require(declares_points(dialect) ? now >= before
+            : is_rapid(dialect)      ? now <= before
+                                     : now == before,
             "lines are lost");
   }
   rename(program, "OTHER_NAME", moved.texts);
   const std::vector<ProgramPointBetween> between = points_between(program, commands);
   const RewrittenProgram divided = rewrite(program, commands, between);
   require(divided.inserted <= moves_of(between), "moves appear");
-  require(dialect == Dialect::rapid || lines(divided.texts[0]) + lines_within_points(program) >=
+  require(is_rapid(dialect) || lines(divided.texts[0]) + lines_within_points(program) >=
                                            lines(texts[0].text) + divided.inserted,
           "lines are lost");
   const bool has_poses = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
@@ -167,24 +175,27 @@ void correct(Dialect dialect, std::vector<ProgramText> texts) {
 void displace_krl_program(const std::string& bytes) {
   static const Path programmed = path();
   displace(
-      parse_program(Dialect::krl, texts_of(bytes, "p.src", "p.dat"), {}, TargetParts::position),
+      parse_program(*find_dialect("krl"), texts_of(bytes, "p.src", "p.dat"), {}, TargetParts::position),
       programmed);
 }
 void correct_krl_program(const std::string& bytes) {
-  correct(Dialect::krl, texts_of(bytes, "p.src", "p.dat"));
+  correct(*find_dialect("krl"), texts_of(bytes, "p.src", "p.dat"));
 }
 void correct_rapid_program(const std::string& bytes) {
-  correct(Dialect::rapid, {{"p.mod", bytes}});
+  correct(*find_dialect("rapid"), {{"p.mod", bytes}});
 }
-void correct_fanuc_program(const std::string& bytes) { correct(Dialect::fanuc, {{"P.LS", bytes}}); }
+void correct_fanuc_program(const std::string& bytes) { correct(*find_dialect("fanuc"), {{"P.LS", bytes}}); }
 void correct_urscript_program(const std::string& bytes) {
-  correct(Dialect::urscript, {{"p.script", bytes}});
+  correct(*find_dialect("urscript"), {{"p.script", bytes}});
+}
+void correct_inform_program(const std::string& bytes) {
+  correct(*find_dialect("inform"), {{"P.JBI", bytes}});
 }
 
 constexpr Target kTargets[] = {
     {"krl-path", displace_krl_program},     {"krl", correct_krl_program},
     {"rapid", correct_rapid_program},       {"fanuc", correct_fanuc_program},
-    {"urscript", correct_urscript_program},
+    {"urscript", correct_urscript_program}, {"inform", correct_inform_program},
 };
 
 }  // namespace

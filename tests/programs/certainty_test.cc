@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 #include "armtrue/text/input_error.h"
 #include "programs/program_flow.h"
@@ -313,7 +314,7 @@ TEST(Certainty, AUrFrameThatIsCalculatedIsNoPlace) {
     EXPECT_EQ(program.targets.size(), 1u);
   }
   const std::string text = head + "f = g()\nmovel(pose_trans(f, " + move + "end\n";
-  EXPECT_EQ(parse_program(Dialect::urscript, {{"p.script", text}}, {{"f", Pose{}}}).left_alone, 0);
+  EXPECT_EQ(parse_program(*find_dialect("urscript"), {{"p.script", text}}, {{"f", Pose{}}}).left_alone, 0);
   // One that the installation holds.
   EXPECT_EQ(parsed("p.script", head + "movel(pose_trans(f, " + move + "end\n").left_alone, 0);
   // A tool with several values; one that only this solution has.
@@ -515,7 +516,7 @@ TEST(Certainty, AFanucMoveBehindAJumpOrTheEndNeverRuns) {
 TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
   const std::string joints = "{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}";
   RobotProgram program = parse_program(
-      Dialect::krl,
+      *find_dialect("krl"),
       {{"p.src", "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nPTP " + joints +
                      "\nLIN XP1\nLIN {X 1,Y 2,Z 9,A 0,B 0,C 0}\n"
                      "CIRC {X 1,Y 3,Z 9,A 0,B 0,C 0},{X 2,Y 3,Z 9,A 0,B 0,C 0}\nLIN XP1\nEND\n"},

@@ -1,3 +1,4 @@
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
 
 #include <gmock/gmock.h>
@@ -31,7 +32,7 @@ Path path() {
 }
 
 RobotProgram urscript(const std::string& moves) {
-  return parse_program(Dialect::urscript,
+  return parse_program(*find_dialect("urscript"),
                        {{"p.script", "def p():\n  movej([0,-1,1,0,1,0])\n" + moves + "end\n"}}, {});
 }
 
@@ -85,7 +86,7 @@ TEST(Displacement, AWaveOnAnArcIsArcs) {
   EXPECT_GT(displaced.text.inserted, 5);
   EXPECT_LT(displaced.text.inserted, 18);
   const RobotProgram read =
-      parse_program(Dialect::urscript, {{"p.script", displaced.text.texts[0]}}, {});
+      parse_program(*find_dialect("urscript"), {{"p.script", displaced.text.texts[0]}}, {});
   ASSERT_EQ(read.targets.size(),
             program.targets.size() + 2 * static_cast<size_t>(displaced.text.inserted));
   // Every written point lies on the corrected arc.
@@ -101,7 +102,7 @@ TEST(Displacement, RapidKeepsTheConfdataOfTheEndAndFanucItsTurns) {
   for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (1 - std::abs(k - 50) / 50.0);
   const std::string tail = ",[0,0,1,0],[-1,0,-2,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
   const RobotProgram rapid =
-      parse_program(Dialect::rapid,
+      parse_program(*find_dialect("rapid"),
                     {{"p.mod", "MoveL [[400,0,500]" + tail + ",v100,fine,t1;\nMoveL [[500,0,500]" +
                                    tail + ",v100,fine,t1;\n"}},
                     {});
@@ -114,7 +115,7 @@ TEST(Displacement, RapidKeepsTheConfdataOfTheEndAndFanucItsTurns) {
            " mm, Y = 0.0 mm, Z = 500.0 mm,\n W = 0.0 deg, P = 0.0 deg, R = 0.0 deg\n};\n";
   };
   const RobotProgram fanuc = parse_program(
-      Dialect::fanuc,
+      *find_dialect("fanuc"),
       {{"P.LS", "/PROG P\n/MN\n 1:L P[1] 9mm/sec FINE ;\n 2:L P[2] 9mm/sec FINE ;\n/POS\n" +
                     position(1, "400.0") + position(2, "500.0") + "/END\n"}},
       {});

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 #include "armtrue/text/input_error.h"
 

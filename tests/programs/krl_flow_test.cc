@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 
 namespace armtrue::krl_flow_test {
@@ -20,7 +21,7 @@ const std::string kHead = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\n";
 const std::string kWhole = "LIN {X 1,Y 2,Z 3,A 0,B 90,C 0}\n";
 
 RobotProgram parsed(const std::string& text) {
-  return parse_program(Dialect::krl, {{"p.src", text}}, {});
+  return parse_program(*find_dialect("krl"), {{"p.src", text}}, {});
 }
 
 // Behind the first, in line 4: the targets that are not left alone, as line: X Y Z in mm; `>`: the
@@ -95,7 +96,7 @@ std::vector<std::string> computed(const std::string& moves, const std::string& d
   std::vector<std::string> result;
   try {
     const RobotProgram program = parse_program(
-        Dialect::krl,
+        *find_dialect("krl"),
         {{"p.src",
           "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nDECL E6POS PA\n" + moves + "END\n"},
          {"p.dat",
@@ -169,7 +170,7 @@ TEST(KrlFlowTest, APointThatConstantsMakeIsKnownWhereItIsCertain) {
 TEST(KrlFlowTest, AComputedPointIsWrittenOutInItsMoveAlone) {
   const std::string head = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nDECL E6POS PA\n";
   const RobotProgram program = parse_program(
-      Dialect::krl,
+      *find_dialect("krl"),
       {{"p.src", head + "PA=XP1\nPA.Z=PA.Z+10\nPTP PA C_DIS\nLIN XP1\nEND\n"},
        {"p.dat", "DEFDAT P\nDECL E6POS XP1={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 3,E1 7.5}\nENDDAT\n"}},
       {});
@@ -376,7 +377,7 @@ TEST(KrlFlowTest, AMoveThatMayRunWithSeveralFramesIsLeftAlone) {
                         " WITH $BASE=$NULLFRAME\n" + set + "ENDLOOP\n"),
               IsEmpty());
   // Where only the position counts, nothing is left alone.
-  EXPECT_EQ(parse_program(Dialect::krl, {{"p.src", kHead + "LOOP\n" + kWhole + set + "ENDLOOP\n"}},
+  EXPECT_EQ(parse_program(*find_dialect("krl"), {{"p.src", kHead + "LOOP\n" + kWhole + set + "ENDLOOP\n"}},
                           {}, TargetParts::position)
                 .left_alone,
             0);
@@ -435,10 +436,10 @@ TEST(KrlFlowTest, AFrameMayBeAProduct) {
   EXPECT_EQ(base(parsed(text)).name, "BASE_DATA[3]");
   EXPECT_FALSE(base(parsed(text)).is_known);
   const Pose given{Eigen::Matrix3d::Identity(), {1, 0, 0}};
-  EXPECT_TRUE(base(parse_program(Dialect::krl, {{"p.src", text}}, {{"base_data[3]", given}}))
+  EXPECT_TRUE(base(parse_program(*find_dialect("krl"), {{"p.src", text}}, {{"base_data[3]", given}}))
                   .pose.translation.isApprox(Eigen::Vector3d(1, 5e-3, 0)));
   const std::string whole = "base_data[3]:{X0,Y5,Z0,A0,B0,C0}";
-  EXPECT_TRUE(base(parse_program(Dialect::krl, {{"p.src", text}}, {{whole, given}}))
+  EXPECT_TRUE(base(parse_program(*find_dialect("krl"), {{"p.src", text}}, {{whole, given}}))
                   .pose.translation.isApprox(Eigen::Vector3d(1, 0, 0)));
 }
 

@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "armtrue/io/program_io.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"
 #include "support/temporary_file.h"
@@ -53,7 +54,7 @@ struct Corrected {
 Corrected correct_krl(const Texts& texts, const Path& path, const Eigen::Matrix3Xd& corrected,
                       const DisplacementOptions& options = {}) {
   const DisplacedProgram displaced = displace_program(
-      parse_program(Dialect::krl, texts, {}, TargetParts::position), path, corrected, options);
+      parse_program(*find_dialect("krl"), texts, {}, TargetParts::position), path, corrected, options);
   const std::vector<std::string>& written = displaced.text.texts;
   return {written[0],           written.size() > 1 ? written[1] : "",
           displaced.corrected,  displaced.text.inserted,

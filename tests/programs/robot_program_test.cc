@@ -1,3 +1,4 @@
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 
 #include <gmock/gmock.h>
@@ -30,7 +31,7 @@ std::string read_text(const std::filesystem::path& path) {
 
 struct CorpusFile {
   std::string name;  // krl/axes.src
-  Dialect dialect = Dialect::krl;
+  const Dialect* dialect = nullptr;
   std::vector<ProgramText> texts;
 };
 
@@ -42,10 +43,10 @@ std::vector<CorpusFile> corpus() {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     const auto dialect = dialect_of_file(entry.path().string());
     if (!entry.is_regular_file() || !dialect) continue;
-    CorpusFile file{fs::relative(entry.path(), folder).string(), *dialect, {}};
+    CorpusFile file{fs::relative(entry.path(), folder).string(), dialect, {}};
     file.texts.push_back({entry.path().filename().string(), read_text(entry.path())});
     const fs::path dat = fs::path(entry.path()).replace_extension(".dat");
-    if (*dialect == Dialect::krl && fs::exists(dat))
+    if (!dialect->facts().data_list.empty() && fs::exists(dat))
       file.texts.push_back({dat.filename().string(), read_text(dat)});
     files.push_back(file);
   }
@@ -94,21 +95,19 @@ std::vector<ProgramCommand> commands_with_correction(const RobotProgram& program
 RobotProgram with_texts(const RobotProgram& program, const std::vector<std::string>& texts) {
   std::vector<ProgramText> named = program.texts;
   for (size_t i = 0; i < texts.size(); ++i) named[i].text = texts[i];
-  return parse_program(program.dialect, named, {});
+  return parse_program(*program.dialect, named, {});
 }
 
-double rounding_of(Dialect dialect, bool is_angle) {
-  switch (dialect) {
-    case Dialect::krl:
-      return is_angle ? 1e-4 * kDegree : 1e-7;
-    case Dialect::rapid:
-      return is_angle ? 4e-7 : 1e-7;
-    case Dialect::fanuc:
-      return is_angle ? 1e-3 * kDegree : 1e-6;
-    case Dialect::urscript:
-      break;
-  }
-  return 1e-7;
+// [m], [rad]
+double rounding_of(const Dialect* dialect, bool is_angle) {
+  static const std::map<std::string, std::pair<double, double>> kRounding{
+      {"krl", {1e-7, 1e-4 * kDegree}},
+      {"rapid", {1e-7, 4e-7}},
+      {"fanuc", {1e-6, 1e-3 * kDegree}},
+      {"urscript", {1e-7, 1e-7}},
+      {"inform", {1e-6, 1e-4 * kDegree}}};
+  const auto& [length, angle] = kRounding.at(dialect->facts().name);
+  return is_angle ? angle : length;
 }
 
 RobotProgram parsed(const std::string& name, const std::string& text, const std::string& dat = "") {
@@ -118,10 +117,10 @@ RobotProgram parsed(const std::string& name, const std::string& text, const std:
 }
 
 TEST(RobotProgramTest, ACorpusOfFifteenProgramsForEachDialectIsRead) {
-  std::map<Dialect, int> count;
+  std::map<const Dialect*, int> count;
   for (const CorpusFile& file : corpus()) ++count[file.dialect];
-  for (Dialect dialect : {Dialect::krl, Dialect::rapid, Dialect::fanuc, Dialect::urscript})
-    EXPECT_GE(count[dialect], 15) << to_string(dialect);
+  for (const Dialect* dialect : dialects())
+    EXPECT_GE(count[dialect], 15) << dialect->facts().name;
 }
 
 // Counted by hand in the files: targets (auxiliary points of circles too), moves that cannot be
@@ -131,7 +130,7 @@ TEST(RobotProgramTest, TargetsAreFoundAndWhatCannotBeFollowedIsCounted) {
   std::map<std::string, std::pair<size_t, int>> expected;
   for (std::string name; table >> name;) table >> expected[name].first >> expected[name].second;
   for (const CorpusFile& file : corpus()) {
-    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const RobotProgram program = parse_program(*file.dialect, file.texts, {});
     ASSERT_TRUE(expected.contains(file.name)) << file.name;
     EXPECT_EQ(program.targets.size(), expected[file.name].first) << file.name;
     EXPECT_EQ(program.left_alone, expected[file.name].second) << file.name;
@@ -141,7 +140,7 @@ TEST(RobotProgramTest, TargetsAreFoundAndWhatCannotBeFollowedIsCounted) {
 
 TEST(RobotProgramTest, WithoutCorrectionEveryByteIsKept) {
   for (const CorpusFile& file : corpus()) {
-    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const RobotProgram program = parse_program(*file.dialect, file.texts, {});
     const RewrittenProgram same = rewrite(program, commands_without_correction(program));
     EXPECT_EQ(same.changed, 0) << file.name;
     for (size_t i = 0; i < file.texts.size(); ++i)
@@ -151,7 +150,7 @@ TEST(RobotProgramTest, WithoutCorrectionEveryByteIsKept) {
 
 TEST(RobotProgramTest, TheRewrittenProgramReadsAsTheCommands) {
   for (const CorpusFile& file : corpus()) {
-    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const RobotProgram program = parse_program(*file.dialect, file.texts, {});
     const std::vector<ProgramCommand> commands = commands_with_correction(program);
     const RewrittenProgram moved = rewrite(program, commands);
     EXPECT_GT(moved.changed, 0) << file.name;
@@ -170,7 +169,7 @@ TEST(RobotProgramTest, TheRewrittenProgramReadsAsTheCommands) {
       // The orientation of an auxiliary point may be left out.
       const bool is_stated =
           again.points[static_cast<size_t>(target.point)].numbers[3].is_written();
-      if (is_stated || file.dialect != Dialect::krl) {
+      if (is_stated || file.dialect != find_dialect("krl")) {
         EXPECT_LT(rotation_log(target.pose.rotation * commands[k].pose.rotation.transpose()).norm(),
                   2 * angle)
             << where;
@@ -182,7 +181,7 @@ TEST(RobotProgramTest, TheRewrittenProgramReadsAsTheCommands) {
 // Without the numbers of the points both texts are the same.
 TEST(RobotProgramTest, OnlyNumbersChange) {
   for (const CorpusFile& file : corpus()) {
-    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const RobotProgram program = parse_program(*file.dialect, file.texts, {});
     const RewrittenProgram moved = rewrite(program, commands_with_correction(program));
     const RobotProgram again = with_texts(program, moved.texts);
     const auto without_numbers = [](const RobotProgram& of, size_t text) {
@@ -438,7 +437,7 @@ TEST(RobotProgramTest, InlineFormsAndSplinesNameTheirFrames) {
   for (const CorpusFile& file : corpus()) {
     if (file.name != "krl/inline.src") continue;
     const RobotProgram program =
-        parse_program(file.dialect, file.texts, {{"base_data[3]", Pose{}}});
+        parse_program(*file.dialect, file.texts, {{"base_data[3]", Pose{}}});
     ASSERT_EQ(program.targets.size(), 3u);
     const auto frame = [&](int index) { return program.frames[static_cast<size_t>(index)]; };
     EXPECT_EQ(frame(program.targets[0].tool).name, "TOOL_DATA[1]");
@@ -458,11 +457,11 @@ TEST(RobotProgramTest, NamesFollowTheFileWhereTheControllerWantsThat) {
   rename(program, "fresh", texts);
   EXPECT_THAT(texts[0], HasSubstr("DEF  fresh( )\n"));
   EXPECT_THAT(texts[1], HasSubstr("DEFDAT fresh PUBLIC\n"));
-  EXPECT_EQ(why_illegal_name(Dialect::krl, "part_1"), "");
-  EXPECT_THAT(why_illegal_name(Dialect::krl, "1-part"), HasSubstr("'P1_part'"));
-  EXPECT_THAT(why_illegal_name(Dialect::krl, "a_name_of_twenty_five_abc"),
+  EXPECT_EQ(why_illegal_name(*find_dialect("krl"), "part_1"), "");
+  EXPECT_THAT(why_illegal_name(*find_dialect("krl"), "1-part"), HasSubstr("'P1_part'"));
+  EXPECT_THAT(why_illegal_name(*find_dialect("krl"), "a_name_of_twenty_five_abc"),
               HasSubstr("'a_name_of_twenty_five_ab'"));
-  EXPECT_EQ(why_illegal_name(Dialect::urscript, "1-part"), "");
+  EXPECT_EQ(why_illegal_name(*find_dialect("urscript"), "1-part"), "");
 }
 
 TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
@@ -539,7 +538,7 @@ TEST(RobotProgramTest, DamagedProgramsNeverCrash) {
       }
     }
     try {
-      const RobotProgram program = parse_program(file.dialect, file.texts, {});
+      const RobotProgram program = parse_program(*file.dialect, file.texts, {});
       const RewrittenProgram same = rewrite(program, commands_without_correction(program));
       for (size_t i = 0; i < file.texts.size(); ++i)
         ASSERT_EQ(same.texts[i], file.texts[i].text) << file.name << " round " << round;

@@ -32,7 +32,7 @@ def arm_text(name):
     """The nominal arm."""
     if name == "fanuc":
         return fanuc_axes(vc.data_sheet_yaml("heavy-2650")[0])
-    return {"krl": KUKA.read_text, "rapid": lambda: vc.data_sheet_yaml("bench-580")[0],
+    return {"inform": (vc.ROOT / "config/robots/gp25.yaml").read_text, "krl": KUKA.read_text, "rapid": lambda: vc.data_sheet_yaml("bench-580")[0],
             "urscript": lambda: vc.data_sheet_yaml("cobot-1300")[0]}[name]()
 
 

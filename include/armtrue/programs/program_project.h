@@ -16,12 +16,12 @@ namespace armtrue {
 /// PUBLIC data lists of the same controller, which is the nearest folder around the program with a
 /// $config.dat in it; of all, if there is none. ABB: the other modules of the same task (TASK1), or
 /// of the same folder.
-std::vector<ProgramText> texts_of_others(Dialect dialect, const std::vector<ProgramText>& project,
+std::vector<ProgramText> texts_of_others(const Dialect& dialect, const std::vector<ProgramText>& project,
                                          const std::string& path);
 
 /// What counts of the texts of others, given as they are: of KUKA data lists what is global, and of
 /// programs where they give values; of ABB modules all; of the other makers nothing.
-std::vector<ProgramText> what_others_declare(Dialect dialect,
+std::vector<ProgramText> what_others_declare(const Dialect& dialect,
                                              const std::vector<ProgramText>& others);
 
 /// Whether a text came with the controller and is nobody's program: bas.src of KUKA.

@@ -15,16 +15,7 @@
 
 namespace armtrue {
 
-/// The languages of robot programs, after the manuals of their makers; see the parser of each.
-enum class Dialect { krl, rapid, fanuc, urscript };
-
-/// The name in options: `krl`.
-std::string to_string(Dialect dialect);
-/// The dialect with this name; nothing if there is none.
-std::optional<Dialect> find_dialect(const std::string& name);
-/// The dialect of a file by its extension: .src, .mod .prg .sys .modx .sysx, .ls, .script
-/// .urscript.
-std::optional<Dialect> dialect_of_file(const std::string& path);
+class Dialect;  // armtrue/programs/dialect.h
 
 /// A number of a program that a correction may replace.
 struct ProgramNumber {
@@ -37,18 +28,12 @@ struct ProgramNumber {
 
 enum class TargetKind { joints, cartesian };
 
-/// FANUC: the parts of a position of /POS, P[3:"name"]{ .. CONFIG : 'N U T, 0, 0, 0', .. }.
-struct FanucDeclaration {
-  size_t open = 0;                                        ///< of `{`
-  size_t configuration_begin = 0, configuration_end = 0;  ///< between the quotes
-};
-
 /// The numbers of a point: those of a declaration that several moves may use, or of one move.
 struct ProgramPoint {
   std::string name;           ///< for messages: `XP1`, or empty where a move has its own numbers
   int line = 0;               ///< of the numbers, in their text
   int text = 0;               ///< index in RobotProgram::texts
-  size_t begin = 0, end = 0;  ///< in that text: of the point with its brackets; FANUC: from `P` on
+  size_t begin = 0, end = 0;  ///< in that text: of the point with its brackets or its name
   /// Others than the moves of this program use it, or may, and it must stay.
   bool is_shared = false;
   /// Texts of others declare it, or use it, too: it stays, unless they are corrected with this
@@ -61,20 +46,12 @@ struct ProgramPoint {
   int starts_from = -1;  ///< in RobotProgram::points: the declared point of an expression; -1: none
   std::string before, behind;  ///< an expression: what stands beside the point that is written out
   TargetKind kind = TargetKind::cartesian;
-  /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
-  /// x y z rx ry rz; or the six joints.
+  /// In the order of the dialect: position and orientation, or the six joints.
   std::vector<ProgramNumber> numbers;
-  /// KUKA: T and S, of a Cartesian point. ABB: cf1 cf4 cf6 cfx. Empty if not written.
+  /// What a Cartesian point states about the branch, in the order of the dialect; empty if nothing.
   std::vector<ProgramNumber> configuration;
-  std::vector<ProgramNumber> external;  ///< KUKA: E1 to E6
-  FanucDeclaration declaration;
+  std::vector<ProgramNumber> external;  ///< E1 to E6; empty if the dialect has none
 };
-
-/// Whether a point of KUKA states T.
-inline bool states_turn(const ProgramPoint& point) {
-  return !point.configuration.empty() &&
-         (point.configuration[0].is_written() || point.is_expression);
-}
 
 /// A coordinate system that a program names.
 struct ProgramFrame {
@@ -104,8 +81,8 @@ struct ProgramInsertion {
   size_t at = 0;               ///< in texts[0]: where lines begin that stand before the move
   std::string before, behind;  ///< the point, or both points of a circular move
   std::string middle;          ///< between the auxiliary point and the end
-  /// KUKA: what stands before the point of a straight move on the way of a circular one; else
-  /// empty.
+  /// What stands before the point of a straight move on the way of a circular one; empty if there
+  /// can be none.
   std::string before_line;
   std::string line_end;
 };
@@ -118,16 +95,17 @@ struct ProgramTarget {
   /// Whether the arm always comes from the target before: no branch, repetition or call lets it
   /// come from elsewhere.
   bool follows_target = false;
-  /// KUKA: the targets at which its move may start; none if one of them is not known.
+  /// The targets at which its move may start, if the reader follows branches and loops; none if one
+  /// of them is not known.
   std::vector<size_t> starts;
-  bool is_in_loop = false;      ///< KUKA
-  /// KUKA: its text states how far it is from where the arm comes from. `pose` is where it ends.
+  bool is_in_loop = false;
+  /// Its text states how far it is from where the arm comes from. `pose` is where it ends.
   bool is_relative = false;
   /// No way through the text leads here: behind RETURN or a jump, in a local routine that nothing
   /// calls.
   bool never_runs = false;
-  bool ends_elsewhere = false;  ///< KUKA: a circle whose angle says where it ends
-  bool is_room_tool = false;    ///< KUKA: the tool stands in the room, and the robot holds the part
+  bool ends_elsewhere = false;  ///< a circle whose angle says where it ends
+  bool is_room_tool = false;    ///< the tool stands in the room, and the robot holds the part
   /// Distance before the target at which the arm may leave its path [m], if the program states it
   /// in mm.
   double blend = 0;
@@ -140,11 +118,10 @@ struct ProgramTarget {
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
   Pose pose;                     ///< Cartesian: base from TCP, as written
-  /// FANUC: the move displaces its point (Offset, Tool_Offset), and `pose` is before * point *
-  /// behind.
+  /// Where the move displaces its point, such as by Tool_Offset: `pose` is before * point * behind.
   Pose before, behind;
   bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
-  std::vector<double> external;  ///< KUKA: E1 to E6, as written; NaN: not known
+  std::vector<double> external;  ///< E1 to E6, as written; NaN: not known; or none
   /// Of joints: encoder angles of the model [rad].
   JointVector q = JointVector::Zero(kProgramAxes);
   std::optional<JointVector> near;  ///< angles near the solution that the program states [rad]
@@ -159,8 +136,8 @@ struct ProgramName {
 
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
-  Dialect dialect = Dialect::krl;
-  /// The program; of KRL also its .dat, if there is one; behind `own_texts` those of others, in
+  const Dialect* dialect = nullptr;
+  /// The program, and its data list if there is one (KUKA .dat); behind `own_texts` those of others, in
   /// which names are looked up that the program does not declare itself.
   std::vector<ProgramText> texts;
   size_t own_texts = 1;
@@ -168,8 +145,7 @@ struct RobotProgram {
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
   std::vector<ProgramName> names;
-  int absolute_accuracy_line = 0;  ///< KUKA: the first one that uses $ABS_ACCUR; 0: none does
-  size_t declarations_end = 0;     ///< FANUC: where the positions of /POS end, in texts[0]
+  int own_model_line = 0;  ///< the first one that uses DialectFacts::own_model; 0: none does
   int left_alone = 0;              ///< moves that the parser does not understand, and that may run
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
@@ -190,12 +166,12 @@ class NoTargets : public InputError {
 /// room may be unknown.
 enum class TargetParts { pose, position };
 
-/// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. `others`: texts
+/// Reads a program. `texts`: the program and its data list if there is one (KUKA .dat). `others`: texts
 /// that declare what the program may use, too, as its controller looks names up (KRL: what
 /// $config.dat and PUBLIC data lists declare as GLOBAL). What the parser does not understand
 /// (expressions, offsets, relative moves, points that are assigned at run time) gives a warning
 /// with file and line, and stays as it is. Throws NoTargets if there is no target.
-RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
+RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known, TargetParts parts = TargetParts::pose,
                            std::vector<ProgramText> others = {});
 
@@ -253,9 +229,8 @@ struct RewrittenProgram {
 
 /// The texts with the numbers of the commands, one for each target, and with a move for each point
 /// `between`, in the order in which the arm passes them. But for these moves only bytes of numbers
-/// change, and only of numbers that differ after rounding: KUKA 0.0001 mm and deg, ABB 0.0001 mm,
-/// 0.00001 deg and 1e-7 of a quaternion, FANUC 0.001 mm and deg, UR 1e-7 m and rad, or finer where
-/// more decimals were written. A declared point changes where it is declared, if all its moves need
+/// change, and only of numbers that differ after rounding to Dialect::decimals(), or finer where more
+/// decimals were written. A declared point changes where it is declared, if all its moves need
 /// the same numbers and nothing else uses it; otherwise each move that needs other numbers gets a
 /// point of its own, written out in the move, of FANUC as a new position. What a point leaves out
 /// is added where the point before no longer gives it. An inserted point is written as the end of
@@ -274,7 +249,7 @@ RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramC
 /// beginning. Call it before rename().
 void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts);
 /// The same of one text.
-void mark_corrected(Dialect dialect, Corrector by, std::string& text);
+void mark_corrected(const Dialect& dialect, Corrector by, std::string& text);
 
 /// The mark of a text, whatever became of its case and blanks.
 struct CorrectionMark {
@@ -291,6 +266,6 @@ bool has_check_digits(const RobotProgram& program, Corrector by);
 void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts);
 
 /// Why a name is illegal for a program of the dialect, with a legal name; empty if it is legal.
-std::string why_illegal_name(Dialect dialect, const std::string& name);
+std::string why_illegal_name(const Dialect& dialect, const std::string& name);
 
 }  // namespace armtrue

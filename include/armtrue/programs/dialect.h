@@ -1,0 +1,161 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/programs/program_text.h"
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue {
+
+class MoveWriter;  // programs/insertion.h
+
+/// Legal names of programs: of letters, digits and underscores.
+struct NameRule {
+  /// Characters; 0: any name is legal, as the controller takes it from the text, whatever the file
+  /// is called.
+  size_t longest = 0;
+  std::string others;  ///< other characters
+  bool may_begin_with_digit = false;
+  bool are_capitals = false;  ///< a name is written in capitals
+};
+
+/// What is the same for all programs of a maker.
+struct DialectFacts {
+  std::string name;                  ///< in options: `krl`
+  std::string maker;                 ///< `KUKA`
+  std::vector<std::string> endings;  ///< of files of programs, in capitals; the usual one first
+  char comment = '!';                ///< a comment goes from it to the end of its line
+  double length = kMillimetre;       ///< unit of lengths [m]
+  double angle = kDegree;            ///< unit of angles [rad]
+
+  NameRule names;
+  /// mirror-correct leaves the name in the text, and its product is NAME-corrected.
+  bool keeps_name_on_path = false;
+
+  /// How a move names its frame and its tool.
+  std::string frame = "its frame", tool = "its tool";
+  /// What sets the tool, if a move without it takes the one that is active; empty: every move of a
+  /// pose has a tool.
+  std::string sets_active_tool;
+  /// A program that states neither frame nor tool has those of its caller.
+  bool has_frames_of_caller = false;
+
+  bool has_external_axes = false;       ///< targets state E1 to E6
+  bool counts_axis_3_from_arm = false;  ///< see program_joints()
+  std::string fixed_turns;  ///< what states turns that a correction cannot change; else empty
+  std::string own_model;    ///< names the calibrated model of its controller, a program may use
+
+  // A data list beside a program, which has its points: part.dat of part.src.
+  std::string data_list;                      ///< its ending in capitals; empty: there is none
+  std::vector<std::string> with_data_list;    ///< endings of texts that have one
+  std::vector<std::string> controller_texts;  ///< file names that are nobody's program, in capitals
+};
+
+/// Check digits of a changed number.
+struct NumberCheck {
+  int decimals = 0;  ///< that it has with two of them at the end; 0: there is no room
+  int rounded = 0;   ///< decimals to which it may be rounded and is checked still; 0: none
+};
+
+/// A point of a move, or what stands in its place, written out as text.
+struct WrittenPoint {
+  std::vector<std::string> numbers;        ///< one text for each number
+  std::vector<std::string> configuration;  ///< empty where it stays
+  std::vector<std::string> external;       ///< of those that are added or changed
+};
+
+/// The language of the robot programs of one maker. Each has a folder in src/programs and a line in
+/// dialects.cc; all that another room or a command asks of a maker, it asks here.
+class Dialect {
+ public:
+  explicit Dialect(DialectFacts facts) : facts_(std::move(facts)) {}
+  Dialect(const Dialect&) = delete;
+  Dialect& operator=(const Dialect&) = delete;
+  virtual ~Dialect() = default;
+
+  const DialectFacts& facts() const { return facts_; }
+
+  /// Reads a program whose texts are there; see parse_program().
+  virtual void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const = 0;
+
+  // Numbers.
+
+  /// The pose of the numbers of a point.
+  virtual Pose pose_of_numbers(const std::vector<double>& numbers) const = 0;
+  /// The numbers of a pose. Of those that give the same rotation, the ones next to `written`.
+  virtual std::vector<double> numbers_of_pose(const Pose& pose,
+                                              const std::vector<double>& written) const = 0;
+  /// The encoder angles [rad] of the model, and back; see counts_axis_3_from_arm.
+  virtual JointVector joints_of_numbers(const std::vector<double>& numbers) const;
+  virtual std::vector<double> numbers_of_joints(const JointVector& q) const;
+  /// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
+  virtual int decimals(TargetKind kind, size_t component) const = 0;
+  virtual NumberCheck check(TargetKind kind, size_t component) const;
+  /// The most by which check digits move a number, in its unit.
+  double moved_by_check(TargetKind kind, size_t component) const;
+
+  // The branch that a Cartesian point states.
+
+  /// Whether a point states the turns of the joints, and a correction changes them.
+  virtual bool states_turn(const ProgramPoint& point) const;
+  /// A text for each number of ProgramPoint::configuration, as the corrected joints need it; empty
+  /// where it stays. A number or bit that contradicts the programmed joints stays.
+  virtual std::vector<std::string> configuration_texts(const ProgramPoint& point,
+                                                       const ProgramCommand& command) const;
+  /// The edits that make a point state the branch of the joints `q`.
+  virtual std::vector<TextEdit> configuration_edits(const RobotProgram& program,
+                                                    const ProgramPoint& point,
+                                                    const JointVector& q) const;
+
+  // Text.
+
+  /// The text of an expression (ProgramPoint::is_expression) that is written out in its move.
+  virtual std::string written_out(const RobotProgram& program, const ProgramPoint& point,
+                                  const WrittenPoint& texts) const;
+  /// Writes points and moves into the text of a program.
+  virtual std::unique_ptr<MoveWriter> move_writer(const RobotProgram& program) const;
+  /// Throws InputError if the controller would not load the program with so many moves more.
+  virtual void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const;
+  /// Adds a comment to a text, behind the line that begins the program.
+  virtual void add_comment(const std::string& comment, std::string& text) const;
+
+  // Texts that belong together.
+
+  /// See what_others_declare() and texts_of_others(): of a text, what counts of it for others.
+  virtual std::optional<ProgramText> declared_for_others(const ProgramText& text) const;
+  /// The folder in which the controller looks up names of the program `path`, with the slash at its
+  /// end, and whether it looks in the folders within it, too.
+  struct SearchFolder {
+    std::string folder;
+    bool is_deep = true;
+  };
+  virtual SearchFolder search_folder(const std::vector<ProgramText>& project,
+                                     const std::string& path) const;
+
+ protected:
+  /// The word with which the line of a text begins that begins the program; none: the comment
+  /// stands at its beginning.
+  virtual bool begins_program(const std::string& word) const;
+
+ private:
+  DialectFacts facts_;
+};
+
+/// All of them; the first one is that of a program whose name does not show it.
+const std::vector<const Dialect*>& dialects();
+/// That with a name in options; null if there is none.
+const Dialect* find_dialect(const std::string& name);
+/// That of a file by its ending; null if none has it.
+const Dialect* dialect_of_file(const std::string& path);
+/// The same, or the first one.
+const Dialect& likely_dialect(const std::string& path);
+
+}  // namespace armtrue

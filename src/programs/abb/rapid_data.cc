@@ -1,0 +1,483 @@
+#include "programs/abb/rapid_data.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "armtrue/kinematics/units.h"
+#include "programs/frame_list.h"
+#include "programs/dialects.h"
+#include "programs/abb/rapid_values.h"
+
+namespace armtrue {
+namespace {
+
+bool is_point_type(const std::string& type) { return type == "ROBTARGET" || type == "JOINTTARGET"; }
+bool is_frame_type(const std::string& type) { return type == "WOBJDATA" || type == "TOOLDATA"; }
+
+// Behind the indices of an array, {2} or {3,2}.
+void skip_indices(TextCursor& cursor) {
+  cursor.skip_to("}");
+  cursor.take('}');
+}
+
+}  // namespace
+
+void RapidData::read(const std::vector<Statement>& statements) {
+  int scope = 0;
+  for (const Statement& statement : statements)
+    each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      if (begins_rapid_routine(word)) {
+        scopes_.open(at);
+        scope = scopes_.at(at);
+        declare_parameters(cursor, scope);
+      } else if (ends_rapid_routine(word)) {
+        scopes_.close(at);
+        scope = scopes_.at(at);
+      } else if (word == "CONST" || word == "PERS" || word == "VAR") {
+        declare(word, statement, cursor, scope);
+        return true;
+      }
+      return false;
+    });
+  read_others();
+  for (const Statement& statement : statements) read_uses(statement);
+  forget_changed_frames(statements);
+}
+
+// The modules of a task share the data that they declare outside of routines, but for LOCAL ones.
+void RapidData::read_others() {
+  std::vector<std::pair<std::string, std::vector<Statement>>> modules;
+  for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
+    std::string text = masked(program_.texts[i].text, '!', "\"");
+    std::vector<Statement> statements = split_statements(text, ';');
+    bool is_in_routine = false;
+    for (const Statement& statement : statements) {
+      std::string before;
+      each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+        is_in_routine = (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
+        const bool is_local = std::exchange(before, word) == "LOCAL";
+        if (word != "CONST" && word != "PERS" && word != "VAR") return false;
+        if (is_in_routine || is_local) return true;
+        const std::string type = cursor.take_name(), name = cursor.take_name();
+        if (name.empty()) return true;
+        if (cursor.take('{')) skip_indices(cursor);
+        Datum& datum = of_others_[name];
+        datum.is_of_others = true;
+        datum.text = static_cast<int>(i);
+        datum.line = line_at(program_.texts[i].text, statement, cursor.at());
+        take_value(word, type, cursor, datum);
+        return true;
+      });
+    }
+    modules.emplace_back(std::move(text), std::move(statements));
+  }
+  for (const auto& [text, statements] : modules) note_uses_of_others(text, statements);
+}
+
+// What another module does with global data: it may change them, or use points.
+void RapidData::note_uses_of_others(const std::string& text,
+                                    const std::vector<Statement>& statements) {
+  std::set<std::string> own;  // names that mean something else there
+  for (const Statement& statement : statements)
+    each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor cursor) {
+      if (word == "CONST" || word == "PERS" || word == "VAR") {
+        cursor.take_name();
+        const std::string name = cursor.take_name();
+        if (find_of_others(name) == nullptr || names_.find(scopes_, name, 0)) own.insert(name);
+      }
+      if (!begins_rapid_routine(word)) return false;
+      while (!cursor.take_name().empty()) continue;
+      if (!cursor.take('(')) return false;
+      const Statement head{0, cursor.at(), statement.end};
+      cursor.skip_to(")");
+      each_word(text, {0, head.begin, cursor.at()},
+                [&](const std::string& name, size_t, const TextCursor&) { own.insert(name); });
+      return false;
+    });
+  for (const Statement& statement : statements) {
+    bool is_assignment = false, is_move = false;
+    each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+      const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
+      for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
+      is_assignment |= is_declaration || word == "RETURN";
+      if (is_declaration) return false;
+      is_move |= cursor.next() != '(' && cursor.next() != ':' &&
+                 (find_rapid_move(word) || is_other_rapid_move(word, cursor));
+      if (own.contains(word)) return false;
+      Datum* datum = names_.find(scopes_, word, 0);
+      if (!datum) datum = find_of_others(word);
+      if (!datum) return false;
+      datum->is_of_others = true;
+      TextCursor ahead = cursor;
+      while (ahead.next() == '.' || ahead.next() == '{')
+        if (ahead.take('.'))
+          ahead.take_name();
+        else
+          skip_indices(ahead);
+      if (ahead.take(':') && ahead.take('=')) {
+        ++datum->values;
+        is_assignment = true;
+      } else if (!is_assignment && !is_move && !datum->is_constant && is_point_type(datum->type)) {
+        datum->values += 2;
+      }
+      return false;
+    });
+  }
+}
+
+// type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
+void RapidData::declare(const std::string& kind, const Statement& statement, TextCursor cursor,
+                        int scope) {
+  const std::string type = cursor.take_name(), name = cursor.take_name();
+  if (name.empty()) return;
+  if (cursor.take('{')) skip_indices(cursor);
+  Datum& datum = names_.declare(name, scope);
+  datum.line = line_at(program_.texts[0].text, statement, cursor.at());
+  take_value(kind, type, cursor, datum);
+}
+
+// Behind the name. Returns whether there is a value.
+bool RapidData::take_value(const std::string& kind, const std::string& type, TextCursor cursor,
+                           Datum& datum) {
+  datum.type = type;
+  datum.is_constant = kind == "CONST";
+  if (!cursor.take(':') || !cursor.take('=')) return false;
+  ++datum.values;
+  const ListItem item = take_item(cursor);
+  if (item.kind == ListItem::Kind::list && cursor.done()) datum.list = item;
+  if (item.kind == ListItem::Kind::number && cursor.done() && datum.is_constant)
+    datum.number = item.value;
+  return true;
+}
+
+// NAME(num n, PERS robtarget point \switch fast | wobjdata WObj, VAR num list{*})
+void RapidData::declare_parameters(TextCursor cursor, int scope) {
+  std::string routine;
+  for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name())
+    routine = word;
+  if (!cursor.take('(')) return;
+  const size_t begin = cursor.at();
+  cursor.skip_to(")");
+  for (const Statement& part : split_arguments(text_, begin, cursor.at(), ",|\\")) {
+    TextCursor words(text_, part.begin, part.end);
+    std::string type, name;
+    for (std::string word = words.take_name(); !word.empty(); word = words.take_name())
+      type = std::exchange(name, word);
+    if (name.empty()) continue;
+    Datum& datum = names_.declare(name, scope);
+    datum.type = type;
+    datum.is_parameter = true;
+    datum.routine = routine;
+  }
+}
+
+// Tools and work objects that are handed to a routine that gives its parameter a value.
+void RapidData::forget_changed_frames(const std::vector<Statement>& statements) {
+  std::set<std::string> changing;
+  names_.each([&](const Datum& datum) {
+    if (datum.is_parameter && datum.values > 0 && is_frame_type(datum.type))
+      changing.insert(datum.routine);
+  });
+  for (const Statement& statement : statements) {
+    bool is_called = false;
+    each_rapid_word(text_, statement, [&](const std::string& word, size_t at, const TextCursor&) {
+      if (Datum* const datum = find(word, at); is_called && datum && is_frame_type(datum->type))
+        datum->values += 2;
+      is_called |= changing.contains(word);
+      return false;
+    });
+  }
+}
+
+// Assignments, and the points that other statements than moves use. What is no constant may be
+// changed where it is handed to a routine.
+void RapidData::read_uses(const Statement& statement) {
+  bool is_assignment = false, is_move = false;
+  each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+    const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
+    for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
+    is_assignment |= is_declaration || word == "RETURN";
+    if (is_declaration) return false;
+    const bool is_instruction = cursor.next() != '(' && cursor.next() != ':';
+    if (is_instruction && find_rapid_move(word)) return true;
+    if (is_instruction && is_other_rapid_move(word, cursor)) is_move = true;
+    if (note_assignment(word, at, cursor)) {
+      is_assignment = true;
+      return false;
+    }
+    Datum* const datum = find(word, at);
+    if (!datum || !is_point_type(datum->type) || cursor.next() == ':') return false;
+    datum->is_shared = true;
+    if (cursor.next() == '.') return false;
+    if (!is_assignment && !datum->is_constant) datum->values += 2;
+    if (!is_move) uses_.push_back({line_at(program_.texts[0].text, statement, at), word, datum});
+    return false;
+  });
+}
+
+// NAME := .., NAME.trans.x := .., NAME{2} := ..
+bool RapidData::note_assignment(const std::string& word, size_t at, TextCursor cursor) {
+  while (true) {
+    if (cursor.take('.'))
+      cursor.take_name();
+    else if (cursor.take('{'))
+      skip_indices(cursor);
+    else
+      break;
+  }
+  if (!cursor.take(':') || !cursor.take('=')) return false;
+  Datum* const datum = find(word, at);
+  ++(datum ? *datum : names_.declare(word, 0)).values;
+  return true;
+}
+
+int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
+                        std::string& why_not) {
+  const auto refuse = [&](const char* reason) {
+    why_not = reason;
+    return -1;
+  };
+  const auto added = [&](int point, const ListItem& list) {
+    if (point >= 0) return point;
+    const bool is_turned_wrong = kind == TargetKind::cartesian && list.items.size() == 4 &&
+                                 list.items[1].numbers(4) && !is_rapid_quaternion(list.items[1]);
+    return refuse(is_turned_wrong ? "the length of its quaternion is not 1"
+                                  : "its point has no plain numbers");
+  };
+  if (const auto list = list_in(text_, argument.begin, argument.end))
+    return added(add_point(*list, kind, fmt::format("the point of line {}", line), line, 0), *list);
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string first = cursor.take_name();
+  if ((first == "OFFS" || first == "RELTOOL") && cursor.next() == '(' && kind != TargetKind::joints)
+    return displaced_point(first, argument, kind, line, why_not);
+  Datum* const datum = find(first, argument.begin);
+  size_t element = 0;
+  if (cursor.take('{')) {
+    const auto index = cursor.take_number();
+    if (!index || !cursor.take('}'))
+      return refuse("its point is an element of an array, whose index is no plain number");
+    const bool is_there =
+        datum && *index >= 1 && *index <= static_cast<double>(datum->list.items.size());
+    element = is_there ? static_cast<size_t>(*index) : SIZE_MAX;
+  }
+  if (!cursor.done())
+    return refuse("its target is an expression; it starts from points as they are declared");
+  if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
+  if (!datum || element == SIZE_MAX)
+    return refuse("its point is not declared here; give the module that declares it, or a folder "
+                  "with it: --with");
+  if (datum->values != 1)
+    return refuse("its point is given several values, or changed at run time");
+  if (datum->type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
+    return refuse("its point is of another type");
+  const auto known = datum->points.find(element);
+  if (known != datum->points.end()) return known->second;
+  std::string name;
+  for (size_t i = argument.begin; i < argument.end; ++i)
+    if (!is_blank(text_[i])) name += text_[i];
+  const ListItem& list = element == 0 ? datum->list : datum->list.items[element - 1];
+  const int point = add_point(list, kind, name, datum->line, datum->text);
+  if (point >= 0) datum->points[element] = point;
+  return added(point, list);
+}
+
+// Offs(p10,0,0,100) moves along the axes of the work object;
+// RelTool(p10,0,0,100\Rx:=..\Ry:=..\Rz:=..) along those of the tool, and turns about x, then the
+// new y, then the new z (RAPID reference manual). Numbers, or constants.
+int RapidData::displaced_point(const std::string& function, const Statement& argument,
+                               TargetKind kind, int line, std::string& why_not) {
+  const char* const kWhy =
+      "its target is an expression; it starts from points as they are declared";
+  const size_t open = text_.find('(', argument.begin);
+  TextCursor behind(text_, argument.end - 1, argument.end);
+  const bool is_whole = behind.take(')');
+  std::vector<Statement> parts;
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
+  bool is_plain = is_whole;
+  for (const Statement& part : split_arguments(text_, open + 1, argument.end - 1, ",")) {
+    const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
+    parts.push_back(pieces[0]);
+    for (size_t i = 1; i < pieces.size(); ++i) {
+      TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
+      const std::string name = cursor.take_name();
+      const bool is_turn = name.size() == 2 && name[0] == 'R' && name[1] >= 'X' && name[1] <= 'Z';
+      is_plain &= is_turn && function == "RELTOOL" && cursor.take(':') && cursor.take('=');
+      cursor.next();
+      const auto angle = constant_in({0, cursor.at(), pieces[i].end});
+      is_plain &= angle.has_value();
+      if (is_plain) turn[name[1] - 'X'] = *angle * kDegree;
+    }
+  }
+  is_plain &= parts.size() == 4;
+  for (size_t i = 1; is_plain && i < 4; ++i) {
+    const auto length = constant_in(parts[i]);
+    is_plain = length.has_value();
+    if (is_plain) shift[static_cast<Eigen::Index>(i) - 1] = *length * kMillimetre;
+  }
+  if (!is_plain) {
+    why_not = kWhy;
+    return -1;
+  }
+  const int from = point_at(parts[0], kind, line, why_not);
+  if (from < 0) return -1;
+  if (program_.points[from].is_expression) {  // Offs(Offs(..),..)
+    why_not = kWhy;
+    return -1;
+  }
+  ProgramPoint point = program_.points[from];
+  std::vector<double> numbers;
+  for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
+  Pose pose = rapid_dialect().pose_of_numbers(numbers);
+  using Eigen::AngleAxisd;
+  if (function == "OFFS")
+    pose.translation += shift;
+  else
+    pose = pose * Pose{(AngleAxisd(turn[0], Eigen::Vector3d::UnitX()) *
+                        AngleAxisd(turn[1], Eigen::Vector3d::UnitY()) *
+                        AngleAxisd(turn[2], Eigen::Vector3d::UnitZ()))
+                           .toRotationMatrix(),
+                       shift};
+  numbers = rapid_dialect().numbers_of_pose(pose, numbers);
+  for (size_t i = 0; i < numbers.size(); ++i)
+    point.numbers[i] = {0, argument.end, argument.end, numbers[i], ""};
+  point.name = text_.substr(argument.begin, argument.end - argument.begin);
+  point.line = line;
+  point.text = 0;
+  point.begin = argument.begin;
+  point.end = argument.end;
+  point.is_expression = true;
+  point.starts_from = from;
+  program_.points.push_back(point);
+  const int index = static_cast<int>(program_.points.size()) - 1;
+  if (const auto external = external_.find(from); external != external_.end())
+    external_[index] = std::vector<double>(external->second);
+  return index;
+}
+
+// A number, or the name of a constant number, perhaps with a sign.
+std::optional<double> RapidData::constant_in(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  if (const auto number = cursor.take_number())
+    return cursor.done() ? number : std::nullopt;
+  const bool is_negative = cursor.take('-');
+  const Datum* const datum = find(cursor.take_name(), argument.begin);
+  if (!datum || !cursor.done() || datum->is_parameter || datum->values != 1 || !datum->number)
+    return std::nullopt;
+  return is_negative ? -*datum->number : *datum->number;
+}
+
+int RapidData::add_point(const ListItem& list, TargetKind kind, const std::string& name, int line,
+                         int text) {
+  ProgramPoint point;
+  point.text = text;
+  point.name = name;
+  point.line = line;
+  point.begin = list.begin;
+  point.end = list.end;
+  point.kind = kind;
+  const auto add = [&](std::vector<ProgramNumber>& numbers, const ListItem& from) {
+    for (const ListItem& item : from.items)
+      numbers.push_back({text, item.begin, item.end, item.value, ""});
+  };
+  const std::vector<ListItem>& parts = list.items;
+  if (kind == TargetKind::joints) {
+    if (parts.size() != 2 || !parts[0].numbers(6)) return -1;
+    add(point.numbers, parts[0]);
+    constexpr double kNoAxis = 1e8;  // 9E9
+    for (const ProgramNumber& number : point.numbers)
+      if (!(std::abs(number.value) < kNoAxis)) return -1;
+  } else {
+    if (parts.size() != 4 || !parts[0].numbers(3) || !parts[2].numbers(4)) return -1;
+    if (!is_rapid_quaternion(parts[1])) return -1;
+    add(point.numbers, parts[0]);
+    add(point.numbers, parts[1]);
+    add(point.configuration, parts[2]);
+  }
+  program_.points.push_back(point);
+  const int index = static_cast<int>(program_.points.size()) - 1;
+  if (const auto values = parts.back().numbers(6)) external_[index] = *values;
+  return index;
+}
+
+void RapidData::leave(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  Datum* const datum = find(cursor.take_name(), argument.begin);
+  if (cursor.take('{')) skip_indices(cursor);
+  if (datum && cursor.done()) datum->is_shared = true;
+}
+
+std::vector<std::pair<int, std::string>> RapidData::finish() {
+  const auto mark = [&](const Datum& datum, int point) {
+    program_.points[point].is_shared = datum.is_shared;
+    program_.points[point].is_of_others = datum.is_of_others;
+  };
+  names_.each([&](const Datum& datum) {
+    for (const auto& [element, point] : datum.points)
+      mark(datum, point);
+  });
+  for (const auto& [name, datum] : of_others_)
+    for (const auto& [element, point] : datum.points) mark(datum, point);
+  std::vector<std::pair<int, std::string>> others;
+  for (const Use& use : uses_) {
+    const bool is_known =
+        std::ranges::find(others, use.name, &std::pair<int, std::string>::second) != others.end();
+    if (!is_known && use.datum->points.empty() && use.datum->list.kind == ListItem::Kind::list)
+      others.emplace_back(use.line, use.name);
+  }
+  return others;
+}
+
+// The list of a tool or work object; null if this text does not say it. A routine may be called
+// with several.
+const RapidData::Datum* RapidData::value_of(const Statement& argument, const char* type,
+                                           TargetKind kind, std::string& why_not) {
+  int scope = 0;
+  const Datum* datum =
+      names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
+  if (!datum) datum = find_of_others(name_of(argument));
+  if (scope > 0) why_not = why_not_of_routine(kind);
+  const bool is_certain = datum && datum->values == 1 && datum->type == type &&
+                          datum->list.kind == ListItem::Kind::list;
+  return is_certain && scope == 0 ? datum : nullptr;
+}
+
+int RapidData::room_frame() { return add_frame(program_.frames, known_, "WOBJ0", Pose{}); }
+
+// [robhold, ufprog, "ufmec", uframe, oframe]
+int RapidData::work_object_at(const Statement& argument, TargetKind kind, std::string& why_not) {
+  const std::string name = name_of(argument);
+  std::optional<Pose> pose;
+  if (name == "WOBJ0") pose = Pose{};
+  const Datum* const datum = value_of(argument, "WOBJDATA", kind, why_not);
+  if (!why_not.empty()) return -1;
+  if (datum && datum->list.items.size() == 5) {
+    const std::vector<ListItem>& parts = datum->list.items;
+    const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
+    if (user && object) pose = *user * *object;
+    if (is_word(parts[0], datum->text, "TRUE")) why_not = "the robot holds the work object";
+    if (is_word(parts[1], datum->text, "FALSE"))
+      why_not = "a mechanical unit moves the work object";
+  }
+  return add_frame(program_.frames, known_, name, pose);
+}
+
+// [robhold, tframe, tload]
+int RapidData::tool_at(const Statement& argument, TargetKind kind, std::string& why_not) {
+  const std::string name = name_of(argument);
+  std::optional<Pose> pose;
+  if (name == "TOOL0") pose = Pose{};
+  const Datum* const datum = value_of(argument, "TOOLDATA", kind, why_not);
+  if (!why_not.empty()) return -1;
+  if (datum && datum->list.items.size() == 3) {
+    pose = rapid_pose(datum->list.items[1]);
+    if (is_word(datum->list.items[0], datum->text, "FALSE"))
+      why_not = "its tool stands in the room";
+  }
+  return add_frame(program_.frames, known_, name, pose);
+}
+
+}  // namespace armtrue

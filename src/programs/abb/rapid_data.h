@@ -1,0 +1,115 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "armtrue/programs/robot_program.h"
+#include "programs/program_warnings.h"
+#include "programs/abb/rapid_insertion.h"
+#include "programs/abb/rapid_words.h"
+#include "programs/scoped_names.h"
+#include "programs/statement.h"
+
+namespace armtrue {
+
+/// The data of a RAPID program: points, tools and work objects that it declares or that are
+/// parameters of its routines.
+class RapidData {
+ public:
+  /// `text`: the program by masked(), whose line ends are blanks. All must outlive it.
+  RapidData(RobotProgram& program, const std::string& text, const KnownFrames& known,
+            TargetParts parts)
+      : program_(program), text_(text), known_(known), parts_(parts) {}
+
+  void read(const std::vector<Statement>& statements);
+
+  /// The point of an argument; -1 and the reason if it cannot be followed.
+  int point_at(const Statement& argument, TargetKind kind, int line, std::string& why_not);
+  /// The frame of a tool or a work object, in the frames; -1 and the reason if it is not certain
+  /// and a target of this kind needs it.
+  int tool_at(const Statement& argument, TargetKind kind, std::string& why_not);
+  int work_object_at(const Statement& argument, TargetKind kind, std::string& why_not);
+  /// Why a tool or a work object of a routine is not certain; empty if the target does not need it.
+  std::string why_not_of_routine(TargetKind kind) const {
+    const bool is_needed = kind == TargetKind::cartesian && parts_ == TargetParts::pose;
+    return is_needed ? "its tool or work object is given by its routine" : "";
+  }
+  /// That of wobj0.
+  int room_frame();
+  const RapidExternalAxes& external() const { return external_; }
+
+  /// A move to the point is left alone: its declaration must stay. An expression starts from it,
+  /// and follows it.
+  void leave(const Statement& argument);
+  /// Once all moves are read: marks the points whose declaration must stay. Returns the other
+  /// points with numbers that statements other than moves use: lines and names.
+  std::vector<std::pair<int, std::string>> finish();
+
+ private:
+  struct Datum {
+    ListItem list;
+    int values = 0;  // how often it is given one
+    int line = 0;
+    std::string type;
+    std::string routine;  // of a parameter
+    bool is_constant = false, is_parameter = false;
+    bool is_shared = false;        // other statements than moves use it
+    bool is_of_others = false;     // other modules declare it or use it
+    int text = 0;                  // in RobotProgram::texts
+    std::optional<double> number;  // of a constant
+    std::map<size_t, int> points;  // by the index of the element, 0 of the whole
+  };
+  struct Use {
+    int line;
+    std::string name;
+    const Datum* datum;
+  };
+
+  void declare(const std::string& kind, const Statement& statement, TextCursor cursor, int scope);
+  void declare_parameters(TextCursor cursor, int scope);
+  void read_uses(const Statement& statement);
+  void forget_changed_frames(const std::vector<Statement>& statements);
+  bool note_assignment(const std::string& word, size_t at, TextCursor cursor);
+  void read_others();
+  void note_uses_of_others(const std::string& text, const std::vector<Statement>& statements);
+  static bool take_value(const std::string& kind, const std::string& type, TextCursor cursor,
+                         Datum& datum);
+  // Nothing declares it here: other modules may.
+  Datum* find_of_others(const std::string& name) {
+    const auto found = of_others_.find(name);
+    return found == of_others_.end() ? nullptr : &found->second;
+  }
+  Datum* find(const std::string& name, size_t at) {
+    Datum* const own = names_.find(scopes_, name, scopes_.at(at));
+    return own ? own : find_of_others(name);
+  }
+  const Datum* value_of(const Statement& argument, const char* type, TargetKind kind,
+                        std::string& why_not);
+  int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line, int text);
+  int displaced_point(const std::string& function, const Statement& argument, TargetKind kind,
+                      int line, std::string& why_not);
+  std::optional<double> constant_in(const Statement& argument);
+  std::string name_of(const Statement& argument) const {
+    return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
+  }
+  bool is_word(const ListItem& item, int text, const char* word) const {
+    const std::string& whole = program_.texts[text].text;
+    return upper(std::string_view(whole).substr(item.begin, item.end - item.begin)) == word;
+  }
+
+  RobotProgram& program_;
+  const std::string& text_;
+  const KnownFrames& known_;
+  const TargetParts parts_;
+  Scopes scopes_;
+  ScopedNames<Datum> names_;
+  std::map<std::string, Datum> of_others_;  // global data of other modules
+  std::vector<Use> uses_;  // of points, outside of moves
+  RapidExternalAxes external_;
+};
+
+}  // namespace armtrue

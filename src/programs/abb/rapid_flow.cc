@@ -1,0 +1,106 @@
+#include "programs/abb/rapid_flow.h"
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "programs/abb/rapid_words.h"
+
+namespace armtrue {
+namespace {
+
+using Step = ProgramFlow::Step;
+
+class RapidFlowReader {
+ public:
+  explicit RapidFlowReader(std::string_view text) : text_(text) {}
+
+  RapidFlow read(const std::vector<Statement>& statements) {
+    for (const Statement& statement : statements)
+      each_rapid_word(text_, statement, [&](const std::string& word, size_t, TextCursor cursor) {
+        if (begins_rapid_routine(word)) routines_.insert(name_of(word, cursor));
+        return false;
+      });
+    for (const Statement& statement : statements) read_statement(statement);
+    return {flow_.follow(displacements_, 0),
+            flow_.follow(turnings_, static_cast<int>(ArcTurning::with_path)),
+            flow_.follow(confj_, 1), flow_.follow(confl_, 1)};
+  }
+
+ private:
+  // Behind PROC, FUNC type or TRAP.
+  static std::string name_of(const std::string& word, TextCursor cursor) {
+    if (word == "FUNC") cursor.take_name();
+    return cursor.take_name();
+  }
+
+  void read_statement(const Statement& statement) {
+    bool is_then_of_elseif = false, is_compact = false;
+    each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      if (begins_rapid_routine(word)) {
+        flow_.add(word == "TRAP" ? Step::interrupt : Step::routine, at, name_of(word, cursor));
+      } else if (ends_rapid_routine(word)) {
+        flow_.add(Step::end_routine, at);
+      } else if (word == "IF") {
+        if (is_compact) flow_.add(Step::end_block, at);
+        is_compact = true;  // unless a THEN follows
+        flow_.add(Step::branch, at);
+      } else if (word == "ELSEIF") {
+        is_then_of_elseif = true;
+        flow_.add(Step::alternative, at);
+      } else if (word == "THEN") {
+        if (!is_then_of_elseif) is_compact = false;
+        is_then_of_elseif = false;
+      } else if (const auto step = block_step(word)) {
+        flow_.add(*step, at);
+      } else if (routines_.contains(word) || word == "CALLBYVAR") {
+        flow_.add(Step::call, at, word == "CALLBYVAR" ? "" : word);
+      } else if (word == "CIRPATHMODE") {
+        turnings_.push_back({at, static_cast<int>(rapid_turning(cursor))});
+      } else if (word == "CONFJ" || word == "CONFL") {
+        (word == "CONFJ" ? confj_ : confl_).push_back({at, states_off(cursor) ? 0 : 1});
+      } else if (word == "PDISPON" || word == "PDISPSET" || word == "PDISPOFF") {
+        displacements_.push_back({at, word == "PDISPOFF" ? 0 : 1});
+      } else if (cursor.next() == ':') {
+        TextCursor behind = cursor;
+        behind.take(':');
+        if (behind.next() != '=') flow_.add(Step::label, at);
+      }
+      return false;
+    });
+    // %"part"+name%;
+    const std::string_view whole = text_.substr(statement.begin, statement.end - statement.begin);
+    if (const size_t late = whole.find("%\""); late != std::string_view::npos)
+      flow_.add(Step::call, statement.begin + late);
+    if (is_compact) flow_.add(Step::end_block, statement.end);
+  }
+
+  static bool states_off(TextCursor cursor) {
+    return cursor.take('\\') && cursor.take_name() == "OFF";
+  }
+
+  static std::optional<Step> block_step(const std::string& word) {
+    static const std::map<std::string, Step> kSteps{
+        {"ELSE", Step::alternative},   {"CASE", Step::alternative},  {"DEFAULT", Step::alternative},
+        {"TEST", Step::branch},        {"FOR", Step::loop},          {"WHILE", Step::loop},
+        {"ENDIF", Step::end_block},    {"ENDTEST", Step::end_block}, {"ENDFOR", Step::end_block},
+        {"ENDWHILE", Step::end_block}, {"GOTO", Step::jump},         {"RETURN", Step::jump},
+        {"RAISE", Step::jump},         {"RETRY", Step::jump},        {"TRYNEXT", Step::jump},
+        {"ERROR", Step::handler},      {"UNDO", Step::handler},      {"BACKWARD", Step::handler}};
+    const auto found = kSteps.find(word);
+    return found == kSteps.end() ? std::nullopt : std::optional(found->second);
+  }
+
+  std::string_view text_;
+  std::set<std::string> routines_;
+  ProgramFlow flow_;
+  std::vector<ProgramFlow::Setting> displacements_, turnings_, confj_, confl_;
+};
+
+}  // namespace
+
+RapidFlow follow_rapid(std::string_view text, const std::vector<Statement>& statements) {
+  return RapidFlowReader(text).read(statements);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,245 @@
+#include "programs/abb/rapid_program.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "programs/abb/rapid_data.h"
+#include "programs/abb/rapid_flow.h"
+#include "programs/abb/rapid_insertion.h"
+#include "programs/abb/rapid_values.h"
+#include "programs/abb/rapid_words.h"
+#include "programs/move_reader.h"
+#include "programs/statement.h"
+
+// Programs of ABB controllers: RAPID reference manual, "Instructions, functions and data types":
+// robtarget, jointtarget, confdata, tooldata, wobjdata, MoveJ, MoveL, MoveC, MoveAbsJ and those of
+// their family, TriggJ, TriggL, TriggC.
+
+namespace armtrue {
+namespace {
+
+class RapidReader : MoveReader {
+ public:
+  RapidReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
+      : MoveReader(program),
+        text_(masked(program.texts[0].text, '!', "\"")),
+        data_(program, text_, known, parts) {}
+
+  void read() {
+    const std::vector<Statement> statements = split_statements(text_, ';');
+    data_.read(statements);
+    flow_ = follow_rapid(text_, statements);
+    for (const Statement& statement : statements) {
+      is_move_ = false;
+      each_rapid_word(text_, statement,
+                      [&](const std::string& word, size_t at, const TextCursor& cursor) {
+                        follow_way(word, at, cursor, statement);
+                        return read_instruction(word, at, cursor, statement);
+                      });
+      if (!is_move_) follows_ = follows_ && stays(statement);
+    }
+    is_dead_ = false;
+    is_called_ = true;
+    for (const auto& [line, name] : data_.finish())
+      leave(line, "uses the point " + name + " in a way that is not followed");
+    program_.warnings = warnings_.list();
+  }
+
+ private:
+  // Whether the arm stays where it is during a statement without a move, and the next one follows.
+  bool stays(const Statement& statement) const {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    return stands_between_rapid_moves(cursor.take_name()) ||
+           is_plain_assignment(text_, statement.begin, statement.end);
+  }
+
+  // Behind RETURN or a jump nothing runs until another way may come: a label, a branch. A local
+  // routine is called in its module or never.
+  void follow_way(const std::string& word, size_t at, TextCursor cursor,
+                  const Statement& statement) {
+    const bool is_local = std::exchange(word_before_, word) == "LOCAL";
+    if (begins_rapid_routine(word)) {
+      std::string name = cursor.take_name();
+      if (word == "FUNC") name = cursor.take_name();
+      is_called_ = !is_local || count_of(name) > 1 || text_.find("%\"") != std::string::npos ||
+                   count_of("CALLBYVAR") > 0;
+      is_dead_ = false;
+    } else if (contains_word({"RETURN", "EXIT", "EXITCYCLE", "GOTO", "RAISE", "RETRY", "TRYNEXT"},
+                             word)) {
+      is_dead_ |= !is_conditional(statement.begin, at);
+    } else if (contains_word({"ELSE", "ELSEIF", "CASE", "DEFAULT", "ENDIF", "ENDTEST", "ENDFOR",
+                              "ENDWHILE", "ERROR", "UNDO", "BACKWARD"},
+                             word)) {
+      is_dead_ = false;
+    } else if (cursor.take(':') && cursor.next() != '=') {
+      is_dead_ = false;
+    }
+  }
+
+  static bool contains_word(std::initializer_list<const char*> words, const std::string& word) {
+    return std::ranges::find(words, word) != words.end();
+  }
+
+  int count_of(const std::string& name) {
+    if (words_.empty())
+      each_word(text_, {0, 0, text_.size()},
+                [&](const std::string& word, size_t, const TextCursor&) { ++words_[word]; });
+    const auto found = words_.find(name);
+    return found == words_.end() ? 0 : found->second;
+  }
+
+  // IF .. Move..; without THEN.
+  bool is_conditional(size_t begin, size_t end) const {
+    bool found = false;
+    for (TextCursor cursor(text_, begin, end); !cursor.done();) {
+      const std::string word = cursor.take_name();
+      if (word.empty()) cursor.step();
+      if (word == "IF" || word == "THEN") found = word == "IF";
+    }
+    return found;
+  }
+
+  // Returns whether the word begins an instruction that takes what follows.
+  bool read_instruction(const std::string& word, size_t at, TextCursor cursor,
+                        const Statement& statement) {
+    const RapidMove* const move = find_rapid_move(word);
+    if (!move && !is_other_rapid_move(word, cursor)) return false;
+    if (cursor.next() == '(' || cursor.next() == ':' || (!move && cursor.done())) return false;
+    const int line = line_at(program_.texts[0].text, statement, at);
+    is_left_ = false;
+    is_move_ = true;
+    if (move) {
+      move_ = {move, at, statement.end, statement.begin == at, {}, {}};
+      read_move(*move, line, cursor.at(), statement.end);
+    } else {
+      leave(line, "this instruction is not followed: " + word);
+    }
+    follows_ = !is_left_ && !is_conditional(statement.begin, at);
+    return true;
+  }
+
+  void leave(int line, const std::string& reason) {
+    leave_move(line, reason, !is_dead_ && is_called_);
+    is_left_ = true;
+  }
+
+  void read_move(const RapidMove& move, int line, size_t begin, size_t end) {
+    std::string why_not;
+    ProgramTarget target;
+    target.line = line;
+    target.kind = move.is_joint_target ? TargetKind::joints : TargetKind::cartesian;
+    const std::vector<Statement> arguments = read_arguments(target.kind, begin, end, why_not);
+    constexpr size_t kLeast = 2;  // of a process move behind its points: speed and tool
+    if (move.is_process() ? arguments.size() < static_cast<size_t>(move.points) + kLeast
+                          : arguments.size() <= static_cast<size_t>(move.tool))
+      return leave(line, "its arguments are not those of the instruction");
+    const size_t tool = move.is_process() ? arguments.size() - 1 : static_cast<size_t>(move.tool);
+    if (why_not.empty()) set_frames(arguments[tool], target, why_not);
+    std::vector<int> points;
+    for (int i = 0; i < move.points && why_not.empty(); ++i)
+      points.push_back(data_.point_at(arguments[i], target.kind, line, why_not));
+    if (!why_not.empty()) {
+      for (int i = 0; i < move.points; ++i) data_.leave(arguments[i]);
+      return leave(line, why_not);
+    }
+    const char kind = move_.kind();
+    const Statement& zone = arguments[tool - 1];
+    target.blend = radius_of_zone(upper(part_of(zone.begin, zone.end)));
+    const int turning = flow_.turning.at(move_.begin);
+    const bool is_certain = kind != 'C' || turning != ProgramFlow::kUncertain;
+    target.turning = is_certain ? static_cast<ArcTurning>(turning) : ArcTurning::with_path;
+    for (size_t i = 0; i < points.size(); ++i) {
+      const bool is_auxiliary = i + 1 < points.size();
+      target.motion = motion_of(kind, !is_auxiliary);
+      target.follows_target = is_certain && (i > 0 || (follows_ && move_.is_first));
+      target.begin = arguments[i].begin;
+      target.end = arguments[i].end;
+      if (kind == 'L' || target.motion == MotionKind::arc)
+        prepare_rapid_insertion(program_, text_, move_, data_.external(), points, arguments,
+                                target);
+      add_target(target, points[i], is_auxiliary);
+    }
+  }
+
+  // The arguments without options; those with their options go into the move.
+  std::vector<Statement> read_arguments(TargetKind kind, size_t begin, size_t end,
+                                        std::string& why_not) {
+    std::vector<Statement> arguments;
+    work_object_.reset();
+    for (const Statement& part : split_arguments(text_, begin, end, ",")) {
+      const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
+      for (size_t i = 0; i < pieces.size(); ++i) {
+        const bool is_option = i > 0;
+        if (!is_option && pieces[i].begin < pieces[i].end) {
+          arguments.push_back(pieces[i]);
+          move_.parts.push_back(part);
+        }
+        if (!is_option) continue;
+        TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
+        move_.options.push_back(cursor.take_name());
+        if (move_.options.back() != "WOBJ") continue;
+        if (!cursor.take(':') || !cursor.take('='))
+          why_not = data_.why_not_of_routine(kind);  // \WObj?WObj
+        cursor.next();
+        work_object_ = Statement{0, cursor.at(), pieces[i].end};
+      }
+    }
+    return arguments;
+  }
+
+  void set_frames(const Statement& tool, ProgramTarget& target, std::string& why_not) {
+    if (const int displacement = flow_.displacement.at(move_.begin); displacement != 0)
+      why_not = displacement == 1 ? "a program displacement (PDispOn, PDispSet) is active"
+                                  : "a program displacement (PDispOn, PDispSet) may be active";
+    else
+      target.base = work_object_ ? data_.work_object_at(*work_object_, target.kind, why_not)
+                                 : data_.room_frame();
+    if (why_not.empty()) target.tool = data_.tool_at(tool, target.kind, why_not);
+  }
+
+  void add_target(ProgramTarget target, int index, bool is_auxiliary) {
+    target.never_runs = is_dead_ || !is_called_;
+    if (target.kind == TargetKind::cartesian) {
+      target.configuration = configuration_of(program_.points[index]);
+      target.configuration.continues = is_auxiliary;
+    }
+    add_target_at(std::move(target), index);
+  }
+
+  // Without ConfJ or ConfL the controller does not read confdata. Where that is not certain, they
+  // count if the arm reaches the point so.
+  Configuration configuration_of(const ProgramPoint& point) const {
+    const ProgramFlow::Values& values = move_.kind() == 'J' ? flow_.confj : flow_.confl;
+    const int counts = values.at(move_.begin);
+    if (counts == 0) return {};
+    Configuration result = rapid_configuration(point);
+    result.is_weak = counts == ProgramFlow::kUncertain;
+    return result;
+  }
+
+  std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
+
+  std::string text_;
+  RapidData data_;
+  RapidFlow flow_;
+  RapidMoveText move_;                    // that is read
+  std::optional<Statement> work_object_;  // of this move; nothing: wobj0
+  bool is_move_ = false;                  // the statement moves the arm
+  bool is_left_ = false;                  // the move that is read is left alone
+  bool follows_ = false;                  // the arm stands at the last target
+  bool is_dead_ = false, is_called_ = true;  // no way leads here; the routine may be called
+  std::string word_before_;
+  std::map<std::string, int> words_;  // how often each stands in the text
+};
+
+}  // namespace
+
+void parse_rapid_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  RapidReader(program, known, parts).read();
+}
+
+}  // namespace armtrue

@@ -1,0 +1,111 @@
+#include "armtrue/programs/dialect.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "armtrue/statistics/check_digits.h"
+#include "programs/insertion.h"
+#include "programs/statement.h"
+#include "programs/text_cursor.h"
+#include "programs/text_edit.h"
+
+// What most makers have in common.
+
+namespace armtrue {
+
+// FANUC shows joint 3 relative to the horizontal; the chain counts it from the upper arm: q3 = J3 +
+// J2 (FANUC, R-30iB operator's manual, joint coordinates).
+JointVector Dialect::joints_of_numbers(const std::vector<double>& numbers) const {
+  JointVector q = Eigen::Map<const JointVector>(numbers.data(), kProgramAxes);
+  if (facts_.counts_axis_3_from_arm) q[2] += q[1];
+  return q * facts_.angle;
+}
+
+std::vector<double> Dialect::numbers_of_joints(const JointVector& q) const {
+  JointVector numbers = q / facts_.angle;
+  if (facts_.counts_axis_3_from_arm) numbers[2] -= numbers[1];
+  return {numbers.begin(), numbers.end()};
+}
+
+// A micrometre and a thousandth of a degree, which turns the tool about its tip, or a microradian.
+// The same of a joint moves the tool too far.
+NumberCheck Dialect::check(TargetKind kind, size_t component) const {
+  constexpr double kMicrometre = 1e-6;
+  const int rounded = static_cast<int>(std::lround(std::log10(facts_.length / kMicrometre)));
+  return {decimals(kind, component) + 2, kind == TargetKind::joints ? 0 : rounded};
+}
+
+double Dialect::moved_by_check(TargetKind kind, size_t component) const {
+  const NumberCheck checked = check(kind, component);
+  double moved = 0;
+  if (checked.decimals > 0) moved += std::pow(10.0, -decimals(kind, component));
+  if (checked.rounded > 0) moved += kMostMovedIfRounded * std::pow(10.0, -checked.rounded);
+  return moved;
+}
+
+bool Dialect::states_turn(const ProgramPoint&) const { return false; }
+
+std::vector<std::string> Dialect::configuration_texts(const ProgramPoint& point,
+                                                      const ProgramCommand&) const {
+  return std::vector<std::string>(point.configuration.size());
+}
+
+std::vector<TextEdit> Dialect::configuration_edits(const RobotProgram&, const ProgramPoint&,
+                                                   const JointVector&) const {
+  return {};
+}
+
+// The declared point that the expression starts from, with other numbers.
+std::string Dialect::written_out(const RobotProgram& program, const ProgramPoint& point,
+                                 const WrittenPoint& texts) const {
+  const ProgramPoint& from = program.points[point.starts_from];
+  std::vector<TextEdit> edits;
+  const auto add = [&](const ProgramNumber& number, const std::string& text) {
+    edits.push_back({from.text, number.begin - from.begin, number.end - from.begin, text});
+  };
+  for (size_t i = 0; i < texts.numbers.size(); ++i) add(from.numbers[i], texts.numbers[i]);
+  for (size_t i = 0; i < texts.configuration.size(); ++i)
+    if (!texts.configuration[i].empty()) add(from.configuration[i], texts.configuration[i]);
+  const std::string& text = program.texts[from.text].text;
+  return apply_edits(text.substr(from.begin, from.end - from.begin), edits, from.text);
+}
+
+std::unique_ptr<MoveWriter> Dialect::move_writer(const RobotProgram& program) const {
+  return std::make_unique<MoveWriter>(program);
+}
+
+void Dialect::refuse_what_does_not_load(const RobotProgram&, size_t) const {}
+
+void Dialect::add_comment(const std::string& comment, std::string& text) const {
+  size_t place = 0;
+  for (size_t begin = 0; begin < text.size() && place == 0;) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    TextCursor line(text, begin, end);
+    std::string word = line.take_name();
+    if (word == "GLOBAL") word = line.take_name();
+    if (begins_program(word)) place = end + 1;
+    begin = end + 1;
+  }
+  // MODULE part(SYSMODULE, .. on several lines
+  const std::string_view head = std::string_view(text).substr(0, std::min(place, text.size()));
+  if (const size_t open = head.rfind('('); place > 0 && open != std::string::npos &&
+                                           head.find(')', open) == std::string::npos)
+    place = text.find('\n', std::min(text.find(')', open), text.size())) + 1;
+  if (place > text.size()) return;  // a text of one line, which has no moves
+  text.insert(place, facts_.comment + comment + line_end(text, 0));
+}
+
+bool Dialect::begins_program(const std::string&) const { return false; }
+
+std::optional<ProgramText> Dialect::declared_for_others(const ProgramText&) const {
+  return std::nullopt;
+}
+
+Dialect::SearchFolder Dialect::search_folder(const std::vector<ProgramText>&,
+                                             const std::string& path) const {
+  const size_t slash = path.rfind('/');
+  return {slash == std::string::npos ? "" : path.substr(0, slash + 1)};
+}
+
+}  // namespace armtrue

@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "programs/dialects.h"
+#include "programs/fanuc/fanuc_program.h"
+#include "programs/fanuc/fanuc_registers.h"
+#include "programs/fanuc/fanuc_writer.h"
+#include "programs/path_name.h"
+#include "programs/program_values.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+namespace {
+
+// Of the others' lines, those with a word.
+ProgramText lines_with(const ProgramText& program, std::string_view word) {
+  ProgramText result{program.name, ""};
+  for (size_t begin = 0; begin < program.text.size();) {
+    const size_t end = std::min(program.text.find('\n', begin), program.text.size());
+    const std::string line = program.text.substr(begin, end - begin);
+    if (upper(line).find(word) != std::string::npos) result.text += line + "\n";
+    begin = end + 1;
+  }
+  return result;
+}
+
+// W P R are the angles about the fixed axes x, y, z: A B C of KUKA in the other order.
+Eigen::Vector3d in_other_order(const Eigen::Vector3d& angles) {
+  return {angles[2], angles[1], angles[0]};
+}
+
+class FanucDialect : public Dialect {
+ public:
+  FanucDialect()
+      : Dialect({.name = "fanuc",
+                 .maker = "FANUC",
+                 .endings = {".LS"},
+                 .names = {.longest = 36, .are_capitals = true},  // R-30iB, operator's manual
+                 .frame = "its user frame (UF)",
+                 .tool = "its tool frame (UT)",
+                 .counts_axis_3_from_arm = true,
+                 .fixed_turns = "CONFIG"}) {}
+
+  void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
+    parse_fanuc_program(program, known, parts);
+  }
+
+  // X Y Z W P R
+  Pose pose_of_numbers(const std::vector<double>& n) const override {
+    return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
+            Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
+  }
+  std::vector<double> numbers_of_pose(const Pose& pose,
+                                      const std::vector<double>& written) const override {
+    const Eigen::Vector3d near(written[3], written[4], written[5]);
+    const Eigen::Vector3d mm = pose.translation / kMillimetre;
+    const Eigen::Vector3d wpr =
+        in_other_order(abc_near(pose.rotation, in_other_order(near) * kDegree)) / kDegree;
+    return {mm[0], mm[1], mm[2], wpr[0], wpr[1], wpr[2]};
+  }
+
+  int decimals(TargetKind, size_t) const override { return 3; }
+  NumberCheck check(TargetKind kind, size_t component) const override {
+    return {0, Dialect::check(kind, component).rounded};  // an LS file has no more decimals
+  }
+
+  // 'N U T, 0, 0, 0': the letters stay, the turns are those of the joints.
+  std::vector<TextEdit> configuration_edits(const RobotProgram& program, const ProgramPoint& point,
+                                            const JointVector& q) const override {
+    if (point.configuration.empty()) return {};
+    const ProgramNumber& place = point.configuration[0];
+    const std::string text =
+        program.texts[0].text.substr(place.begin, place.end - place.begin);
+    const auto turn = [&](int joint) { return static_cast<int>(std::lround(q[joint] / kTurn)); };
+    const size_t comma = text.find(',');
+    return {{0, place.begin, place.end,
+             comma == std::string::npos
+                 ? text
+                 : fmt::format("{}, {}, {}, {}", text.substr(0, comma), turn(3), turn(4),
+                               turn(5))}};
+  }
+
+  // Of a register: a position of /POS.
+  std::string written_out(const RobotProgram&, const ProgramPoint& point,
+                          const WrittenPoint& texts) const override {
+    const bool is_joints = point.kind == TargetKind::joints;
+    std::string text = "{\n   GP1:\n\t" + point.name;
+    for (size_t i = 0; i < texts.numbers.size(); ++i)
+      text += fmt::format("{}\t{} = {:>9} {}", i == 0 ? "" : i == 3 ? ",\n" : ",",
+                          is_joints ? fmt::format("J{}", i + 1) : std::string(1, "XYZWPR"[i]),
+                          texts.numbers[i], is_joints || i > 2 ? "deg" : " mm");
+    return text + "\n}";
+  }
+
+  std::unique_ptr<MoveWriter> move_writer(const RobotProgram& program) const override {
+    return fanuc_writer(program);
+  }
+  void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const override {
+    refuse_long_fanuc_program(program, inserted);
+  }
+  void add_comment(const std::string& comment, std::string& text) const override {
+    add_fanuc_remark(facts().comment + comment, text);
+  }
+
+  // Registers, and what programs do to them.
+  std::optional<ProgramText> declared_for_others(const ProgramText& text) const override {
+    if (ending_of(text.name) == ".LS") return lines_with(text, "PR[");
+    return is_fanuc_listing(text.text) ? std::optional(text) : std::nullopt;
+  }
+};
+
+}  // namespace
+
+const Dialect& fanuc_dialect() {
+  static const FanucDialect dialect;
+  return dialect;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,103 @@
+#include "programs/fanuc/fanuc_frames.h"
+
+#include <string>
+
+namespace armtrue {
+namespace {
+
+using Step = ProgramFlow::Step;
+constexpr int kAny = -1;
+constexpr double kMost = 1000;
+
+}  // namespace
+
+FanucFrames::FanucFrames(std::string_view text, const std::vector<Statement>& statements) {
+  for (const Statement& statement : statements) read_statement(text, statement);
+  displaced_ = flow_.follow(displacements_, 0);
+  for (Kind* kind : {&frames_, &tools_}) {
+    kind->active = flow_.follow(kind->numbers, ProgramFlow::kUncertain);
+    const std::vector<ProgramFlow::Setting> of_any = kind->changes[kAny];
+    for (auto& [number, changes] : kind->changes) {
+      if (number != kAny) changes.insert(changes.end(), of_any.begin(), of_any.end());
+      kind->changed[number] = flow_.follow(changes, 0);
+    }
+  }
+}
+
+// What a program that is called selects stays active.
+void FanucFrames::read_statement(std::string_view text, const Statement& statement) {
+  read_steps(text, statement);
+  // Touch Offset PR[32], Touch Offset End
+  TextCursor words(text, statement.begin, statement.end);
+  if (words.take_name() == "TOUCH" && words.take_name() == "OFFSET")
+    displacements_.push_back({statement.begin, words.take_name() == "END" ? 0 : 1});
+  each_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+    const bool is_first = at == statement.begin;
+    for (const bool is_tool : {false, true}) {
+      Kind& of_word = is_tool ? tools_ : frames_;
+      const std::string name = is_tool ? "UTOOL" : "UFRAME";
+      if (word == "CALL" || word == "RUN")
+        of_word.numbers.push_back({at, ProgramFlow::kUncertain});
+      else if (word == name || word == name + "_NUM")
+        read_setting(of_word, word != name, at, is_first, cursor);
+    }
+  });
+}
+
+// UFRAME_NUM=2, UFRAME[2]=PR[1]. Behind a condition, which may hold the same words, the value is
+// not certain.
+void FanucFrames::read_setting(Kind& kind, bool is_number, size_t at, bool is_first,
+                               TextCursor cursor) {
+  std::optional<double> number;
+  const bool is_indexed = cursor.take('[');
+  if (is_indexed) {
+    number = cursor.take_number();
+    cursor.skip_to("=");
+  }
+  if (!cursor.take('=')) return;
+  if (!is_number) {
+    const bool is_plain = number && *number >= 0 && *number < kMost;
+    kind.changes[is_plain ? static_cast<int>(*number) : kAny].push_back(
+        {at, ProgramFlow::kUncertain});
+    return;
+  }
+  const auto value = is_indexed || !is_first ? std::nullopt : cursor.take_number();
+  const bool is_plain = value && cursor.next() == ';' && *value >= 0 && *value < kMost;
+  kind.numbers.push_back({at, is_plain ? static_cast<int>(*value) : ProgramFlow::kUncertain});
+}
+
+void FanucFrames::read_steps(std::string_view text, const Statement& statement) {
+  bool is_block = false;
+  std::string first;
+  each_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+    const bool is_first = first.empty();
+    if (is_first) first = word;
+    if (is_first && word == "LBL")
+      flow_.add(Step::label, at);
+    else if (word == "JMP" || word == "LBL")
+      flow_.add(Step::jump, at);
+    else if (is_first && (word == "ENDFOR" || word == "ENDIF"))
+      flow_.add(Step::end_block, at);
+    else if (is_first && word == "FOR")
+      flow_.add(Step::loop, at);
+    else if (is_first && word == "ELSE" && cursor.next() != ',')  // else of SELECT
+      flow_.add(Step::alternative, at);
+    is_block |= word == "THEN";
+  });
+  if (first != "IF") return;
+  flow_.add(Step::branch, statement.begin);
+  if (!is_block) flow_.add(Step::end_block, statement.end);
+}
+
+std::optional<int> FanucFrames::active(bool is_tool, size_t at) const {
+  const int number = kind(is_tool).active.at(at);
+  return number == ProgramFlow::kUncertain ? std::nullopt : std::optional(number);
+}
+
+bool FanucFrames::is_changed(bool is_tool, int number, size_t at) const {
+  const std::map<int, ProgramFlow::Values>& changed = kind(is_tool).changed;
+  const auto found = changed.find(number);
+  return (found == changed.end() ? changed.at(kAny) : found->second).at(at) != 0;
+}
+
+}  // namespace armtrue

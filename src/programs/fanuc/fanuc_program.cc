@@ -1,0 +1,518 @@
+#include "programs/fanuc/fanuc_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "armtrue/kinematics/units.h"
+#include "programs/dialects.h"
+#include "programs/fanuc/fanuc_frames.h"
+#include "programs/fanuc/fanuc_positions.h"
+#include "programs/fanuc/fanuc_registers.h"
+#include "programs/frame_list.h"
+#include "programs/move_reader.h"
+#include "programs/statement.h"
+
+// Teach pendant programs of FANUC controllers as LS files: R-30iB operator's manual, "Motion
+// instructions" and "Position data": /PROG, /MN with J, L, C and A moves, /POS.
+
+namespace armtrue {
+namespace {
+
+// What begins a line that leaves the arm where it is and does not branch.
+bool stands_between_fanuc_moves(const std::string& word) {
+  static const std::set<std::string> kWords{
+      "DO",        "RO",     "AO",    "GO",      "SO",      "WO",   "UO",       "F",
+      "R",         "SR",     "PR",    "P",       "TIMER",   "WAIT", "OVERRIDE", "UFRAME_NUM",
+      "UTOOL_NUM", "UFRAME", "UTOOL", "PAYLOAD", "MESSAGE", "UALM"};
+  return word.empty() || kWords.contains(word) || word[0] == '$';
+}
+
+// Words of a motion instruction that may stand in an inserted one too: speeds over the way and how
+// the point is passed. All others act once (SKIP, TB, DB, CALL), or are about time.
+bool may_be_repeated(const std::string& word) {
+  static const std::set<std::string> kWords{"L",    "MM",  "CM",        "INCH",       "DEG",
+                                            "MIN",  "SEC", "ACC",       "PTH",        "WJNT",
+                                            "FINE", "CNT", "MAX_SPEED", "WELD_SPEED", "R"};
+  return kWords.contains(word);
+}
+
+constexpr const char* kFanucPose[] = {"X", "Y", "Z", "W", "P", "R"};
+constexpr const char* kFanucJoints[] = {"J1", "J2", "J3", "J4", "J5", "J6"};
+
+class FanucReader : MoveReader {
+ public:
+  FanucReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
+      : MoveReader(program),
+        known_(known),
+        parts_(parts),
+        original_(program.texts[0].text),
+        text_(masked(original_, '\0', "\"'")) {}
+
+  void read() {
+    find_name();
+    const size_t moves = section("/MN"), positions = section("/POS");
+    const size_t end = std::min(section("/END"), text_.size());
+    if (positions < end) positions_ = fanuc_positions(original_, text_, positions, end);
+    if (moves < text_.size()) read_moves(moves, std::min(positions, end));
+    program_.warnings = warnings_.list();
+  }
+
+ private:
+  size_t section(const char* word) const { return line_that_begins(text_, word); }
+
+  void find_name() {
+    const size_t prog = section("/PROG");
+    if (prog == std::string::npos) return;
+    TextCursor cursor(text_, prog + 5, std::min(text_.find('\n', prog), text_.size()));
+    cursor.next();
+    const size_t begin = cursor.at();
+    if (!cursor.take_name().empty()) program_.names.push_back({0, begin, cursor.at()});
+  }
+
+  void read_moves(size_t begin, size_t end) {
+    std::string part = text_.substr(0, std::min(end, text_.size()));
+    part.replace(0, begin, begin, ' ');
+    std::vector<Statement> lines = lines_of(part, begin), statements;
+    for (const Statement& line : lines) {
+      TextCursor cursor(part, line.begin, line.end);
+      cursor.take_number();
+      cursor.take(':');
+      // A comment begins with !, //, or as --eg: does.
+      if (cursor.next() != '!' && cursor.next() != '/' && cursor.next() != '-')
+        statements.push_back({line.line, cursor.at(), line.end});
+    }
+    frames_.emplace(part, statements);
+    registers_.emplace(part, program_.texts.data() + program_.own_texts,
+                       program_.texts.data() + program_.texts.size());
+    for (const Statement& statement : statements) read_uses(part, statement);
+    for (const Statement& statement : statements) read_statement(part, statement);
+    for (const auto& [id, position] : positions_)
+      if (position.point >= 0) program_.points[position.point].is_shared = position.is_shared;
+    for (ProgramPoint& point : program_.points) point.is_shared |= point.starts_from >= 0;
+  }
+
+  // One for each line; a line that begins with a colon continues the one before. A comment may hold
+  // quotes and semicolons.
+  std::vector<Statement> lines_of(std::string& part, size_t begin) const {
+    std::vector<Statement> lines;
+    int line = line_at(text_, begin);
+    for (size_t at = begin; at < part.size(); ++line) {
+      const size_t end = std::min(part.find('\n', at), part.size());
+      TextCursor cursor(part, at, end);
+      if (cursor.next() == ':' && !lines.empty()) {
+        std::replace(part.begin() + static_cast<long>(lines.back().end),
+                     part.begin() + static_cast<long>(at), '\n', ' ');
+        lines.back().end = end;
+      } else {
+        lines.push_back({line, at, end});
+      }
+      at = end + 1;
+    }
+    return lines;
+  }
+
+  static bool is_move(const std::string& word) {
+    return word == "J" || word == "L" || word == "C" || word == "A" || word == "S";
+  }
+
+  // Positions in other statements than moves: P[1]=LPOS, PR[5]=P[1], P[R[1]]=PR[2].
+  void read_uses(const std::string& part, const Statement& statement) {
+    if (is_move(TextCursor(part, statement.begin, statement.end).take_name())) return;
+    each_word(part, statement, [&](const std::string& word, size_t, TextCursor cursor) {
+      if (word != "P" || !cursor.take('[')) return;
+      const auto number = cursor.take_number();
+      cursor.skip_to("=");
+      const bool is_assigned = cursor.next() == '=';
+      each_position(number, [&](FanucPosition& position) {
+        (is_assigned ? position.is_changed : position.is_shared) = true;
+      });
+    });
+  }
+
+  // The position with a number, or all: P[R[1]] may be any.
+  template <class With>
+  void each_position(std::optional<double> number, With with) {
+    if (number) return with(positions_[*number]);
+    for (auto& [id, position] : positions_) with(position);
+  }
+
+  // `L P[3] 250mm/sec FINE`
+  void read_statement(const std::string& part, const Statement& statement) {
+    TextCursor cursor(part, statement.begin, statement.end);
+    const std::string word = cursor.take_name();
+    if (word == "JMP" || word == "END" || word == "ABORT")
+      is_dead_ = true;
+    else if (word == "LBL" || word == "ELSE" || word == "ENDIF" || word == "ENDFOR")
+      is_dead_ = false;
+    if (!is_move(word) || cursor.done()) {
+      follows_ = follows_ && stands_between_fanuc_moves(word);
+      return;
+    }
+    is_left_ = false;
+    const size_t targets = program_.targets.size();
+    line_begin_ = line_begin(part, statement.begin);
+    ends_at_target_ = true;
+    read_move(part, statement, word);
+    follows_ = ends_at_target_ && !is_left_ && program_.targets.size() > targets;
+    for (size_t k = targets; k < program_.targets.size(); ++k)
+      program_.targets[k].never_runs = is_dead_;
+  }
+
+  void leave(int line, const std::string& reason) {
+    leave_move(line, reason, !is_dead_);
+    is_left_ = true;
+  }
+
+  // P[3] in a move.
+  struct PointOfMove {
+    double id = 0;
+    size_t begin = 0, end = 0;
+    bool is_register = false;  // PR[3]
+  };
+
+  // Offset,PR[1] along the axes of the user frame, Tool_Offset,PR[1] along those of the tool.
+  struct Displacement {
+    bool is_tool = false;
+    double id = 0;
+  };
+
+  // What a displacement comes to, if its register is listed and turns nothing: how the controller
+  // composes turns, no manual says.
+  std::optional<Pose> pose_of(const Displacement& displacement) const {
+    const FanucRegister* const found = registers_->find(displacement.id);
+    if (!found || found->is_joints) return std::nullopt;
+    for (size_t i = 3; i < 6; ++i)
+      if (found->numbers[i] != 0) return std::nullopt;
+    return Pose{Eigen::Matrix3d::Identity(),
+                Eigen::Vector3d(found->numbers[0], found->numbers[1], found->numbers[2]) *
+                    kMillimetre};
+  }
+
+  void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
+    std::vector<PointOfMove> points;
+    std::string other;
+    bool follows_point = false, is_any = false;
+    std::vector<Displacement> displacements;
+    const auto is_because = [&](const std::string& reason) {
+      if (other.empty()) other = reason;
+    };
+    const size_t wanted = kind == "C" ? 2 : 1;
+    if (frames_->is_displaced(statement.begin)) is_because("the move is displaced (Touch Offset)");
+    each_word(part, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      if (word == "INC") is_because("a relative move (INC)");
+      if (word == "RTCP") is_because("its tool stands in the room (RTCP)");
+      if (word == "SKIP") ends_at_target_ = false;
+      const bool is_offset = word == "OFFSET" || word == "TOOL_OFFSET" || word == "VOFFSET";
+      follows_point |= is_offset && other.empty();
+      if (word == "COORD")
+        is_because("its motion is coordinated with a positioner (COORD), which carries its frame");
+      if (is_offset) {
+        const auto register_number = register_behind(cursor);
+        if (register_number && word != "VOFFSET")
+          displacements.push_back({word == "TOOL_OFFSET", *register_number});
+        if (!register_number || word == "VOFFSET" || !pose_of(displacements.back()))
+          is_because("the move is displaced (" + word + ")" +
+                     (register_number
+                          ? ", and no listing (--with POSREG.VA) says by how much, or it turns, or "
+                            "the program sets its register"
+                          : ""));
+      }
+      if ((word != "P" && word != "PR") || !cursor.take('[')) return;
+      const auto id = cursor.take_number();
+      cursor.skip_to("]");
+      cursor.take(']');
+      if (points.size() >= wanted) return;
+      if (word == "P" && id) return points.push_back({*id, at, cursor.at()});
+      is_any |= word == "P";
+      if (word == "PR" && id && registers_->find(*id))
+        return points.push_back({*id, at, cursor.at(), true});
+      is_because(word == "PR"
+                     ? "its point is a register, and no listing (--with POSREG.VA) has it, or the "
+                       "program sets it"
+                     : "its point has no plain number");
+    });
+    if (points.empty() && other.empty()) return;  // no move: a word of the same letter
+    if (other.empty() && points.size() != wanted) other = "it does not have the points of its kind";
+    for (const PointOfMove& point : points)
+      if (other.empty())
+        other = point.is_register ? why_not_usable_register(point) : why_not_usable(point);
+    for (const PointOfMove& point : points)
+      if (other.empty() && !displacements.empty() && (kind == "C" || is_joints(point)))
+        other = "an arc, or joint angles, are displaced";
+    if (!other.empty()) {
+      if (is_any) each_position({}, [](FanucPosition& position) { position.is_shared = true; });
+      for (const PointOfMove& point : points)
+        if (!follows_point && !point.is_register) positions_[point.id].is_shared = true;
+      return leave(statement.line, other);
+    }
+    for (size_t i = 0; i < points.size(); ++i) {
+      const bool is_auxiliary = i + 1 < points.size();
+      ProgramTarget& target =
+          points[i].is_register ? add_register_target(points[i], statement.line, is_auxiliary)
+                                : add_target(points[i], statement.line, is_auxiliary);
+      if (!displacements.empty()) displace(displacements, target);
+      target.motion = kind == "A" || kind == "S" ? MotionKind::arc : motion_of(kind[0], !is_auxiliary);
+      target.turning = ArcTurning::perhaps_through_via;
+      target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
+      if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
+    }
+  }
+
+  bool is_joints(const PointOfMove& point) {
+    return point.is_register ? registers_->find(point.id)->is_joints
+                             : positions_[point.id].numbers.contains("J1");
+  }
+
+  // What stands beside the points of an inserted move.
+  void prepare_insertion(ProgramTarget& target, const std::vector<PointOfMove>& points,
+                         const std::string& part, const Statement& statement) {
+    const size_t behind = points.back().end;
+    target.obstacle = why_not_inserted(points, part, {statement.line, behind, statement.end});
+    if (!target.obstacle.empty()) return;
+    std::string rest = original_.substr(behind, statement.end - behind);
+    if (const size_t fine = upper(rest).find("FINE"); fine != std::string::npos)
+      rest.replace(fine, 4, "CNT100");
+    while (!rest.empty() && is_blank(rest.back())) rest.pop_back();
+    ProgramInsertion& beside = target.insertion;
+    beside.at = line_begin_;
+    beside.before = original_.substr(line_begin_, points[0].begin - line_begin_);
+    beside.behind = rest;
+    beside.line_end = line_end(original_, line_begin_);
+    if (points.size() == 1) return;
+    beside.middle = original_.substr(points[0].end, points[1].begin - points[0].end);
+  }
+
+  // Offset,PR[3:name] or Offset PR[3]; nothing if no register stands there.
+  static std::optional<double> register_behind(TextCursor cursor) {
+    cursor.take(',');
+    if (cursor.take_name() != "PR" || !cursor.take('[')) return std::nullopt;
+    return cursor.take_number();
+  }
+
+  std::string why_not_inserted(const std::vector<PointOfMove>& points, const std::string& part,
+                               const Statement& options) {
+    for (const PointOfMove& point : points) {
+      if (point.is_register) return "its point is a register";
+      if (positions_[point.id].numbers.contains("J1")) return "its point is joint angles";
+    }
+    if (original_.substr(options.begin, options.end - options.begin).find('\n') !=
+        std::string::npos)
+      return "it has more than one line";
+    char before = ' ';
+    for (TextCursor cursor(part, options.begin, options.end); !cursor.done();) {
+      std::string word = cursor.take_name();
+      if (word.empty()) {
+        before = cursor.next();
+        cursor.step();
+        continue;
+      }
+      if (before != '/' && (word == "SEC" || word == "MSEC")) return "its speed is a time";
+      while (!word.empty() && is_digit(word.back())) word.pop_back();
+      if (!may_be_repeated(word)) return "it has the option " + word;
+      before = ' ';
+    }
+    const FanucPosition& here = positions_[points.back().id];
+    if (program_.targets.size() <= points.size() || here.numbers.size() + here.others.size() == 6)
+      return "";
+    // Axes beyond the arm's.
+    const auto start = program_.targets.end() - static_cast<long>(points.size()) - 1;
+    const auto point = static_cast<size_t>(start->point);
+    if (program_.points[point].is_expression) return "its start is a register";
+    const FanucPosition& before_it = positions_[ids_of_points_[point]];
+    bool is_same = before_it.others == here.others;
+    for (const auto& [name, value] : here.numbers) {
+      const auto found = before_it.numbers.find(name);
+      if (name[0] == 'E')
+        is_same &= found != before_it.numbers.end() && found->second.value == value.value;
+    }
+    if (is_same) return "";
+    return "external axes or another group move";
+  }
+
+  // Why a move to a point cannot be followed; empty if it can.
+  std::string why_not_usable(const PointOfMove& of_move) {
+    FanucPosition& position = positions_[of_move.id];
+    if (position.is_changed) return "its point is given several values, or changed at run time";
+    if (position.numbers.empty()) return "its point has no numbers in /POS";
+    if (position.point < 0) add_point(of_move.id, position);
+    if (position.point < 0) return "its point has no plain numbers";
+    const bool is_joints = position.numbers.contains("J1");
+    if (is_joints || parts_ != TargetParts::pose) return "";
+    for (const bool is_tool : {false, true}) {
+      const char* const name = is_tool ? "UTOOL" : "UFRAME";
+      const bool is_active = is_tool ? position.has_active_tool : position.is_in_active_frame;
+      const auto number = frame_number(position, is_tool, of_move.begin);
+      if (is_active && !number)
+        return fmt::format(
+            "its point is in the active {} (F), and which it is, {}_NUM does not say "
+            "for certain",
+            is_tool ? "tool" : "frame", name);
+      if (number && frames_->is_changed(is_tool, *number, of_move.begin))
+        return fmt::format("{}[{}] is set at run time", name, *number);
+    }
+    return "";
+  }
+
+  std::optional<int> frame_number(const FanucPosition& position, bool is_tool, size_t at) const {
+    const bool is_active = is_tool ? position.has_active_tool : position.is_in_active_frame;
+    if (is_active) return frames_->active(is_tool, at);
+    return is_tool ? position.tool : position.frame;
+  }
+
+  void add_point(double id, FanucPosition& position) {
+    ProgramPoint point;
+    point.name = fmt::format("P[{}]", id);
+    point.line = position.line;
+    const bool is_joints = position.numbers.contains("J1");
+    point.kind = is_joints ? TargetKind::joints : TargetKind::cartesian;
+    for (int i = 0; i < 6; ++i) {
+      const auto number = position.numbers.find(is_joints ? kFanucJoints[i] : kFanucPose[i]);
+      if (number == position.numbers.end()) return;
+      point.numbers.push_back(number->second);
+    }
+    point.begin = position.begin;
+    point.end = position.end;
+    if (position.configuration_place)
+      point.configuration.push_back(*position.configuration_place);
+    position.point = static_cast<int>(program_.points.size());
+    program_.points.push_back(point);
+    ids_of_points_.push_back(id);
+  }
+
+  ProgramTarget& add_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
+    const FanucPosition& position = positions_[of_move.id];
+    return add(of_move, line, is_auxiliary, position.point, position.configuration,
+               frame_number(position, false, of_move.begin),
+               frame_number(position, true, of_move.begin));
+  }
+
+  ProgramTarget& add(const PointOfMove& of_move, int line, bool is_auxiliary, int point,
+                     const std::string& configuration, std::optional<int> frame,
+                     std::optional<int> tool) {
+    ProgramTarget target;
+    target.line = line;
+    target.begin = of_move.begin;
+    target.end = of_move.end;
+    if (frame) target.base = add_frame_of(false, *frame, line);
+    if (tool) target.tool = add_frame_of(true, *tool, line);
+    if (program_.points[point].kind == TargetKind::cartesian) {
+      target.configuration = fanuc_configuration(configuration);
+      target.configuration.continues = is_auxiliary;
+    }
+    return add_target_at(std::move(target), point);
+  }
+
+  // A register is in the active frame, and has no place in the text.
+  std::string why_not_usable_register(const PointOfMove& of_move) {
+    const bool is_joints = registers_->find(of_move.id)->is_joints;
+    for (const bool is_tool : {false, true}) {
+      if (is_joints) continue;
+      const char* const name = is_tool ? "UTOOL" : "UFRAME";
+      const auto number = frames_->active(is_tool, of_move.begin);
+      if (!number)
+        return fmt::format("its register is in the active {}, and which it is, {}_NUM does not say "
+                           "for certain",
+                           is_tool ? "tool" : "frame", name);
+      if (frames_->is_changed(is_tool, *number, of_move.begin))
+        return fmt::format("{}[{}] is set at run time", name, *number);
+    }
+    const bool has_more = std::ranges::any_of(positions_, [](const auto& position) {
+      return position.second.numbers.size() + position.second.others.size() > 6;
+    });
+    return has_more || moves_other_groups() ? "its register says nothing of the other axes" : "";
+  }
+
+  // DEFAULT_GROUP = 1,1,*,*,*;
+  bool moves_other_groups() const {
+    const size_t at = text_.find("DEFAULT_GROUP"), first = text_.find(',', at);
+    return first < text_.find(';', at) && text_.find('1', first) < text_.find(';', at);
+  }
+
+  ProgramTarget& add_register_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
+    const FanucRegister& of = *registers_->find(of_move.id);
+    const std::optional<int> frame = frames_->active(false, of_move.begin),
+                             tool = frames_->active(true, of_move.begin);
+    const auto text = [](std::optional<int> number) {
+      return number ? fmt::format("{}", *number) : "F";
+    };
+    ProgramPoint point;
+    point.name = fmt::format("UF : {}, UT : {},", text(frame), text(tool));
+    if (!of.is_joints) point.name += fmt::format("\tCONFIG : '{}',", of.configuration);
+    point.name += "\n";
+    point.line = line;
+    point.begin = of_move.begin;
+    point.end = of_move.end;
+    point.kind = of.is_joints ? TargetKind::joints : TargetKind::cartesian;
+    point.is_expression = true;
+    for (const double number : of.numbers)
+      point.numbers.push_back({0, of_move.end, of_move.end, number, ""});
+    const int index = static_cast<int>(program_.points.size());
+    program_.points.push_back(point);
+    ids_of_points_.push_back(0);
+    ProgramTarget& target =
+        add(of_move, line, is_auxiliary, index, of.configuration, frame, tool);
+    target.remark = "the register is written into the program, as it is listed";
+    return target;
+  }
+
+  // That of --frame, or as it is listed. UF[0] is the world frame, UT[0] the flange.
+  int add_frame_of(bool is_tool, int number, int line) {
+    const char* const name = is_tool ? "UT" : "UF";
+    std::optional<Pose> pose;
+    if (number == 0) pose = Pose{};
+    if (const FanucRegister* const found = registers_->find_frame(is_tool, number);
+        found && number > 0) {
+      pose = program_.frames[add_frame_of(is_tool, 0, line)].pose *
+             fanuc_dialect().pose_of_numbers(found->numbers);
+      const bool is_world_given = std::ranges::any_of(
+          known_, [](const auto& frame) { return upper(frame.first) == "UF[0]"; });
+      if (!is_tool && !is_world_given && pose->translation.norm() > 0)
+        warnings_.add(line,
+                      "the listed user frame counts from FANUC's world frame, which is taken to be "
+                      "R_0 of the robot file; if it is not, such as at the height of axis 2, say "
+                      "where it is: --frame 'UF[0]=x,y,z,a,b,c'");
+    }
+    return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number), pose);
+  }
+
+  // The move keeps its options: its point becomes another one.
+  void displace(const std::vector<Displacement>& displacements, ProgramTarget& target) {
+    for (const Displacement& displacement : displacements)
+      (displacement.is_tool ? target.behind : target.before) = *pose_of(displacement);
+    target.pose = target.before * target.pose * target.behind;
+    ProgramPoint point = program_.points[target.point];
+    point.starts_from = target.point;
+    target.point = static_cast<int>(program_.points.size());
+    program_.points.push_back(point);
+    ids_of_points_.push_back(ids_of_points_[point.starts_from]);
+  }
+
+  const KnownFrames& known_;
+  const TargetParts parts_;
+  const std::string original_;
+  std::string text_;
+  std::map<double, FanucPosition> positions_;
+  std::vector<double> ids_of_points_;
+  std::optional<FanucFrames> frames_;
+  std::optional<FanucRegisters> registers_;
+  size_t line_begin_ = 0;       // of the move that is read
+  bool ends_at_target_ = true;  // the move that is read
+  bool is_left_ = false;        // the move that is read is left alone
+  bool is_dead_ = false;        // behind a jump or the end, before another label
+  bool follows_ = false;        // the arm stands at the last target
+};
+
+}  // namespace
+
+void parse_fanuc_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  FanucReader(program, known, parts).read();
+}
+
+}  // namespace armtrue

@@ -1,0 +1,141 @@
+#include "programs/fanuc/fanuc_registers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "programs/statement.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+namespace {
+
+constexpr std::array<const char*, 6> kPose{"X", "Y", "Z", "W", "P", "R"};
+constexpr std::array<const char*, 6> kJoints{"J1", "J2", "J3", "J4", "J5", "J6"};
+
+}  // namespace
+
+bool is_fanuc_listing(const std::string& text) {
+  return std::ranges::any_of(std::array{"]$POSREG", "]$MNUFRAME", "]$MNUTOOL"},
+                             [&](const char* name) { return text.find(name) != std::string::npos; });
+}
+
+FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begin,
+                               const ProgramText* end) {
+  for (const ProgramText* text = begin; text != end; ++text)
+    if (is_fanuc_listing(text->text))
+      read_listing(text->text);
+    else
+      note_assignments(masked(text->text, '\0', "\"'"));
+  note_assignments(program);
+}
+
+// [*POSREG*]$POSREG  Storage: SHADOW  Access: RW  : ARRAY[1,100] OF Position Reg
+//     [1,2] =   'approach'   Group: 1   Config: F U T, 0, 0, 0
+//   X:   536.883   Y:    66.987   Z:   -94.208
+//   W:     -.364   P:    -3.023   R:     -.199
+void FanucRegisters::read_listing(const std::string& text) {
+  std::map<std::string, double> numbers;
+  std::string configuration;
+  std::optional<double> group, number;
+  Listed* listed = nullptr;  // of the variable that is read
+  const auto keep = [&] {
+    if (!number || !listed) return;
+    FanucRegister result;
+    result.is_joints = numbers.contains("J1");
+    for (const char* name : result.is_joints ? kJoints : kPose)
+      if (const auto found = numbers.find(name); found != numbers.end())
+        result.numbers.push_back(found->second);
+    result.configuration = configuration;
+    // Of an arm with other axes a position of six numbers says too little.
+    const bool is_six = result.numbers.size() == 6 && numbers.size() == 6;
+    if (group != 1) return;
+    if (!is_six || listed->contains(*number)) result.numbers.clear();
+    (*listed)[*number] = result;
+  };
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    TextCursor cursor(text, begin, end);
+    begin = end + 1;
+    if (cursor.take('[')) {
+      const auto first = cursor.take_number();
+      const bool is_entry = first && cursor.take(',');
+      const auto second = is_entry ? cursor.take_number() : std::nullopt;
+      if (!first) {
+        keep();
+        number.reset();
+        cursor.skip_to("]");
+        const std::string name = cursor.take(']') ? cursor.take_name() : "";
+        listed = name == "$POSREG"     ? &registers_
+                 : name == "$MNUFRAME" ? &frames_
+                 : name == "$MNUTOOL"  ? &tools_
+                                       : nullptr;
+        continue;
+      }
+      if (!second || !cursor.take(']')) continue;
+      keep();
+      group = first;
+      number = second;
+      numbers.clear();
+      configuration.clear();
+      if (cursor.take('=') && cursor.take('\'')) {
+        cursor.skip_to("'");
+        cursor.take('\'');
+      }
+    }
+    while (!cursor.done()) {
+      const std::string name = cursor.take_name();
+      if (name.empty()) {
+        cursor.step();
+        continue;
+      }
+      if (!cursor.take(':') && !cursor.take('=')) continue;
+      if (name == "CONFIG") {
+        cursor.next();
+        configuration = text.substr(cursor.at(), end - cursor.at());
+        while (!configuration.empty() && is_blank(configuration.back())) configuration.pop_back();
+        break;
+      }
+      const auto value = cursor.take_number();
+      if (value && name != "GROUP") numbers[name] = *value;
+    }
+  }
+  keep();
+}
+
+// PR[1]=LPOS, PR[1:name]=.., PR[1,3]=.., PR[GP1:1,3:name]=..; PR[R[1]]=.. may be any.
+void FanucRegisters::note_assignments(std::string_view text) {
+  each_word(text, {0, 0, text.size()}, [&](const std::string& word, size_t, TextCursor cursor) {
+    if (word != "PR" || !cursor.take('[')) return;
+    TextCursor inside = cursor;
+    int depth = 1;
+    while (!cursor.done() && depth > 0 && cursor.next() != '\n') {
+      depth += cursor.next() == '[' ? 1 : cursor.next() == ']' ? -1 : 0;
+      cursor.step();
+    }
+    if (!cursor.take('=')) return;
+    const std::string group = inside.take_name();
+    if (!group.empty() && (!group.starts_with("GP") || !inside.take(':')))
+      is_any_changed_ = true;  // R[1]
+    else if (const auto number = inside.take_number(); !number)
+      is_any_changed_ = true;
+    else if (group.empty() || group == "GP1")
+      changed_.insert(*number);
+  });
+}
+
+const FanucRegister* FanucRegisters::find_frame(bool is_tool, double number) const {
+  const Listed& listed = is_tool ? tools_ : frames_;
+  const auto found = listed.find(number);
+  if (found == listed.end() || found->second.is_joints || found->second.numbers.empty())
+    return nullptr;
+  return &found->second;
+}
+
+const FanucRegister* FanucRegisters::find(double number) const {
+  const auto found = registers_.find(number);
+  if (is_any_changed_ || changed_.contains(number) || found == registers_.end()) return nullptr;
+  return found->second.numbers.empty() ? nullptr : &found->second;
+}
+
+}  // namespace armtrue

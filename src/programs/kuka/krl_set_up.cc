@@ -1,0 +1,251 @@
+#include "programs/kuka/krl_set_up.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "programs/frame_list.h"
+#include "programs/kuka/krl_words.h"
+#include "programs/statement.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+namespace {
+
+std::string without_blanks(std::string_view text) {
+  std::string result;
+  for (char c : text)
+    if (!is_blank(c)) result += c;
+  return upper(result);
+}
+
+std::optional<Pose> pose_of(const KrlFrame& frame) {
+  const KrlValues& v = frame.values;
+  if (!v.head<6>().array().isFinite().all()) return std::nullopt;
+  return Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
+}
+
+// What stands behind the first `=`.
+std::string_view behind_equals(std::string_view text) {
+  const size_t equals = text.find('=');
+  return equals == std::string_view::npos ? "" : text.substr(equals + 1);
+}
+
+// FP1 of STOOL2(FP1), SBASE(FP1), SIPOMODE(FP1.IPO_FRAME); empty of anything else.
+std::string fdat_of(const std::string& value) {
+  for (const std::string function : {"STOOL2(", "STOOL(", "SBASE(", "SIPOMODE(", "SIPO_MODE("})
+    if (value.starts_with(function) && value.ends_with(")"))
+      return value.substr(function.size(), value.find_first_of(".)") - function.size());
+  return "";
+}
+
+bool is_definition(const std::string& word) { return word == "DEF" || word == "DEFFCT"; }
+
+}  // namespace
+
+KrlSetUps::KrlSetUps(const std::string& src, const KrlSyntax& syntax, const KnownFrames& known,
+                     std::vector<ProgramFrame>& frames, ProgramWarnings& warnings)
+    : src_(src), syntax_(syntax), known_(known), frames_(frames), warnings_(warnings) {}
+
+KrlSetUps::List KrlSetUps::read() {
+  follow_statements();
+  List list;
+  list.behind.emplace_back();
+  for (const KrlSetUp& statement : syntax_.set_ups) list.behind.push_back(at(statement.end));
+  for (const KrlMove& move : syntax_.moves) list.of_moves.push_back(at(move.begin, with_of(move)));
+  leave_subprograms(list);
+  return list;
+}
+
+void KrlSetUps::follow_statements() {
+  std::array<std::vector<ProgramFlow::Setting>, 3> settings;
+  for (const KrlSetUp& statement : syntax_.set_ups) {
+    const Settings set = is_definition(statement.word) ? begin_of(statement) : set_by(statement);
+    for (size_t part = 0; part < set.size(); ++part)
+      if (set[part]) settings[part].push_back({statement.begin, *set[part]});
+  }
+  for (size_t part = 0; part < settings.size(); ++part)
+    values_[part] = syntax_.steps.flow().follow(settings[part], kStart[part]);
+}
+
+// What a subprogram begins with that nothing here calls, or that an interrupt calls.
+KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
+  TextCursor cursor(src_, definition.begin, definition.end);
+  std::string name = cursor.take_name();
+  while (!is_definition(name)) name = cursor.take_name();  // GLOBAL
+  if (name == "DEFFCT") cursor.take_name();                // its type
+  name = cursor.take_name();
+  if (syntax_.steps.interrupts().contains(name))
+    return {ProgramFlow::kUncertain, ProgramFlow::kUncertain, kStart[kMode]};
+  if (syntax_.steps.called().contains(name)) return {};
+  return {kStart[kBase], kStart[kTool], kStart[kMode]};
+}
+
+// A subprogram that nothing here calls, and that states no frames, has those of a caller elsewhere;
+// if the text states frames before it, they are hardly those of --base and --tool.
+void KrlSetUps::leave_subprograms(List& list) const {
+  const auto is_stated = [](const SetUp& set_up) { return set_up.base >= 0 || set_up.tool >= 0; };
+  bool is_stated_before = false, is_stated_here = false;
+  size_t next = 0;
+  for (size_t i = 0; i < syntax_.moves.size(); ++i) {
+    for (; next < syntax_.moves[i].set_ups; ++next) {
+      if (is_definition(syntax_.set_ups[next].word)) {
+        is_stated_before |= is_stated_here;
+        is_stated_here = false;
+      }
+      is_stated_here |= is_stated(list.behind[next + 1]);
+    }
+    SetUp& here = list.of_moves[i];
+    here.is_uncertain |= is_stated_before && !is_stated_here && !is_stated(here);
+  }
+}
+
+KrlSetUps::SetUp KrlSetUps::at(size_t place, const Settings& of_move) const {
+  std::array<int, 3> settings{};
+  for (size_t part = 0; part < settings.size(); ++part)
+    settings[part] = of_move[part].value_or(values_[part].at(place));
+  if (std::ranges::find(settings, ProgramFlow::kUncertain) == settings.end())
+    return {settings[kBase], settings[kTool], settings[kMode] == 1, false};
+  return {-1, -1, settings[kMode] == 1, true};
+}
+
+KrlSetUps::Settings KrlSetUps::with_of(const KrlMove& move) {
+  Settings settings;
+  if (const auto& block = move.spline_block)
+    read_with(block->begin, block->end, block->line, settings);
+  read_with(move.keyword_end, move.end, move.line, settings);
+  return settings;
+}
+
+KrlSetUps::Settings KrlSetUps::set_by(const KrlSetUp& statement) {
+  const std::string& word = statement.word;
+  Settings settings;
+  if (word == "BAS")
+    read_bas(without_blanks(text(statement.begin, statement.end)), settings);
+  else if (word == "FDAT_ACT")
+    set_fdat(without_blanks(behind_equals(text(statement.begin, statement.end))), statement.line,
+             settings);
+  else if (word[0] == '$')
+    assign(word, statement.begin, statement.end, statement.line, settings);
+  return settings;
+}
+
+void KrlSetUps::read_bas(const std::string& spelled, Settings& settings) {
+  for (const Part part : {kBase, kTool}) {
+    const std::string begin = part == kTool ? "BAS(#TOOL," : "BAS(#BASE,";
+    if (!spelled.starts_with(begin)) continue;
+    TextCursor cursor(spelled, begin.size(), spelled.size());
+    const auto number = cursor.take_number();
+    const char* const list = part == kTool ? "TOOL_DATA" : "BASE_DATA";
+    const bool is_plain = number && std::abs(*number) < 1000 && cursor.take(')');
+    settings[part] =
+        is_plain ? number_of(list, static_cast<int>(*number)) : add(spelled, std::nullopt);
+  }
+}
+
+void KrlSetUps::set_fdat(const std::string& name, int line, Settings& settings) {
+  if (name.empty()) return;
+  const auto found = syntax_.fdats.find(name);
+  if (found == syntax_.fdats.end() || !found->second.tool || !found->second.base) {
+    warnings_.add(line, "the tool and base of '" + name + "' are not declared as FDAT");
+    settings[kTool] = add("TOOL_DATA[" + name + ".TOOL_NO]", std::nullopt);
+    settings[kBase] = add("BASE_DATA[" + name + ".BASE_NO]", std::nullopt);
+    return;
+  }
+  settings[kTool] = number_of("TOOL_DATA", *found->second.tool);
+  settings[kBase] = number_of("BASE_DATA", *found->second.base);
+  settings[kMode] = found->second.is_external_tcp ? 1 : 0;
+}
+
+// WITH $TOOL = STOOL2(FP1), $BASE = SBASE(FP1)
+void KrlSetUps::read_with(size_t begin, size_t end, int line, Settings& settings) {
+  TextCursor cursor(src_, begin, end);
+  while (!cursor.done())
+    if (!is_letter(cursor.next()))
+      cursor.step();
+    else if (cursor.take_name() == "WITH")
+      break;
+  for (const Statement& part : split_arguments(src_, cursor.at(), end, ",")) {
+    const std::string name = TextCursor(src_, part.begin, part.end).take_name();
+    if (contains({"$BASE", "$TOOL", "$IPO_MODE"}, name))
+      assign(name, part.begin, part.end, line, settings);
+  }
+}
+
+// $BASE={..}, $TOOL=TOOL_DATA[1], $IPO_MODE=#TCP; also one component, $BASE.X=1.
+void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int line,
+                       Settings& settings) {
+  const std::string spelled = without_blanks(text(begin, end));
+  const std::string value(behind_equals(spelled));
+  if (value.empty()) return;
+  if (name == "$IPO_MODE") {
+    const auto fdat = syntax_.fdats.find(fdat_of(value));
+    const bool is_of_fdat = fdat != syntax_.fdats.end() && fdat->second.is_external_tcp;
+    settings[kMode] = value == "#TCP" || is_of_fdat ? 1 : 0;
+    return;
+  }
+  std::optional<int>& setting = settings[name == "$TOOL" ? kTool : kBase];
+  if (!spelled.starts_with(name + "=")) {
+    setting = add(spelled, std::nullopt);
+  } else if (const std::string fdat = fdat_of(value); !fdat.empty()) {
+    Settings of_fdat;
+    set_fdat(fdat, line, of_fdat);
+    if (of_fdat[kMode] == 1) settings[kMode] = 1;
+    setting = of_fdat[name == "$TOOL" ? kTool : kBase];
+  } else {
+    setting = frame_of(src_.find('=', begin) + 1, end);
+  }
+}
+
+int KrlSetUps::frame_of(size_t begin, size_t end) {
+  TextCursor cursor(src_, begin, end);
+  const std::string spelled = without_blanks(text(begin, end));
+  const std::vector<Statement> factors = split_arguments(src_, begin, end, ":");
+  if (factors.size() > 1) return product_of(factors, spelled);
+  if (cursor.next() == '{') {
+    const KrlAggregate aggregate = take_krl_aggregate(cursor);
+    if (aggregate.kind == KrlAggregateKind::frame && cursor.done())
+      return add(spelled, pose_of(aggregate.frame));
+    return add(spelled, std::nullopt);
+  }
+  if (spelled == "$NULLFRAME" || spelled == "$WORLD" || spelled == "BASE_DATA[0]" ||
+      spelled == "TOOL_DATA[0]")
+    return add(spelled, Pose{});
+  return add_name(spelled);
+}
+
+// BASE_DATA[1]:{X 0,Y 0,Z 10,A 0,B 0,C 0}. If a factor is not known, that one.
+int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::string& spelled) {
+  const auto is_given = [&](const auto& frame) { return upper(frame.first) == spelled; };
+  if (std::ranges::any_of(known_, is_given)) return add(spelled, std::nullopt);
+  Pose product;
+  for (const Statement& factor : factors) {
+    const int index = frame_of(factor.begin, factor.end);
+    if (!frames_[index].is_known) return index;
+    product = product * frames_[index].pose;
+  }
+  return add(spelled, product);
+}
+
+// With the value that this program gives it, if that is only one.
+int KrlSetUps::add_name(const std::string& name) {
+  const auto found = syntax_.frame_names.find(name);
+  if (found == syntax_.frame_names.end()) return add(name, std::nullopt);
+  return add(name, pose_of(syntax_.frames[found->second]));
+}
+
+int KrlSetUps::number_of(const char* list, int number) {
+  const std::string name = fmt::format("{}[{}]", list, number);
+  return number == 0 ? add(name, Pose{}) : add_name(name);
+}
+
+int KrlSetUps::add(const std::string& name, const std::optional<Pose>& pose) {
+  return add_frame(frames_, known_, name, pose);
+}
+
+std::string_view KrlSetUps::text(size_t begin, size_t end) const {
+  return std::string_view(src_).substr(begin, end - begin);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "armtrue/programs/robot_program.h"
+#include "programs/kuka/krl_syntax.h"
+#include "programs/program_warnings.h"
+
+namespace armtrue {
+
+/// Follows $BASE and $TOOL through a KRL program, also through its calls, branches, loops and
+/// jumps: direct assignments, BAS(#BASE,n) and BAS(#TOOL,n), the FDAT of inline forms, WITH of
+/// spline moves and blocks (KUKA, KSS 8.x operating and programming instructions for system
+/// integrators). A subprogram that nothing in the text calls begins without base and tool.
+class KrlSetUps {
+ public:
+  /// `src`: the text of the .src. All must outlive it.
+  KrlSetUps(const std::string& src, const KrlSyntax& syntax, const KnownFrames& known,
+            std::vector<ProgramFrame>& frames, ProgramWarnings& warnings);
+
+  struct SetUp {
+    int base = -1, tool = -1;      ///< in the frames; -1: not stated
+    bool is_external_tcp = false;  ///< the tool is stationary, the robot holds the part
+    bool is_uncertain = false;     ///< it may be one of several; then nothing is stated
+    bool operator==(const SetUp&) const = default;
+  };
+  struct List {
+    std::vector<SetUp> of_moves;
+    std::vector<SetUp> behind;  ///< so many statements of KrlSyntax::set_ups
+  };
+
+  /// Base and tool at each place of the program.
+  List read();
+
+ private:
+  enum Part : std::uint8_t { kBase, kTool, kMode };  // kMode: 1 if the tool is stationary
+  static constexpr std::array<int, 3> kStart{-1, -1, 0};
+  using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
+
+  void follow_statements();
+  Settings begin_of(const KrlSetUp& definition) const;
+  void leave_subprograms(List& list) const;
+  SetUp at(size_t place, const Settings& of_move = {}) const;
+  Settings with_of(const KrlMove& move);
+  Settings set_by(const KrlSetUp& statement);
+  void assign(const std::string& name, size_t begin, size_t end, int line, Settings& settings);
+  void read_bas(const std::string& spelled, Settings& settings);
+  void read_with(size_t begin, size_t end, int line, Settings& settings);
+  void set_fdat(const std::string& name, int line, Settings& settings);
+  int frame_of(size_t begin, size_t end);
+  int product_of(const std::vector<Statement>& factors, const std::string& spelled);
+  int add(const std::string& name, const std::optional<Pose>& pose);
+  int add_name(const std::string& name);
+  int number_of(const char* list, int number);
+  std::string_view text(size_t begin, size_t end) const;
+
+  const std::string& src_;
+  const KrlSyntax& syntax_;
+  const KnownFrames& known_;
+  std::vector<ProgramFrame>& frames_;
+  ProgramWarnings& warnings_;
+  std::array<ProgramFlow::Values, 3> values_;
+  std::vector<bool> sets_frame_;  // of each statement: base or tool
+};
+
+}  // namespace armtrue

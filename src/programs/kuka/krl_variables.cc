@@ -1,0 +1,237 @@
+#include "programs/kuka/krl_variables.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace armtrue {
+namespace {
+
+// Of A1 to A6; -1 of anything else.
+int axis_of(const std::string& name) {
+  return name.size() == 2 && name[0] == 'A' && name[1] >= '1' && name[1] <= '6' ? name[1] - '1'
+                                                                                : -1;
+}
+
+bool is_whole(const KrlValue& value) {
+  const auto is_finite = [](double number) { return std::isfinite(number); };
+  return value.is_axes ? std::ranges::all_of(value.point.axes, is_finite)
+                       : value.point.values.head<6>().array().isFinite().all();
+}
+
+}  // namespace
+
+// From what is certain only certain values follow, so each round may be the last. A round finds the
+// values that depend on those of the round before.
+void KrlVariables::follow() {
+  constexpr int kRounds = 8;  // more variables in a chain, of no real program, would take long
+  bool is_changed = true;
+  for (int round = 0; is_changed && round < kRounds; ++round) {
+    is_changed = false;
+    for (auto& [name, variable] : variables_) is_changed |= follow(name, variable);
+  }
+  for (auto& [name, variable] : variables_) note_what_is_stated(variable);
+}
+
+bool KrlVariables::follow(const std::string& name, Variable& variable) {
+  std::vector<int> set;
+  for (const KrlChange& change : variable.changes) {
+    const std::optional<KrlValue> value = set_by(name, change);
+    set.push_back(value ? number_of(*value) : ProgramFlow::kUncertain);
+  }
+  if (variable.is_followed && set == variable.set) return false;
+  std::vector<ProgramFlow::Setting> settings;
+  for (size_t i = 0; i < set.size(); ++i) settings.push_back({variable.changes[i].begin, set[i]});
+  variable.values = steps_.flow().follow(settings, ProgramFlow::kUncertain);
+  variable.set = std::move(set);
+  return variable.is_followed = true;
+}
+
+std::optional<KrlValue> KrlVariables::value_at(const std::string& name, size_t place) const {
+  if (const auto constant = constants_.find(name); constant != constants_.end())
+    return constant->second;
+  const auto variable = variables_.find(name);
+  if (variable == variables_.end() || !variable->second.is_followed) return std::nullopt;
+  const int value = variable->second.values.at(place);
+  if (value == ProgramFlow::kUncertain) return std::nullopt;
+  return values_[value];
+}
+
+void KrlVariables::note_what_is_stated(Variable& variable) const {
+  const auto note = [&](const KrlFrame& point) {
+    variable.states_turn |= point.status || point.turn;
+    for (size_t i = 0; i < variable.states_external.size(); ++i)
+      variable.states_external[i] |= std::isfinite(point.values[static_cast<int>(i) + 6]);
+  };
+  note(variable.declared);
+  for (const int number : variable.set)
+    if (number == ProgramFlow::kUncertain)
+      variable.is_anything = true;
+    else
+      note(values_[number].point);
+}
+
+bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,
+                                 bool with_turn) const {
+  const auto found = variables_.find(name);
+  if (found == variables_.end()) return false;
+  const std::string& type = types_.at(name);
+  if (type == "FRAME") return false;
+  const Variable& variable = found->second;
+  const KrlFrame& point = value.point;
+  if (with_turn && !value.is_axes && (!point.status || !point.turn) &&
+      (variable.states_turn || variable.is_anything))
+    return true;
+  if (type == "POS") return false;
+  bool states_any = false;
+  for (size_t i = 0; i < variable.states_external.size(); ++i) {
+    const bool states_this = std::isfinite(point.values[static_cast<int>(i) + 6]);
+    if (variable.states_external[i] && !states_this) return true;
+    states_any |= states_this;
+  }
+  return variable.is_anything && !states_any;
+}
+
+// NAME={..}, NAME=OTHER, NAME.X=.., NAME=.. of a number.
+std::optional<KrlValue> KrlVariables::set_by(const std::string& name,
+                                             const KrlChange& change) const {
+  if (!change.is_assignment || change.begin == 0) return std::nullopt;
+  const size_t before = change.begin - 1;  // where the statement has not run yet
+  TextCursor cursor(src_, change.begin, change.end);
+  cursor.take_name();
+  const std::string component = cursor.take('.') ? cursor.take_name() : "";
+  if (!cursor.take('=')) return std::nullopt;
+  const std::string& type = types_.at(name);
+  const bool is_number = type == "REAL" || type == "INT";
+  if (!component.empty() || is_number) {
+    const std::optional<double> number = sum(cursor, before);
+    if (!number || !cursor.done()) return std::nullopt;
+    // A controller rounds what an INT is given.
+    if (type == "INT" && *number != std::floor(*number)) return std::nullopt;
+    if (is_number)
+      return component.empty() ? std::optional(KrlValue{number, {}, false}) : std::nullopt;
+    const std::optional<KrlValue> value = value_at(name, before);
+    return value ? with_component(*value, component, *number) : std::nullopt;
+  }
+  const std::optional<KrlValue> value = point(cursor, type, before);
+  return cursor.done() ? value : std::nullopt;
+}
+
+// {..}, a name of the same type, or for a FRAME a product of them.
+std::optional<KrlValue> KrlVariables::point(TextCursor& cursor, const std::string& type,
+                                            size_t place) const {
+  std::vector<std::optional<KrlValue>> factors;
+  bool is_of_type = true;
+  do {
+    std::optional<KrlValue> value;
+    if (cursor.next() == '{') {
+      const KrlAggregate aggregate = take_krl_aggregate(cursor);
+      if (aggregate.kind == KrlAggregateKind::other) return std::nullopt;
+      value = {std::nullopt, aggregate.frame, aggregate.kind == KrlAggregateKind::axes};
+    } else if (const std::string name = cursor.take_name(); name == "$NULLFRAME") {
+      value.emplace().point.values.head<6>().setZero();
+      is_of_type = type == "FRAME";
+    } else {
+      value = value_at(name, place);
+      const auto of_name = types_.find(name);
+      is_of_type = of_name != types_.end() && of_name->second == type;
+    }
+    if (!value || value->number || !is_whole(*value)) return std::nullopt;
+    factors.push_back(value);
+  } while (cursor.take(':'));
+  if (factors.size() == 1) return is_of_type ? factors[0] : std::nullopt;
+  const std::optional<Pose> pose = product_of(factors);
+  if (!pose || type != "FRAME") return std::nullopt;
+  KrlValue result;
+  result.point.values.head<3>() = pose->translation;
+  result.point.values.segment<3>(3) = abc_from_rotation(pose->rotation);
+  return result;
+}
+
+std::optional<Pose> KrlVariables::product_of(const std::vector<std::optional<KrlValue>>& factors) {
+  Pose pose;
+  for (const std::optional<KrlValue>& factor : factors) {
+    if (!factor || factor->number || factor->is_axes || !is_whole(*factor)) return std::nullopt;
+    const KrlValues& v = factor->point.values;
+    const bool is_first = &factor == &factors.front();
+    if (!is_first &&
+        (factor->point.status || factor->point.turn || v.tail<6>().array().isFinite().any()))
+      return std::nullopt;
+    pose = pose * Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
+  }
+  return pose;
+}
+
+std::optional<KrlValue> KrlVariables::with_component(KrlValue value, const std::string& component,
+                                                     double number) const {
+  if (const int k = krl_component(component); k >= 0 && (k > 5 || !value.is_axes)) {
+    value.point.values[k] = number * krl_unit(k);
+    return value;
+  }
+  if (const int axis = axis_of(component); axis >= 0 && value.is_axes) {
+    value.point.axes[axis] = number;
+    return value;
+  }
+  return std::nullopt;
+}
+
+// Sums and products. A quotient of two INT is a whole number, so quotients are not followed.
+std::optional<double> KrlVariables::sum(TextCursor& cursor, size_t place) const {
+  std::optional<double> result = product(cursor, place);
+  while (result && (cursor.next() == '+' || cursor.next() == '-')) {
+    const bool is_minus = cursor.take('-');
+    if (!is_minus) cursor.take('+');
+    const std::optional<double> next = product(cursor, place);
+    if (!next) return std::nullopt;
+    *result += is_minus ? -*next : *next;
+  }
+  return result;
+}
+
+std::optional<double> KrlVariables::product(TextCursor& cursor, size_t place) const {
+  std::optional<double> result = factor(cursor, place);
+  while (result && cursor.take('*')) {
+    const std::optional<double> next = factor(cursor, place);
+    if (!next) return std::nullopt;
+    *result *= *next;
+  }
+  return result;
+}
+
+std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) const {
+  double sign = 1;
+  do {
+    if (const auto number = cursor.take_number()) return sign * *number;
+    sign = -sign;
+  } while (cursor.take('-'));
+  sign = -sign;
+  const std::string name = cursor.take_name();
+  if (name.empty()) return std::nullopt;
+  const std::string component = cursor.take('.') ? cursor.take_name() : "";
+  const std::optional<KrlValue> value = value_at(name, place);
+  if (!value) return std::nullopt;
+  if (component.empty()) return value->number ? std::optional(sign * *value->number) : std::nullopt;
+  if (value->number) return std::nullopt;
+  double found = std::nan("");
+  if (const int k = krl_component(component); k >= 0 && (k > 5 || !value->is_axes))
+    found = value->point.values[k] / krl_unit(k);
+  else if (const int axis = axis_of(component); axis >= 0 && value->is_axes)
+    found = value->point.axes[axis];
+  return std::isfinite(found) ? std::optional(sign * found) : std::nullopt;
+}
+
+int KrlVariables::number_of(const KrlValue& value) {
+  constexpr double kNone = -1e300;  // no number of a program
+  const KrlFrame& point = value.point;
+  std::vector<double> key{value.number.value_or(kNone), value.is_axes ? 1.0 : 0.0,
+                          point.status ? *point.status : kNone, point.turn ? *point.turn : kNone};
+  key.insert(key.end(), point.values.begin(), point.values.end());
+  key.insert(key.end(), point.axes.begin(), point.axes.end());
+  for (double& number : key)
+    if (std::isnan(number)) number = kNone;
+  const auto [known, is_new] =
+      numbers_.try_emplace(std::move(key), static_cast<int>(values_.size()));
+  if (is_new) values_.push_back(value);
+  return known->second;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,132 @@
+#include "programs/kuka/krl_words.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string>
+
+#include "programs/statement.h"
+
+namespace armtrue {
+namespace {
+
+// Pluses in place of operators and functions of KRL: a name before a bracket is called then.
+std::string without_functions(std::string_view statement) {
+  std::string text = masked(statement, ';', "\"");
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (!is_letter(text[i])) continue;
+    const size_t begin = i;
+    while (i < text.size() && (is_letter(text[i]) || is_digit(text[i]))) ++i;
+    if (contains({"NOT", "AND",  "OR",    "EXOR",    "B_NOT",   "B_AND",   "B_OR", "B_EXOR",
+                  "DIV", "MOD",  "TO",    "STEP",    "ABS",     "SQRT",    "SIN",  "COS",
+                  "TAN", "ACOS", "ATAN2", "INVERSE", "FORWARD", "VARSTATE"},
+                 upper(std::string_view(text).substr(begin, i - begin))))
+      text.replace(begin, i - begin, i - begin, '+');
+  }
+  return text;
+}
+
+}  // namespace
+
+const KrlKeyword* find_krl_motion(std::string_view name) {
+  using enum KrlMotion;
+  static constexpr KrlKeyword kMotions[] = {
+      {"PTP", point_to_point, false, false},
+      {"LIN", line, false, false},
+      {"CIRC", circle, false, false},
+      {"SPTP", point_to_point, true, false},
+      {"SLIN", line, true, false},
+      {"SCIRC", circle, true, false},
+      {"SPL", spline_point, true, false},
+      {"PTP_REL", point_to_point, false, true},
+      {"LIN_REL", line, false, true},
+      {"CIRC_REL", circle, false, true},
+      {"SPTP_REL", point_to_point, true, true},
+      {"SLIN_REL", line, true, true},
+      {"SCIRC_REL", circle, true, true},
+      {"SPL_REL", spline_point, true, true},
+  };
+  for (const KrlKeyword& keyword : kMotions)
+    if (keyword.name == name) return &keyword;
+  return nullptr;
+}
+
+std::string krl_blending(std::string_view rest, const KrlMove& move) {
+  const std::string capitals = upper(rest);
+  for (const char* word : {"C_DIS", "C_SPL", "C_VEL", "C_ORI", "C_PTP"})
+    if (capitals.find(word) != std::string::npos) return "";
+  return move.spline ? " C_SPL" : " C_DIS";
+}
+
+bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+bool begins_krl_loop(std::string_view word) {
+  return contains({"LOOP", "FOR", "WHILE", "REPEAT"}, word);
+}
+
+bool ends_krl_loop(std::string_view word) {
+  return contains({"ENDLOOP", "ENDFOR", "ENDWHILE", "UNTIL"}, word);
+}
+
+bool is_krl_assignment(std::string_view statement) {
+  const std::string text = without_functions(statement);
+  return is_plain_assignment(text, 0, text.size());
+}
+
+bool leaves_krl_arm(std::string_view statement, std::string_view word) {
+  // Functions that KUKA delivers: collision detection (KSS 8.x inline forms call it before each
+  // move), messages, errors of KRL.
+  if (contains({"SET_CD_PARAMS", "USE_CM_PRO_SETTING", "SET_CM_PRO_INACTIVE", "MSGNOTIFY",
+                "MSGQUIT", "MSGSTATE", "MSGDIALOG", "ERR_CLEAR", "ERR_RAISE"},
+               word))
+    return true;
+  if (contains(
+          {"WAIT",       "BAS",    "CONTINUE",  "HALT",       "PULSE",     "ANIN",    "ANOUT",
+           "DIGIN",      "SPLINE", "ENDSPLINE", "PTP_SPLINE", "CONST_VEL", "TRIGGER", "STOP",
+           "TIME_BLOCK", "COPEN",  "CCLOSE",    "CREAD",      "CWRITE",    "SREAD",   "SWRITE"},
+          word))
+    return true;
+  const bool is_branch = begins_krl_loop(word) || ends_krl_loop(word) ||
+                         contains({"IF", "ELSE", "ENDIF", "SWITCH", "CASE", "DEFAULT", "ENDSWITCH",
+                                   "EXIT", "END", "ENDFCT", "GOTO", "RETURN"},
+                                  word);
+  if (!is_branch) return is_krl_assignment(statement);
+  return is_krl_assignment("X=" + std::string(statement.substr(word.size())));
+}
+
+bool krl_states_mode(std::string_view text, std::string_view name, std::string_view value) {
+  const std::string capitals = upper(text);
+  for (size_t at = capitals.find(name); at != std::string::npos; at = capitals.find(name, at + 1)) {
+    TextCursor cursor(capitals, at + name.size(), capitals.size());
+    if (cursor.next() == 'E') cursor.step();
+    cursor.take('=');
+    if (cursor.take('#') && cursor.take_name() == value) return true;
+  }
+  return false;
+}
+
+void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats) {
+  const std::string name = cursor.take_name();
+  if (!cursor.take('=') || !cursor.take('{')) return;
+  KrlFdat fdat;
+  const auto number = [&]() -> std::optional<int> {
+    constexpr double kMost = 1000;
+    const auto value = cursor.take_number();
+    if (!value || !(std::abs(*value) < kMost)) return std::nullopt;
+    return static_cast<int>(*value);
+  };
+  while (!cursor.done() && cursor.next() != '}') {
+    const std::string entry = cursor.take_name();
+    if (entry == "TOOL_NO") fdat.tool = number();
+    if (entry == "BASE_NO") fdat.base = number();
+    if (entry == "IPO_FRAME" && cursor.take('#'))
+      fdat.is_external_tcp = cursor.take_name() == "TCP";
+    cursor.skip_to(",}");
+    if (!cursor.take(',')) break;
+  }
+  fdats[name] = fdat;
+}
+
+}  // namespace armtrue

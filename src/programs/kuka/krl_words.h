@@ -1,0 +1,48 @@
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "programs/kuka/krl_syntax.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+
+/// A word that begins a move.
+struct KrlKeyword {
+  std::string_view name;
+  KrlMotion motion;
+  bool spline;
+  bool relative;
+};
+
+/// The keyword with this name in capitals; null if there is none.
+const KrlKeyword* find_krl_motion(std::string_view name);
+
+/// Whether a mode has this value somewhere in a text: $CIRC_TYPE=#PATH or, of the data of an inline
+/// form, CIRC_TYP #PATH. `name`: CIRC_TYP.
+bool krl_states_mode(std::string_view text, std::string_view name, std::string_view value);
+
+/// Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..} behind DECL FDAT.
+void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats);
+
+/// What is to be added behind a move, whose words behind its target are `rest`, so that the arm
+/// does not stop there: C_DIS or C_SPL, or nothing if it does not stop.
+std::string krl_blending(std::string_view rest, const KrlMove& move);
+
+bool contains(std::initializer_list<std::string_view> names, std::string_view name);
+
+/// Whether a word in capitals begins or ends a loop.
+bool begins_krl_loop(std::string_view word);
+bool ends_krl_loop(std::string_view word);
+
+/// Whether a statement is an assignment that calls nothing but functions of KRL itself.
+bool is_krl_assignment(std::string_view statement);
+
+/// Whether a statement that begins with a word in capitals, and is no move, leaves the arm where it
+/// is: it waits, assigns, branches or repeats, and calls nothing but functions of KRL itself.
+bool leaves_krl_arm(std::string_view statement, std::string_view word);
+
+}  // namespace armtrue

@@ -1,0 +1,37 @@
+#include "programs/move_reader.h"
+
+#include <utility>
+#include <vector>
+
+#include "armtrue/programs/dialect.h"
+
+namespace armtrue {
+
+void MoveReader::leave_move(int line, const std::string& reason, bool may_run) {
+  warnings_.add(line, "left alone: " + reason);
+  if (!may_run) return;
+  ++program_.left_alone;
+  program_.why_left_alone.push_back(reason);
+}
+
+ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
+  target.point = point;
+  target.kind = program_.points[point].kind;
+  std::vector<double> numbers;
+  for (const ProgramNumber& number : program_.points[point].numbers)
+    numbers.push_back(number.value);
+  if (target.kind == TargetKind::joints)
+    target.q = program_.dialect->joints_of_numbers(numbers);
+  else if (target.has_orientation)
+    target.pose = program_.dialect->pose_of_numbers(numbers);
+  program_.targets.push_back(std::move(target));
+  return program_.targets.back();
+}
+
+MotionKind MoveReader::motion_of(char kind, bool is_last) {
+  if (kind == 'L') return MotionKind::line;
+  if (kind != 'C') return MotionKind::joint;
+  return is_last ? MotionKind::arc : MotionKind::via;
+}
+
+}  // namespace armtrue

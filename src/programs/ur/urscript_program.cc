@@ -1,0 +1,284 @@
+#include "programs/ur/urscript_program.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "programs/dialects.h"
+#include "programs/frame_list.h"
+#include "programs/move_reader.h"
+#include "programs/statement.h"
+#include "programs/ur/urscript_structure.h"
+#include "programs/ur/urscript_values.h"
+
+// Programs of Universal Robots: the URScript programming language, module motion: movej, movel,
+// movep, movec, with poses p[x,y,z,rx,ry,rz] in m and rad and joints [..] in rad; get_inverse_kin,
+// pose_trans, set_tcp.
+
+namespace armtrue {
+namespace {
+
+bool is_other_motion(const std::string& word) {
+  for (const char* name : {"SERVOJ", "SERVOC", "SERVOL", "SPEEDJ", "SPEEDL"})
+    if (word == name) return true;
+  return false;
+}
+
+// Functions that leave the arm where it is.
+bool stands_between_ur_moves(const std::string& word) {
+  static const std::set<std::string> kWords{"SET_TCP",
+                                            "SET_DIGITAL_OUT",
+                                            "SET_STANDARD_DIGITAL_OUT",
+                                            "SET_CONFIGURABLE_DIGITAL_OUT",
+                                            "SET_ANALOG_OUT",
+                                            "SET_TOOL_DIGITAL_OUT",
+                                            "SET_STANDARD_ANALOG_OUT",
+                                            "SET_PAYLOAD",
+                                            "SET_PAYLOAD_COG",
+                                            "SET_PAYLOAD_MASS",
+                                            "SET_TARGET_PAYLOAD",
+                                            "SET_GRAVITY",
+                                            "SET_FLAG",
+                                            "SLEEP",
+                                            "SYNC",
+                                            "TEXTMSG"};
+  return kWords.contains(word);
+}
+
+class UrReader : MoveReader {
+ public:
+  UrReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
+      : MoveReader(program),
+        known_(known),
+        parts_(parts),
+        text_(masked(program.texts[0].text, '#', "\"'")),
+        values_(text_, program.frames, known) {}
+
+  void read() {
+    const std::vector<Statement> statements = split_statements(text_, '\n');
+    const UrStructure structure = structure_of_urscript(text_, statements);
+    values_.read(statements, structure);
+    find_tools(statements, structure.flow);
+    for (const Statement& statement : statements) {
+      is_move_ = false;
+      read_calls(statement);
+      if (!is_move_) follows_ = follows_ && stays(statement);
+    }
+    values_.finish(statements, program_.points);
+    program_.warnings = warnings_.list();
+  }
+
+ private:
+  // Whether the arm stays where it is during a statement without a move, and the next one follows.
+  bool stays(const Statement& statement) const {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    TextCursor assigned = cursor;
+    const std::string word = cursor.take_name();
+    if (word == "GLOBAL" || word == "LOCAL") assigned = cursor;
+    return (stands_between_ur_moves(word) && cursor.next() == '(') ||
+           is_plain_assignment(text_, assigned.at(), statement.end);
+  }
+
+  void read_calls(const Statement& statement) {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    std::string before;
+    while (!cursor.done()) {
+      const size_t begin = cursor.at();
+      const std::string word = cursor.take_name();
+      if (word.empty()) {
+        cursor.step();
+        before.clear();
+        continue;
+      }
+      const bool is_call = cursor.next() == '(' && before != "DEF" && before != "THREAD";
+      before = word;
+      if (!is_call) continue;
+      const size_t open = cursor.at();
+      const size_t close = values_.closing(open, statement.end);
+      if (word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC") {
+        const int left_alone = program_.left_alone;
+        const bool is_first = begin == statement.begin;
+        follows_ = follows_ && is_first;
+        is_move_ = true;
+        read_move(word, statement, open, close);
+        follows_ = is_first && ends_at_target_ && program_.left_alone == left_alone &&
+                   ends_at(close, statement.end);
+      }
+      if (is_other_motion(word)) {
+        leave_move(statement.line, "this function is not followed: " + word);
+        is_move_ = true;
+        follows_ = false;
+      }
+    }
+  }
+
+  // Whether nothing stands behind the bracket that closes a call.
+  bool ends_at(size_t close, size_t end) const {
+    TextCursor behind(text_, std::min(close + 1, end), end);
+    behind.take(';');
+    return behind.done();
+  }
+
+  void find_tools(const std::vector<Statement>& statements, const ProgramFlow& flow) {
+    std::vector<ProgramFlow::Setting> tools;
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+        if (word != "SET_TCP" || cursor.next() != '(') return;
+        const size_t open = cursor.at(), close = values_.closing(open, statement.end);
+        tools.push_back({at, tool_of(values_.arguments_in(statement.line, open, close)[0])});
+      });
+    tools_ = flow.follow(tools, -1);
+  }
+
+  // In the frames.
+  int tool_of(const Statement& argument) {
+    if (values_.is_local(argument)) return ProgramFlow::kUncertain;
+    std::optional<Pose> pose;
+    if (const auto value = values_.value_of(argument);
+        value && value->kind == TargetKind::cartesian)
+      pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
+    const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
+    const bool is_known = program_.frames[tool].is_known;
+    return !is_known && values_.has_several_values(argument) ? ProgramFlow::kUncertain : tool;
+  }
+
+  void read_move(const std::string& word, const Statement& statement, size_t open, size_t close) {
+    const int line = statement.line;
+    ends_at_target_ = true;
+    const std::vector<Statement> arguments = values_.arguments_in(line, open, close);
+    const size_t points = word == "MOVEC" ? 2 : 1;
+    if (arguments.size() < points)
+      return leave_move(line, "its arguments are not those of the function");
+    std::vector<UrValue> values;
+    std::string why_not;
+    const int tool = tools_.at(open);
+    const bool is_certain = tool != ProgramFlow::kUncertain;
+    tool_ = is_certain ? tool : -1;
+    for (size_t i = 0; i < points && why_not.empty(); ++i) {
+      const auto value = values_.value_of(arguments[i]);
+      if (!value)
+        why_not = values_.why_not(arguments[i]);
+      else if (value->is_in_calculated_frame && parts_ == TargetParts::pose)
+        why_not =
+            "its frame is calculated at run time; if it is always the same, give it with "
+            "--frame";
+      else if (!is_certain && value->kind == TargetKind::cartesian && parts_ == TargetParts::pose)
+        why_not = "its tool is not certain: set_tcp depends on calls or branches before it";
+      else
+        values.push_back(*value);
+    }
+    if (!why_not.empty()) {
+      for (size_t i = 0; i < points; ++i) values_.leave(arguments[i]);
+      return leave_move(line, why_not);
+    }
+    for (UrValue& value : values) value.open = open;
+    const Options options = options_of(arguments, points, word);
+    ends_at_target_ = !options.has_mode;
+    follows_ = follows_ && ends_at_target_;
+    for (size_t i = 0; i < points; ++i) {
+      const bool is_last = i + 1 == points;
+      ProgramTarget& target = add_target(values[i], line, word != "MOVEJ" || !is_last);
+      target.motion = motion_of(word == "MOVEP" ? 'L' : word.back(), is_last);
+      target.follows_target = (i > 0 && ends_at_target_) || follows_;
+      target.blend = options.radius.value_or(0);
+      if (target.motion == MotionKind::line || target.motion == MotionKind::arc)
+        prepare_insertion(target, values, options, statement, close);
+    }
+  }
+
+  // What stands behind the points of a move.
+  struct Options {
+    std::string kept;              // without time and radius
+    std::optional<double> radius;  // 0 if none is given; nothing if it is an expression
+    bool has_time = false;
+    bool has_mode = false;  // of movec: the tool turns with the arc, whatever the end states
+  };
+
+  // By name or in this order: a, v, t, r; movep: a, v, r; movec: a, v, r, mode.
+  Options options_of(const std::vector<Statement>& arguments, size_t points,
+                     const std::string& word) const {
+    Options options;
+    options.radius = 0;
+    std::vector<std::string> names{"A", "V", "T", "R"};
+    if (word == "MOVEP" || word == "MOVEC") names = {"A", "V", "R", "MODE"};
+    for (size_t i = points; i < arguments.size(); ++i) {
+      const Statement& argument = arguments[i];
+      TextCursor cursor(text_, argument.begin, argument.end);
+      std::string name = cursor.take_name();
+      if (name.empty() || !cursor.take('=')) {
+        cursor = TextCursor(text_, argument.begin, argument.end);
+        name = i - points < names.size() ? names[i - points] : "";
+      }
+      const auto value = cursor.take_number();
+      const bool is_plain = value && cursor.done();
+      if (name == "T")
+        options.has_time |= !is_plain || *value != 0;
+      else if (name == "R")
+        options.radius = is_plain ? value : std::nullopt;
+      else if (name == "MODE")
+        options.has_mode = !is_plain || *value != 0;
+      else
+        options.kept += ", " + values_.part_of(argument);
+    }
+    return options;
+  }
+
+  void prepare_insertion(ProgramTarget& target, const std::vector<UrValue>& values,
+                         const Options& options, const Statement& statement, size_t close) const {
+    const std::string& original = program_.texts[0].text;
+    const size_t line = line_begin(original, statement.begin);
+    for (const UrValue& value : values)
+      if (value.kind == TargetKind::joints) target.obstacle = "its point is joint angles";
+    if (options.has_mode) target.obstacle = "its tool turns with the arc (mode)";
+    if (options.has_time) target.obstacle = "its speed is a time (t)";
+    if (!options.radius) target.obstacle = "its radius is no plain number";
+    if (!ends_at(close, statement.end) || !TextCursor(text_, line, statement.begin).done())
+      target.obstacle = "it does not stand alone on its line";
+    if (!target.obstacle.empty()) return;
+    // A point may stand in pose_trans() or get_inverse_kin(): up to the end of the argument.
+    const UrValue &first = values.front(), &last = values.back();
+    const size_t end =
+        values_.arguments_in(statement.line, last.open, close)[values.size() - 1].end;
+    ProgramInsertion& beside = target.insertion;
+    beside.at = line;
+    beside.before = text_.substr(line, first.begin - line);
+    beside.behind = text_.substr(last.end, end - last.end) + options.kept + ", r=";
+    beside.line_end = line_end(original, close);
+    if (values.size() > 1) beside.middle = text_.substr(first.end, last.begin - first.end);
+    for (std::string* text : {&beside.before, &beside.middle, &beside.behind})
+      std::ranges::replace(*text, '\r', ' ');
+  }
+
+  ProgramTarget& add_target(const UrValue& value, int line, bool is_straight) {
+    ProgramTarget target;
+    target.line = line;
+    target.begin = value.begin;
+    target.end = value.end;
+    target.base = value.base;
+    target.tool = tool_;
+    target.near = value.near;
+    target.configuration.continues = is_straight;
+    return add_target_at(target, values_.point_of(value, program_.points));
+  }
+
+  const KnownFrames& known_;
+  const TargetParts parts_;
+  std::string text_;
+  UrValues values_;
+  ProgramFlow::Values tools_;   // in the frames
+  int tool_ = -1;               // of the move that is read
+  bool is_move_ = false;        // the statement moves the arm
+  bool follows_ = false;        // the arm stands at the last target
+  bool ends_at_target_ = true;  // the last move does, in its orientation too
+};
+
+}  // namespace
+
+void parse_urscript_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  UrReader(program, known, parts).read();
+}
+
+}  // namespace armtrue

@@ -1,0 +1,85 @@
+#include "programs/ur/urscript_structure.h"
+
+#include <set>
+
+namespace armtrue {
+namespace {
+
+using Step = ProgramFlow::Step;
+
+class UrStructureReader {
+ public:
+  explicit UrStructureReader(std::string_view text) : text_(text) {}
+
+  UrStructure read(const std::vector<Statement>& statements) {
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t, TextCursor cursor) {
+        if (const std::string name = function_of(word, cursor); !name.empty())
+          functions_.insert(name);
+      });
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+        read_word(word, at, cursor);
+      });
+    return std::move(result_);
+  }
+
+ private:
+  // The name behind DEF, THREAD or SEC; empty if no function begins here. The cursor then stands
+  // behind the name.
+  static std::string function_of(const std::string& word, TextCursor& cursor) {
+    if (word != "DEF" && word != "THREAD" && word != "SEC") return "";
+    TextCursor behind = cursor;
+    const std::string name = behind.take_name();
+    if (name.empty() || behind.next() != '(') return "";
+    cursor = behind;
+    return name;
+  }
+
+  void read_word(const std::string& word, size_t at, TextCursor& cursor) {
+    ProgramFlow& flow = result_.flow;
+    if (const std::string name = function_of(word, cursor); !name.empty()) {
+      flow.add(word == "THREAD" ? Step::interrupt : Step::routine, at, name);
+      result_.scopes.open(at);
+      read_parameters(cursor, result_.scopes.at(at));
+      is_function_.push_back(true);
+    } else if (word == "IF" || word == "WHILE") {
+      flow.add(word == "IF" ? Step::branch : Step::loop, at);
+      is_function_.push_back(false);
+    } else if (word == "ELIF" || word == "ELSE") {
+      flow.add(Step::alternative, at);
+    } else if (word == "END" && !is_function_.empty()) {
+      flow.add(is_function_.back() ? Step::end_routine : Step::end_block, at);
+      if (is_function_.back()) result_.scopes.close(at);
+      is_function_.pop_back();
+    } else if (word == "BREAK" || word == "CONTINUE" || word == "RETURN") {
+      flow.add(Step::jump, at);
+    } else if (functions_.contains(word) && cursor.next() == '(') {
+      flow.add(Step::call, at, word);
+    }
+  }
+
+  // (pose, speed=0.1)
+  void read_parameters(TextCursor cursor, int scope) {
+    if (!cursor.take('(')) return;
+    const size_t begin = cursor.at();
+    cursor.skip_to(")");
+    for (const Statement& part : split_arguments(text_, begin, cursor.at(), ","))
+      if (const size_t length = TextCursor(text_, part.begin, part.end).take_name().size();
+          length > 0)
+        result_.parameters.emplace_back(text_.substr(part.begin, length), scope);
+  }
+
+  std::string_view text_;
+  std::set<std::string> functions_;
+  std::vector<bool> is_function_;  // of what an `end` ends: else it is a block
+  UrStructure result_;
+};
+
+}  // namespace
+
+UrStructure structure_of_urscript(std::string_view text, const std::vector<Statement>& statements) {
+  return UrStructureReader(text).read(statements);
+}
+
+}  // namespace armtrue

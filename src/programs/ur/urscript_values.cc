@@ -1,0 +1,263 @@
+#include "programs/ur/urscript_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "programs/frame_list.h"
+#include "programs/dialects.h"
+
+namespace armtrue {
+
+void UrValues::read(const std::vector<Statement>& statements, const UrStructure& structure) {
+  scopes_ = structure.scopes;
+  for (const auto& [name, scope] : structure.parameters)
+    variables_.declare(name, scope).is_parameter = true;
+  for (const Statement& statement : statements) read_assignment(statement);
+}
+
+// Names of the outermost functions are global. In the others, what is neither a parameter nor
+// `local` is global, too, if that name is (URScript manual, scoping rules).
+void UrValues::read_assignment(const Statement& statement) {
+  TextCursor cursor(text_, statement.begin, statement.end);
+  std::string name = take_spelled(cursor);
+  const bool is_local = upper(name) == "LOCAL";
+  if (upper(name) == "GLOBAL" || is_local) name = take_spelled(cursor);
+  const bool is_element = cursor.take('[');
+  if (is_element) cursor.skip_to("="), cursor.next();
+  if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
+  const int scope = scopes_.at(statement.begin);
+  int declared = 0;
+  variables_.find(scopes_, name, scope, &declared);
+  if (is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
+  if (declared != scope) declared = 0;
+  Variable& variable = variables_.declare(name, declared);
+  variable.values += is_element ? 2 : 1;
+  variable.scope = scope;
+  cursor.next();
+  variable.is_calculated =
+      text_.substr(cursor.at(), statement.end - cursor.at()).find('(') != std::string::npos;
+  variable.literal = literal_in({statement.line, cursor.at(), statement.end});
+  if (variable.literal) variable.literal->name = variable.literal->variable = name;
+}
+
+UrValues::Variable* UrValues::find(const std::string& name, size_t at) {
+  const int scope = scopes_.at(at);
+  int declared = 0;
+  Variable* const variable = variables_.find(scopes_, name, scope, &declared);
+  const bool is_here = declared == 0 || declared == scope;
+  return variable && is_here && scopes_.contains(variable->scope, scope) ? variable : nullptr;
+}
+
+bool UrValues::is_local(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  int declared = 0;
+  variables_.find(scopes_, take_spelled(cursor), scopes_.at(argument.begin), &declared);
+  return declared > 0 && cursor.done();
+}
+
+bool UrValues::has_several_values(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const Variable* const variable =
+      variables_.find(scopes_, take_spelled(cursor), scopes_.at(argument.begin));
+  return cursor.done() && variable && variable->values > 1;
+}
+
+// Of a frame whose pose is not known: an expression, or a name that does not stand for one value.
+// What this program does not give a value at all, the installation may hold.
+bool UrValues::is_calculated(const Statement& frame) {
+  TextCursor cursor(text_, frame.begin, frame.end);
+  const Variable* const variable =
+      variables_.find(scopes_, take_spelled(cursor), scopes_.at(frame.begin));
+  return !cursor.done() || (variable && (variable->values > 1 || variable->is_calculated));
+}
+
+// p[..] or [..]
+std::optional<UrValue> UrValues::literal_in(const Statement& part) const {
+  TextCursor cursor(text_, part.begin, part.end);
+  UrValue value;
+  value.line = part.line;
+  value.kind = TargetKind::joints;
+  if (cursor.next() == 'p' || cursor.next() == 'P') {
+    if (cursor.take_name() != "P") return std::nullopt;
+    value.kind = TargetKind::cartesian;
+  }
+  cursor.next();
+  value.literal = value.kind == TargetKind::joints ? cursor.at() : part.begin;
+  size_t end = part.end;
+  while (end > cursor.at() && is_blank(text_[end - 1])) --end;
+  if (end > cursor.at() && text_[end - 1] == ';') --end;
+  const auto list = list_in(text_, cursor.at(), end);
+  if (!list || !list->numbers(6)) return std::nullopt;
+  value.list = *list;
+  value.name = fmt::format("the point of line {}", part.line);
+  return value;
+}
+
+std::vector<Statement> UrValues::arguments_in(int line, size_t open, size_t close) const {
+  std::vector<Statement> arguments = split_arguments(text_, std::min(open + 1, close), close, ",");
+  for (Statement& argument : arguments) argument.line = line;
+  return arguments;
+}
+
+size_t UrValues::closing(size_t open, size_t end) const {
+  int depth = 0;
+  for (size_t i = open; i < end; ++i) {
+    if (text_[i] == '(') ++depth;
+    if (text_[i] == ')' && --depth == 0) return i;
+  }
+  return end;
+}
+
+std::string UrValues::why_not(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = take_spelled(cursor);
+  const Variable* const variable = variables_.find(scopes_, name, scopes_.at(argument.begin));
+  if (!variable || !cursor.done()) return "its target is an expression or has no plain numbers";
+  if (variable->is_parameter) return "its point is a parameter of the function";
+  if (variable->values > 1) return "its point is given several values";
+  if (!find(name, argument.begin)) return "its point is given its value in another function";
+  return "its point is calculated at run time";
+}
+
+// A literal, a name, get_inverse_kin(pose, qnear), pose_trans(frame, pose) or pose_add(pose,
+// shift).
+std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) {
+  if (auto literal = literal_in(argument)) {
+    std::tie(literal->begin, literal->end) = std::pair(argument.begin, argument.end);
+    return literal;
+  }
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
+  if (cursor.done()) {
+    const Variable* const variable = find(spelled(name, cursor.at()), argument.begin);
+    if (!variable || variable->values != 1) return std::nullopt;
+    std::optional<UrValue> value = variable->literal;
+    if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
+    return value;
+  }
+  if (cursor.next() != '(' || depth > 2) return std::nullopt;
+  const size_t open = cursor.at(), close = closing(open, argument.end);
+  TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
+  if (!rest.done()) return std::nullopt;
+  const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
+  if (name == "GET_INVERSE_KIN") return inverse_of(arguments, depth);
+  if (name == "POSE_ADD" && arguments.size() == 2) return shifted(arguments, depth);
+  if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
+  auto value = value_of(arguments[1], depth + 1);
+  if (!value || value->kind != TargetKind::cartesian || value->base >= 0) return std::nullopt;
+  if (is_local(arguments[0])) return std::nullopt;
+  value->base =
+      add_frame(frames_, known_, part_of(arguments[0]), constant(arguments[0], depth + 1));
+  value->is_in_calculated_frame = !frames_[value->base].is_known && is_calculated(arguments[0]);
+  return value;
+}
+
+// A frame is known by its text, which means the same everywhere only if no name of it is local.
+bool UrValues::names_local(const Statement& argument) {
+  bool found = false;
+  each_word(text_, argument, [&](const std::string& word, size_t at, const TextCursor&) {
+    int declared = 0;
+    variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at), &declared);
+    found |= declared > 0;
+  });
+  return found;
+}
+
+// A pose that constants make: pose_trans, pose_add and pose_inv of them, too.
+std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
+  if (names_local(argument)) return std::nullopt;
+  if (const auto value = value_of(argument, depth)) {
+    if (value->kind != TargetKind::cartesian || value->near) return std::nullopt;
+    const Pose pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
+    if (value->base < 0) return pose;
+    const ProgramFrame& base = frames_[value->base];
+    return base.is_known ? std::optional(base.pose * pose) : std::nullopt;
+  }
+  TextCursor cursor(text_, argument.begin, argument.end);
+  if (cursor.take_name() != "POSE_INV" || cursor.next() != '(' || depth > 2) return std::nullopt;
+  const size_t open = cursor.at(), close = closing(open, argument.end);
+  const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
+  TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
+  if (arguments.size() != 1 || !rest.done()) return std::nullopt;
+  const std::optional<Pose> pose = constant(arguments[0], depth + 1);
+  return pose ? std::optional(inverse(*pose)) : std::nullopt;
+}
+
+// pose_add(pose, shift): positions are added, so it is the pose in a frame that is shifted. A shift
+// that turns would turn about the axes of the pose.
+std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments, int depth) {
+  auto value = value_of(arguments[0], depth + 1);
+  if (!value || value->kind != TargetKind::cartesian || value->base >= 0 || value->near)
+    return std::nullopt;
+  const std::optional<Pose> shift = constant(arguments[1], depth + 1);
+  if (!shift || rotation_log(shift->rotation).norm() > 0) return std::nullopt;
+  value->base = add_frame(frames_, known_, part_of(arguments[1]), shift);
+  return value;
+}
+
+// Its pose, near the joints of qnear.
+std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& arguments, int depth) {
+  auto value = value_of(arguments[0], depth + 1);
+  if (!value || value->kind != TargetKind::cartesian) return std::nullopt;
+  for (size_t i = 1; i < arguments.size(); ++i) {
+    Statement near = arguments[i];
+    TextCursor cursor(text_, near.begin, near.end);
+    const std::string name = cursor.take_name();
+    if (cursor.take('=')) {
+      if (name == "TCP") return std::nullopt;
+      if (name != "QNEAR") continue;
+      cursor.next();
+      near.begin = cursor.at();
+    } else if (i > 1) {
+      constexpr size_t kTcp = 4;  // behind qnear and the largest errors
+      if (i == kTcp) return std::nullopt;
+      continue;
+    }
+    const auto joints = value_of(near, depth + 1);
+    if (!joints || joints->kind != TargetKind::joints) return std::nullopt;
+    value->near = urscript_dialect().joints_of_numbers(*joints->list.numbers(6));
+  }
+  return value;
+}
+
+int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
+  Variable* const variable = value.variable.empty() ? nullptr : find(value.variable, value.begin);
+  if (variable) moves_.insert(value.begin);
+  if (variable && variable->point >= 0) return variable->point;
+  ProgramPoint point;
+  point.name = value.name;
+  point.line = value.line;
+  point.begin = value.literal;
+  point.end = value.list.end;
+  point.kind = value.kind;
+  for (const ListItem& item : value.list.items)
+    point.numbers.push_back({0, item.begin, item.end, item.value, ""});
+  points.push_back(point);
+  const int index = static_cast<int>(points.size()) - 1;
+  if (variable) variable->point = index;
+  return index;
+}
+
+void UrValues::leave(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  cursor.take_name();
+  if (!cursor.done()) offsets_[argument.begin] = argument.end;
+}
+
+void UrValues::finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points) {
+  for (const Statement& statement : statements)
+    each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+      const bool is_named = cursor.take('=') && cursor.next() != '=';  // NAME=..
+      const auto behind = offsets_.upper_bound(at);
+      const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
+      if (is_named || is_offset || moves_.contains(at)) return;
+      const Variable* const variable =
+          variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
+      if (variable && variable->point >= 0) points[variable->point].is_shared = true;
+    });
+}
+
+}  // namespace armtrue

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "armtrue/programs/robot_program.h"
+#include "programs/statement.h"
+#include "programs/ur/urscript_structure.h"
+
+namespace armtrue {
+
+/// What an argument of a URScript move stands for: a literal, or a name that is given one.
+struct UrValue {
+  TargetKind kind = TargetKind::cartesian;
+  std::string name;      ///< for messages
+  std::string variable;  ///< that is given it; empty: none
+  ListItem list;
+  int line = 0;
+  int base = -1;  ///< of pose_trans, in the frames
+  /// Whether that frame is calculated at run time, and --frame does not give it.
+  bool is_in_calculated_frame = false;
+  size_t begin = 0, end = 0;  ///< where the literal or the name stands in the call
+  size_t literal = 0;         ///< where p[..] or [..] begins
+  size_t open = 0;            ///< the bracket of the call
+  std::optional<JointVector> near;
+};
+
+/// The values of a URScript program: p[..], [..], names that are given one once, and
+/// get_inverse_kin(pose, qnear) and pose_trans(frame, pose) of them.
+class UrValues {
+ public:
+  /// `text`: the program by masked(), whose line ends are blanks. All must outlive it.
+  UrValues(const std::string& text, std::vector<ProgramFrame>& frames, const KnownFrames& known)
+      : text_(text), frames_(frames), known_(known) {}
+
+  /// Reads the assignments, [global|local] NAME = VALUE. `structure`: of these statements.
+  void read(const std::vector<Statement>& statements, const UrStructure& structure);
+  /// Nothing if it is no value of this kind.
+  std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
+  /// Why it is none.
+  std::string why_not(const Statement& argument);
+  /// Whether an argument is a name that is given several values.
+  bool has_several_values(const Statement& argument);
+  /// Whether it is a name that a function gives a value of its own: a parameter or a local name.
+  bool is_local(const Statement& argument);
+  /// The point of a value among `points`, where it is added by its first use.
+  int point_of(const UrValue& value, std::vector<ProgramPoint>& points);
+  /// A move to the point is left alone. A declaration that it names must stay; an expression starts
+  /// from the declared points, and follows them.
+  void leave(const Statement& argument);
+  /// Once all moves are read: marks the points that other statements use, too.
+  void finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points);
+
+  /// The arguments between the brackets of a call.
+  std::vector<Statement> arguments_in(int line, size_t open, size_t close) const;
+  /// The bracket that closes the one at `open`; `end` if there is none.
+  size_t closing(size_t open, size_t end) const;
+  std::string part_of(const Statement& part) const {
+    return text_.substr(part.begin, part.end - part.begin);
+  }
+
+ private:
+  struct Variable {
+    std::optional<UrValue> literal;
+    int values = 0;
+    bool is_calculated = false;  // its value is that of a call
+    int scope = 0;               // where it is given its value
+    int point = -1;
+    bool is_parameter = false;
+  };
+
+  void read_assignment(const Statement& statement);
+  // The variable of a name at a place; null if its value there is not certain.
+  Variable* find(const std::string& name, size_t at);
+  // A name that ends at `end`, as it is spelled: URScript tells capitals from small letters.
+  std::string spelled(const std::string& name, size_t end) const {
+    return text_.substr(end - name.size(), name.size());
+  }
+  std::string take_spelled(TextCursor& cursor) const {
+    const std::string name = cursor.take_name();
+    return spelled(name, cursor.at());
+  }
+  bool is_calculated(const Statement& frame);
+  std::optional<UrValue> literal_in(const Statement& part) const;
+  std::optional<UrValue> value_of(const Statement& argument, int depth);
+  std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
+  std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
+  std::optional<Pose> constant(const Statement& argument, int depth);
+  bool names_local(const Statement& argument);
+
+  const std::string& text_;
+  std::vector<ProgramFrame>& frames_;
+  const KnownFrames& known_;
+  Scopes scopes_;
+  ScopedNames<Variable> variables_;
+  std::set<size_t> moves_;            // where a move names its point
+  std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
+};
+
+}  // namespace armtrue

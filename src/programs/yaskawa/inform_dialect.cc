@@ -1,0 +1,66 @@
+#include <utility>
+
+#include "programs/dialects.h"
+#include "programs/program_values.h"
+#include "programs/yaskawa/inform_program.h"
+#include "programs/yaskawa/inform_writer.h"
+
+namespace armtrue {
+namespace {
+
+class InformDialect : public Dialect {
+ public:
+  InformDialect()
+      : Dialect({.name = "inform",
+                 .maker = "Yaskawa",
+                 .endings = {".JBI"},
+                 .comment = '\'',
+                 .names = {.longest = 32, .others = "-", .may_begin_with_digit = true,
+                           .are_capitals = true},  // DX100 and later, operator's manual
+                 .frame = "its user frame (USER)",
+                 .tool = "its tool (TOOL)"}) {}
+
+  void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
+    parse_inform_program(program, known, parts);
+  }
+
+  // X Y Z Rx Ry Rz: R = Rz Ry Rx, about fixed axes.
+  Pose pose_of_numbers(const std::vector<double>& n) const override {
+    return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
+            Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
+  }
+  std::vector<double> numbers_of_pose(const Pose& pose,
+                                      const std::vector<double>& written) const override {
+    const Eigen::Vector3d near(written[5], written[4], written[3]);
+    const Eigen::Vector3d mm = pose.translation / kMillimetre,
+                          zyx = abc_near(pose.rotation, near * kDegree) / kDegree;
+    return {mm[0], mm[1], mm[2], zyx[2], zyx[1], zyx[0]};
+  }
+
+  // Micrometres and 0.0001 deg are what the controller keeps.
+  int decimals(TargetKind kind, size_t component) const override {
+    return kind == TargetKind::cartesian && component < 3 ? 3 : 4;
+  }
+  NumberCheck check(TargetKind kind, size_t component) const override {
+    return {0, Dialect::check(kind, component).rounded};
+  }
+
+  std::unique_ptr<MoveWriter> move_writer(const RobotProgram& program) const override {
+    return inform_writer(program);
+  }
+  void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const override {
+    refuse_long_inform_job(program, inserted);
+  }
+  void add_comment(const std::string& comment, std::string& text) const override {
+    add_inform_comment(facts().comment + comment, text);
+  }
+};
+
+}  // namespace
+
+const Dialect& inform_dialect() {
+  static const InformDialect dialect;
+  return dialect;
+}
+
+}  // namespace armtrue

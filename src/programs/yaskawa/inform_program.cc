@@ -1,0 +1,413 @@
+#include "programs/yaskawa/inform_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/kinematics/units.h"
+#include "programs/frame_list.h"
+#include "programs/move_reader.h"
+#include "programs/statement.h"
+#include "programs/yaskawa/inform_flow.h"
+#include "programs/yaskawa/inform_positions.h"
+
+// Jobs of Yaskawa controllers, JBI files: "INFORM manual" and "Interface with an easy offline
+// teaching system" of NX100, DX100 and later: positions of //POS, instructions of //INST.
+
+namespace armtrue {
+namespace {
+
+// What begins a line that leaves the arm where it is and does not branch.
+bool stands_between_inform_moves(const std::string& word) {
+  static const std::set<std::string> kWords{
+      "",      "NOP",   "DOUT",  "DIN",   "AOUT",   "PULSE", "TIMER", "WAIT",  "SET",    "SETE",
+      "GETE",  "GETS",  "ADD",   "SUB",   "MUL",    "DIV",   "INC",   "DEC",   "CLEAR",  "AND",
+      "OR",    "NOT",   "XOR",   "SPEED", "ADVINIT", "MSG",   "ARCON", "ARCOF", "WVON",   "WVOF",
+      "SFTON", "SFTOF", "REFP",  "CNVRT", "MSHIFT", "CVAR",  "HAND",  "TOOLON", "TOOLOF"};
+  return kWords.contains(word);
+}
+
+// Words of a move that may stand in an inserted one, too: speeds and accelerations.
+bool may_be_repeated(const std::string& word) {
+  static const std::set<std::string> kWords{"V", "VR", "VE", "ACC", "DEC"};
+  return kWords.contains(word);
+}
+
+// A move as it stands in the job.
+struct InformMove {
+  Statement statement;
+  char kind = 'J';  // J, L, C, S
+  std::string position;
+  size_t begin = 0, end = 0;  // of the name of its position
+  double blend = 0;           // [m], of CR
+  bool is_end_of_arc = false;  // FPT
+  std::string obstacle;        // to points before it
+  bool follows = false;        // the arm stands at the target before
+};
+
+class InformReader : MoveReader {
+ public:
+  InformReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
+      : MoveReader(program),
+        known_(known),
+        parts_(parts),
+        original_(program.texts[0].text),
+        text_(masked(original_, '\'', "\"")) {}
+
+  void read() {
+    find_name();
+    const size_t instructions = std::min(line_that_begins(text_, "//INST"), text_.size());
+    positions_ = inform_positions(std::string_view(text_).substr(0, instructions));
+    const std::vector<Statement> statements = lines_from(instructions);
+    shift_ = follow_inform_shift(text_, statements);
+    for (const Statement& statement : statements) read_uses(statement);
+    for (const Statement& statement : statements) read_statement(statement);
+    end_arcs();
+    for (const auto& [name, position] : positions_)
+      if (position.point >= 0 && kept_.contains(name))
+        program_.points[position.point].is_shared = true;
+    program_.warnings = warnings_.list();
+  }
+
+ private:
+  void find_name() {
+    const size_t line = line_that_begins(text_, "//NAME");
+    if (line == std::string::npos) return;
+    TextCursor cursor(text_, line + 6, std::min(text_.find('\n', line), text_.size()));
+    cursor.next();
+    const size_t begin = cursor.at();
+    size_t end = std::min(text_.find('\n', begin), text_.size());
+    while (end > begin && is_blank(text_[end - 1])) --end;
+    if (end > begin) program_.names.push_back({0, begin, end});
+  }
+
+  // One for each instruction; a line that begins with + moves another group together with the line
+  // before.
+  std::vector<Statement> lines_from(size_t begin) {
+    std::vector<Statement> lines;
+    int line = line_at(text_, begin);
+    for (size_t at = begin; at < text_.size(); ++line) {
+      const size_t end = std::min(text_.find('\n', at), text_.size());
+      TextCursor cursor(text_, at, end);
+      if (cursor.next() == '+' && !lines.empty())
+        lines.back().end = end;
+      else if (cursor.next() != '/')
+        lines.push_back({line, cursor.at(), end});
+      at = end + 1;
+    }
+    return lines;
+  }
+
+  static bool is_move(const std::string& word) {
+    return word == "MOVJ" || word == "MOVL" || word == "MOVC" || word == "MOVS";
+  }
+  // Motions that are not followed.
+  static bool is_other_motion(const std::string& word) {
+    static const std::set<std::string> kWords{"IMOV",   "SMOVL",  "SMOVC",  "SMOVS", "EIMOVL",
+                                              "EIMOVC", "SYMOVJ", "SYMOVL", "SYMOVC"};
+    return kWords.contains(word);
+  }
+
+  // What the job gives values to as it runs: variables, frames, tools.
+  void read_uses(const Statement& statement) {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    const std::string first = cursor.take_name();
+    calls_ |= first == "CALL" || first == "PSTART";
+    if (!is_move(first)) keep_positions(statement);
+    // They only read a variable.
+    if (is_move(first) || is_other_motion(first) || first == "SFTON") return;
+    std::set<int>* frames = first == "MFRAME" ? &changed_users_
+                            : first == "SETTOOL" ? &changed_tools_
+                                                 : nullptr;
+    bool is_set = first != "MFRAME";  // the first one that is named; the others are read
+    each_word(text_, statement, [&](const std::string& word, size_t, TextCursor behind) {
+      if (frames && (word == "UF" || word == "TL")) {
+        behind.take('#');
+        behind.take('(');
+        const auto number = behind.take_number();
+        frames->insert(number && std::abs(*number) < kAnyFrame ? static_cast<int>(*number)
+                                                               : kAnyFrame);
+      }
+      const bool is_all = word.starts_with("PX");
+      const std::string name = inform_position_name(is_all ? "P" + word.substr(2) : word);
+      const bool is_any = (word == "P" || word == "PX") && behind.next() == '[';
+      if (!is_any && !name.starts_with('P')) return;
+      if (is_set && is_any) is_any_changed_ = true;
+      if (is_set && !is_any) changed_.insert(name);
+      is_set = false;
+    });
+  }
+
+  // What else than a followed move uses must stay.
+  void keep_positions(const Statement& statement) {
+    each_word(text_, statement, [&](const std::string& word, size_t, const TextCursor&) {
+      if (std::string name = inform_position_name(word); !name.empty())
+        kept_.insert(std::move(name));
+    });
+  }
+
+  void read_statement(const Statement& statement) {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    if (cursor.next() == '*') {
+      interrupt();
+      is_dead_ = false;
+      return;
+    }
+    const std::string word = cursor.take_name();
+    if (is_move(word)) return read_move(word, statement);
+    if (is_other_motion(word)) {
+      leave(statement.line, word == "IMOV" ? "a relative move (IMOV)"
+                            : word.starts_with("SMOV")
+                                ? "its motion is coordinated (" + word + "), which carries its frame"
+                                : "this function is not followed: " + word);
+      return interrupt();
+    }
+    if (!stands_between_inform_moves(word)) interrupt();
+    if (word == "ELSE" || word == "ENDIF" || word == "NEXT" || word == "ENDWHILE" ||
+        word == "CASE" || word == "ENDSWITCH")
+      is_dead_ = false;
+    if ((word == "JUMP" || word == "RET" || word == "END") && !has_word(statement, "IF"))
+      is_dead_ = true;
+  }
+
+  // The arm may come to the next move from elsewhere.
+  void interrupt() {
+    end_arcs();
+    follows_ = false;
+  }
+
+  bool has_word(const Statement& statement, const char* wanted) const {
+    bool found = false;
+    each_word(text_, statement,
+              [&](const std::string& word, size_t, const TextCursor&) { found |= word == wanted; });
+    return found;
+  }
+
+  void leave(int line, const std::string& reason) { leave_move(line, reason, !is_dead_); }
+
+  void read_move(const std::string& word, const Statement& statement) {
+    InformMove move{statement, word[3], "", 0, 0, 0, false, "", follows_};
+    bool is_external = false, ends_elsewhere = false;
+    std::string why_not;
+    const auto is_because = [&](const std::string& reason) {
+      if (why_not.empty()) why_not = reason;
+    };
+    each_word(text_, statement, [&](const std::string& part, size_t at, TextCursor& cursor) {
+      if (at == statement.begin) return;
+      const std::string name = inform_position_name(part);
+      if (!name.empty()) {
+        if (!move.position.empty()) return is_because("another robot moves with it");
+        move.position = name;
+        move.begin = at;
+        move.end = cursor.at();
+      } else if (part == "LP" || part == "P" ||
+                 (part.starts_with("LP") && is_digit(part.back()))) {
+        is_because("its point is a variable that is set as the job runs");
+      } else if (is_numbered(part, "BC") || is_numbered(part, "BP")) {
+        is_because("the base moves with it (" + part + ")");
+      } else if (is_numbered(part, "EC") || is_numbered(part, "EX")) {
+        is_external = true;
+      } else if (part == "CR" && cursor.take('=')) {
+        move.blend = cursor.take_number().value_or(0) * kMillimetre;
+      } else if (part == "PL") {
+        cursor.take('=');
+        cursor.take_number();
+      } else if (part == "FPT") {
+        move.is_end_of_arc = true;
+      } else if (part == "UNTIL") {
+        ends_elsewhere = true;
+        move.obstacle = "it has the option UNTIL";
+      } else if (!is_move(part) && !may_be_repeated(part)) {
+        move.obstacle = "it has the option " + part;
+      }
+    });
+    if (is_external) move.obstacle = "external axes move with it";
+    if (move.position.empty()) {
+      if (is_external && why_not.empty()) return;  // a station alone
+      is_because("its point does not stand in the job");
+    }
+    if (const int shift = shift_.at(statement.begin); shift != 0)
+      is_because(shift == 1 ? "its point is shifted (SFTON)" : "its point may be shifted (SFTON)");
+    if (why_not.empty()) why_not = why_not_usable(move.position);
+    if (move.kind == 'C' && !why_not.empty()) leave_arc();
+    if (move.kind != 'C' || !why_not.empty()) end_arcs();
+    if (!why_not.empty()) {
+      keep_positions(statement);
+      leave(statement.line, why_not);
+      follows_ = false;
+      return;
+    }
+    if (move.kind == 'C') {
+      arcs_.push_back(move);
+      follows_ = !ends_elsewhere;
+      if (ends_elsewhere || move.is_end_of_arc) end_arcs(move.is_end_of_arc && !ends_elsewhere);
+      return;
+    }
+    add(move, move.kind == 'L' ? MotionKind::line : MotionKind::joint);
+    follows_ = !ends_elsewhere;
+  }
+
+  static bool is_numbered(const std::string& word, const char* begin) {
+    return word.size() > 2 && word.starts_with(begin) && is_digit(word.back());
+  }
+
+  // One of its points is left alone: those behind its start are, too.
+  void leave_arc() {
+    const size_t first = std::min<size_t>(starts_arc_ ? 0 : 1, arcs_.size());
+    for (size_t i = first; i < arcs_.size(); ++i) {
+      keep_positions(arcs_[i].statement);
+      leave(arcs_[i].statement.line, "another point of its arc is left alone");
+    }
+    arcs_.resize(first);
+  }
+
+  // MOVC stands at each of three points: a line leads to the first, the second is the auxiliary
+  // point. With more of them, without FPT, the way is not that of arcs. `goes_on`: the last one also
+  // begins the next arc.
+  void end_arcs(bool goes_on = false) {
+    const std::vector<InformMove> run = std::exchange(arcs_, {});
+    const size_t first = starts_arc_ ? 0 : 1;  // behind FPT the arm stands at the first point
+    for (size_t i = 0; i < run.size(); ++i) {
+      const bool is_arc = run.size() == first + 2;
+      add(run[i], i < first ? MotionKind::line
+                  : !is_arc ? MotionKind::joint
+                            : (i == first ? MotionKind::via : MotionKind::arc));
+    }
+    starts_arc_ = goes_on;
+  }
+
+  // Why a move to a position cannot be followed; empty if it can.
+  std::string why_not_usable(const std::string& name) {
+    const auto found = positions_.find(name);
+    if (name[0] == 'P') {
+      if (found == positions_.end())
+        return "its point is a variable whose value does not stand in the job";
+      if (is_any_changed_ || changed_.contains(name))
+        return "its point is a variable that is set as the job runs";
+      if (calls_) return "its point is a variable that a job which it calls may set";
+    }
+    if (found == positions_.end()) return "its position does not stand in //POS";
+    InformPosition& position = found->second;
+    if (!position.why_not.empty()) return position.why_not;
+    if (position.kind == InformPosition::Kind::pose && parts_ == TargetParts::pose) {
+      if (position.user && is_changed(changed_users_, *position.user))
+        return fmt::format("USER[{}] is set as the job runs (MFRAME)", *position.user);
+      if (position.tool && is_changed(changed_tools_, *position.tool))
+        return fmt::format("TOOL[{}] is set as the job runs (SETTOOL)", *position.tool);
+    }
+    if (position.point < 0) add_point(name, position);
+    return "";
+  }
+
+  static bool is_changed(const std::set<int>& changed, int number) {
+    return changed.contains(number) || changed.contains(kAnyFrame);
+  }
+
+  void add_point(const std::string& name, InformPosition& position) {
+    ProgramPoint point;
+    point.name = original_.substr(position.begin, original_.find('=', position.begin) - position.begin);
+    point.line = position.line;
+    point.kind = position.kind == InformPosition::Kind::joints ? TargetKind::joints
+                                                               : TargetKind::cartesian;
+    point.numbers = position.numbers;
+    point.begin = position.begin;
+    point.end = position.end;
+    point.is_shared = name[0] == 'P';  // other jobs use it, too
+    position.point = static_cast<int>(program_.points.size());
+    program_.points.push_back(point);
+  }
+
+  void add(const InformMove& move, MotionKind motion) {
+    const InformPosition& position = positions_.at(move.position);
+    ProgramTarget target;
+    target.line = move.statement.line;
+    target.begin = move.begin;
+    target.end = move.end;
+    target.motion = motion;
+    target.blend = move.blend;
+    target.turning = ArcTurning::perhaps_through_via;
+    target.never_runs = is_dead_;
+    target.follows_target =
+        motion == MotionKind::arc || (move.follows && motion != MotionKind::joint);
+    if (position.kind == InformPosition::Kind::pose) {
+      const bool is_straight = move.kind != 'J';
+      target.configuration = position.configuration;
+      target.configuration.continues = is_straight && move.follows;
+      target.configuration.is_weak = is_straight && !move.follows;
+    }
+    if (position.user)
+      target.base = add_frame(program_.frames, known_, fmt::format("USER[{}]", *position.user), {});
+    if (position.tool)
+      target.tool = add_frame(program_.frames, known_, fmt::format("TOOL[{}]", *position.tool), {});
+    if (motion == MotionKind::arc)
+      target.obstacle = "an arc of MOVC is not divided";
+    else if (motion == MotionKind::line)
+      prepare_insertion(move, position, target);
+    add_target_at(std::move(target), position.point);
+  }
+
+  void prepare_insertion(const InformMove& move, const InformPosition& position,
+                         ProgramTarget& target) const {
+    target.obstacle = move.obstacle;
+    if (position.kind == InformPosition::Kind::joints) target.obstacle = "its point is joint angles";
+    if (move.kind == 'C') target.obstacle = "an arc begins at its end";
+    if (!target.obstacle.empty()) return;
+    ProgramInsertion& beside = target.insertion;
+    beside.at = line_begin(original_, move.statement.begin);
+    beside.before = original_.substr(beside.at, move.begin - beside.at);
+    beside.behind = without_passing(original_.substr(move.end, move.statement.end - move.end));
+    beside.line_end = line_end(original_, beside.at);
+  }
+
+  // The rest of a move without how exactly it passes its point (PL, CR).
+  static std::string without_passing(std::string rest) {
+    while (!rest.empty() && is_blank(rest.back())) rest.pop_back();
+    const Statement whole{0, 0, rest.size()};
+    std::vector<std::pair<size_t, size_t>> places;
+    each_word(rest, whole, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      if (word != "PL" && word != "CR") return;
+      cursor.take('=');
+      cursor.take_number();
+      places.emplace_back(at, cursor.at());
+    });
+    for (auto place = places.rbegin(); place != places.rend(); ++place) {
+      size_t begin = place->first;
+      while (begin > 0 && is_blank(rest[begin - 1])) --begin;
+      rest.erase(begin, place->second - begin);
+    }
+    return rest;
+  }
+
+  static constexpr int kAnyFrame = 1000;  // frames have numbers below 64
+
+  const KnownFrames& known_;
+  const TargetParts parts_;
+  const std::string original_;
+  const std::string text_;
+  std::map<std::string, InformPosition> positions_;
+  ProgramFlow::Values shift_;
+  std::set<std::string> changed_;  // variables that the job sets
+  std::set<std::string> kept_;     // positions that must stay
+  std::set<int> changed_users_, changed_tools_;
+  bool is_any_changed_ = false;   // P[..] is set
+  bool calls_ = false;            // other jobs
+  std::vector<InformMove> arcs_;  // MOVC one after the other
+  bool starts_arc_ = false;       // the arm stands at the end of an arc that FPT ended
+  bool is_dead_ = false;          // behind a jump or the end, before another label
+  bool follows_ = false;          // the arm stands at the last target
+};
+
+}  // namespace
+
+void parse_inform_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  InformReader(program, known, parts).read();
+}
+
+}  // namespace armtrue
