@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "calibration/fold.h"
+#include "armtrue/calibration/fold.h"
 
 namespace armtrue {
 

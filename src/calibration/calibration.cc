@@ -11,17 +11,17 @@
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/reading_law.h"
+#include "armtrue/calibration/refit.h"
+#include "armtrue/calibration/registration.h"
+#include "armtrue/calibration/session_models.h"
+#include "armtrue/campaign/selection.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/fit_statistics.h"
 #include "calibration/levenberg_marquardt.h"
 #include "calibration/prior.h"
-#include "calibration/reading_law.h"
-#include "calibration/refit.h"
-#include "calibration/registration.h"
-#include "calibration/session_models.h"
-#include "campaign/selection.h"
-#include "campaign/sessions.h"
 
 namespace armtrue {
 namespace {

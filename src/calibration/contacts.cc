@@ -1,4 +1,4 @@
-#include "calibration/contacts.h"
+#include "armtrue/calibration/contacts.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -8,12 +8,12 @@
 #include <optional>
 
 #include "armtrue/calibration/observation.h"
+#include "armtrue/calibration/registration.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/registration.h"
-#include "kinematics/joint_iterations.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "armtrue/calibration/session_models.h"
 #include "calibration/prior.h"
-#include "calibration/session_models.h"
 #include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue {

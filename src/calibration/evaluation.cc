@@ -9,10 +9,10 @@
 #include <span>
 #include <utility>
 
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/session_models.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

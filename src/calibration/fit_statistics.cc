@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "armtrue/calibration/fold.h"
 #include "calibration/covariance.h"
-#include "calibration/fold.h"
 #include "calibration/pose_influence.h"
 #include "linear_algebra/bordered_spectrum.h"
 #include "linear_algebra/decompositions.h"

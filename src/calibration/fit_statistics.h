@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/reading_law.h"
+#include "armtrue/calibration/session_models.h"
 #include "calibration/levenberg_marquardt.h"
 #include "calibration/prior.h"
-#include "calibration/reading_law.h"
-#include "calibration/session_models.h"
 
 namespace armtrue {
 

@@ -1,4 +1,4 @@
-#include "calibration/fold.h"
+#include "armtrue/calibration/fold.h"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -12,12 +12,12 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/likely_mistake.h"
 #include "calibration/pose_influence.h"
-#include "calibration/session_models.h"
 
 namespace armtrue {
 namespace {

@@ -11,15 +11,15 @@
 #include <set>
 #include <stdexcept>
 
+#include "armtrue/calibration/contacts.h"
+#include "armtrue/calibration/session_models.h"
+#include "armtrue/campaign/selection.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "calibration/column_choice.h"
-#include "calibration/contacts.h"
 #include "calibration/identify_entry.h"
 #include "calibration/prior.h"
-#include "calibration/session_models.h"
-#include "campaign/selection.h"
 
 namespace armtrue {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/fold.h"
+#include "armtrue/calibration/fold.h"
+#include "armtrue/calibration/session_models.h"
 #include "calibration/prior.h"
-#include "calibration/session_models.h"
 
 namespace armtrue {
 

@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "armtrue/effects/posture.h"
 #include "armtrue/statistics/summary.h"
-#include "effects/posture.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

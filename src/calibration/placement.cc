@@ -1,4 +1,4 @@
-#include "calibration/placement.h"
+#include "armtrue/calibration/placement.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "armtrue/calibration/observation.h"
+#include "armtrue/calibration/registration.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/registration.h"
 
 namespace armtrue {
 namespace {

@@ -1,4 +1,4 @@
-#include "calibration/registration.h"
+#include "armtrue/calibration/registration.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
@@ -6,14 +6,14 @@
 #include <cmath>
 #include <numeric>
 
+#include "armtrue/calibration/contacts.h"
 #include "armtrue/calibration/observation.h"
+#include "armtrue/calibration/placement.h"
+#include "armtrue/calibration/session_models.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/contacts.h"
-#include "calibration/placement.h"
-#include "calibration/session_models.h"
-#include "campaign/sessions.h"
 
 namespace armtrue {
 namespace {

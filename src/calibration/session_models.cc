@@ -1,4 +1,4 @@
-#include "calibration/session_models.h"
+#include "armtrue/calibration/session_models.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/summary.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
 

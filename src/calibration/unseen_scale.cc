@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calibration/registration.h"
+#include "armtrue/calibration/registration.h"
 
 namespace armtrue {
 

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/selection.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "campaign/selection.h"
 
 namespace armtrue {
 

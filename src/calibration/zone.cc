@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "armtrue/calibration/identifiability.h"
-#include "calibration/registration.h"
+#include "armtrue/calibration/registration.h"
 
 namespace armtrue {
 

@@ -1,4 +1,4 @@
-#include "campaign/selection.h"
+#include "armtrue/campaign/selection.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "campaign/sessions.h"
+#include "armtrue/campaign/sessions.h"
 
 #include <algorithm>
 #include <numeric>

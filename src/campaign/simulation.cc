@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/statistics/random.h"
-#include "kinematics/joint_iterations.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/shuffle.h"
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "armtrue/kinematics/joint_iterations.h"
 #include "compensation/branch.h"
-#include "kinematics/joint_iterations.h"
 
 namespace armtrue {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/statistics/distributions.h"
-#include "campaign/sessions.h"
 #include "diagnosis/change_problem.h"
 
 namespace armtrue {

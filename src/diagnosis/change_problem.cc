@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/calibration/registration.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
-#include "calibration/registration.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
 

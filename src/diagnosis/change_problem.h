@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/reading_law.h"
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/pose_influence.h"
-#include "calibration/reading_law.h"
-#include "calibration/session_models.h"
 
 namespace armtrue {
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "campaign/sessions.h"
 
 namespace armtrue {
 namespace {

@@ -8,15 +8,15 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/observation.h"
+#include "armtrue/calibration/placement.h"
+#include "armtrue/campaign/selection.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/placement.h"
-#include "campaign/selection.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {

@@ -9,11 +9,11 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/selection.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "campaign/selection.h"
-#include "campaign/sessions.h"
 
 namespace armtrue {
 

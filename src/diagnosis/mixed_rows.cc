@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/placement.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/placement.h"
 
 namespace armtrue {
 namespace {

@@ -1,9 +1,9 @@
 #include "armtrue/diagnosis/other_arm.h"
 
+#include "armtrue/calibration/placement.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/placement.h"
 
 namespace armtrue {
 namespace {

@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/selection.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/statistics/summary.h"
-#include "campaign/selection.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {

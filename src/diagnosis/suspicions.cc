@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "armtrue/calibration/gross_poses.h"
-#include "campaign/sessions.h"
+#include "armtrue/campaign/sessions.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/early_angles.h"
 #include "diagnosis/impossible_change.h"

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "armtrue/calibration/placement.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/registration/standstills.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/input_error.h"
-#include "calibration/placement.h"
 #include "import/covariance_columns.h"
 
 namespace armtrue {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "armtrue/kinematics/evaluator.h"
-#include "kinematics/joint_iterations.h"
+#include "armtrue/kinematics/joint_iterations.h"
 
 namespace armtrue {
 namespace {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
-#include "calibration/fold.h"
-#include "calibration/session_models.h"
-#include "campaign/sessions.h"
+#include "armtrue/calibration/fold.h"
+#include "armtrue/calibration/session_models.h"
+#include "armtrue/campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/exchange.h"
 #include "planning/information.h"

@@ -8,13 +8,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "armtrue/calibration/contacts.h"
+#include "armtrue/calibration/fold.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/calibration/session_models.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/contacts.h"
-#include "calibration/fold.h"
-#include "calibration/session_models.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/touch_poses.h"
 

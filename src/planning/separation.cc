@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/statistics/distributions.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/contest.h"
 #include "planning/exchange.h"

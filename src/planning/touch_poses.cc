@@ -4,8 +4,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "armtrue/calibration/contacts.h"
 #include "armtrue/kinematics/contact.h"
-#include "calibration/contacts.h"
 
 namespace armtrue {
 namespace {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/units.h"
-#include "campaign/sessions.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
 

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "campaign/sessions.h"
+#include "armtrue/campaign/sessions.h"
 
 namespace armtrue {
 

@@ -1,12 +1,12 @@
-#include "search/effect_groups.h"
+#include "armtrue/search/effect_groups.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "armtrue/campaign/selection.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/units.h"
-#include "campaign/selection.h"
 #include "linear_algebra/decompositions.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/refit.h"
+#include "armtrue/calibration/registration.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
-#include "calibration/refit.h"
-#include "calibration/registration.h"
-#include "campaign/sessions.h"
 #include "search/candidates.h"
 #include "search/ebic.h"
 

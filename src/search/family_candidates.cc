@@ -2,8 +2,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "armtrue/campaign/selection.h"
 #include "armtrue/effects/sampling.h"
-#include "campaign/selection.h"
 #include "search/candidates.h"
 
 namespace armtrue {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "armtrue/calibration/session_models.h"
 #include "calibration/pose_influence.h"
-#include "calibration/session_models.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

@@ -3,10 +3,10 @@
 #include <limits>
 #include <numbers>
 
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/gravity.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/units.h"
-#include "campaign/sessions.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
 #include "search/frequency_grid.h"

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "effects/posture.h"
+#include "armtrue/effects/posture.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/refit.h"
 #include "armtrue/effects/robot_model.h"
-#include "calibration/refit.h"
 #include "search/cross_validation.h"
 #include "search/search_phases.h"
 

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "armtrue/calibration/pose_bootstrap.h"
+#include "armtrue/campaign/selection.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
-#include "campaign/selection.h"
 #include "search/evidence.h"
 
 namespace armtrue {

@@ -1,4 +1,4 @@
-#include "search/training.h"
+#include "armtrue/search/training.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/refit.h"
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/calibration/worthwhile.h"
-#include "calibration/refit.h"
-#include "calibration/session_models.h"
 #include "linear_algebra/decompositions.h"
 #include "search/evidence.h"
 

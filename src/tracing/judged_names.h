@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "armtrue/effects/catalogue.h"
-#include "search/training.h"
+#include "armtrue/search/training.h"
 #include "tracing/random_effects.h"
 
 namespace armtrue {

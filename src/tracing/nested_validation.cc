@@ -7,7 +7,7 @@
 #include <string>
 
 #include "armtrue/calibration/evaluation.h"
-#include "campaign/sessions.h"
+#include "armtrue/campaign/sessions.h"
 #include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/session_models.h"
+#include "armtrue/campaign/selection.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/session_models.h"
-#include "campaign/selection.h"
-#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "search/candidates.h"
 #include "search/scan.h"

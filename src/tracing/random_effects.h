@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/search/effect_groups.h"
 #include "armtrue/tracing/loop.h"
-#include "search/effect_groups.h"
 
 namespace armtrue {
 

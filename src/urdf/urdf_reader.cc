@@ -9,12 +9,12 @@
 #include <optional>
 #include <utility>
 
+#include "armtrue/io/link_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/utf8.h"
 #include "armtrue/urdf/urdf_io.h"
-#include "io/link_names.h"
 #include "urdf/link_frames.h"
 #include "urdf/urdf_chain.h"
 #include "urdf/xml_bounds.h"

@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/split.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
@@ -28,7 +29,6 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"
 #include "bench/two_threads.h"
-#include "calibration/session_models.h"
 #include "kinematics/six_axes.h"
 #include "search/candidates.h"
 #include "search/linearization.h"

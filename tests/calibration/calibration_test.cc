@@ -7,10 +7,10 @@
 #include <cstdio>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/refit.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
-#include "calibration/refit.h"
 #include "kinematics/six_axes.h"
 
 namespace armtrue::calibration_test {

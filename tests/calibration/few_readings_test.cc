@@ -11,13 +11,13 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "calibration/covariance.h"
 #include "calibration/fit_statistics.h"
 #include "calibration/pose_influence.h"
 #include "calibration/prior.h"
-#include "calibration/session_models.h"
 #include "linear_algebra/sparse_cholesky.h"
 
 // Many sessions, of which some have so few readings that they do not determine what is their own.

@@ -1,4 +1,4 @@
-#include "calibration/reading_law.h"
+#include "armtrue/calibration/reading_law.h"
 
 #include <gtest/gtest.h>
 

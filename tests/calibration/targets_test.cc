@@ -14,11 +14,11 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "calibration/column_choice.h"
-#include "calibration/session_models.h"
 #include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue::targets_test {

@@ -1,6 +1,6 @@
 // What a campaign shows without each effect that was found.
 
-#include "search/training.h"
+#include "armtrue/search/training.h"
 
 #include <gtest/gtest.h>
 

@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <numeric>
 
+#include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/session_models.h"
 #include "search/linearization.h"
 
 namespace armtrue::variance_shares_test {

@@ -18,8 +18,8 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/search/training.h"
 #include "armtrue/tracing/effect_curve.h"
-#include "search/training.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue::loop_test {

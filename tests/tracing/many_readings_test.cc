@@ -8,11 +8,11 @@
 #include <numeric>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/search/trace.h"
-#include "campaign/selection.h"
 #include "search/linearization.h"
 
 namespace armtrue::many_readings_test {

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "armtrue/io/link_names.h"
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/joint_names.h"
-#include "io/link_names.h"
 #include "io/yaml/link_io.h"
 
 namespace armtrue {

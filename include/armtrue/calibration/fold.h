@@ -5,7 +5,7 @@
 
 #include "armtrue/calibration/fold_by.h"
 #include "armtrue/calibration/observation.h"
-#include "calibration/reading_law.h"
+#include "armtrue/calibration/reading_law.h"
 
 namespace armtrue {
 
