@@ -1,20 +1,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/corrected_before.h"
 #include "armtrue/compensation/move_division.h"
+#include "armtrue/compensation/program_findings.h"
 #include "armtrue/compensation/program_targets.h"
 #include "armtrue/compensation/target_doubts.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/programs/dialect.h"
 #include "armtrue/report/compensation_page.h"
-#include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
@@ -27,7 +25,6 @@ using namespace armtrue;
 namespace {
 
 constexpr double kNothing = 1e-9;  // [m]
-constexpr size_t kMostNames = 5;   // in one warning
 
 struct Arguments : app::ProgramArguments {
   std::string commands, summary, uncovered = "keep";
@@ -100,7 +97,7 @@ std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
                                 const std::vector<CorrectedTarget>& targets, const Campaign& visits,
                                 const Arguments& arguments) {
   std::vector<std::string> found =
-      app::doubts_of_models(robot, controller, visits, arguments, "the commands");
+      doubts_of_models(app::pair_of(robot, controller, arguments), visits, "the commands");
   const bool is_nothing = std::ranges::all_of(
       targets, [](const CorrectedTarget& t) { return t.before.position < kNothing; });
   if (is_nothing)
@@ -134,22 +131,6 @@ std::vector<std::string> assumptions(const Robot& controller, const RobotProgram
                           stated_frames(program, &ProgramTarget::base))};
 }
 
-void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& targets,
-                   const ProgramFile& file) {
-  for (CommandNote note : command_notes()) {
-    std::string names;
-    size_t count = 0;
-    for (size_t row = 0; row < targets.size(); ++row) {
-      if (!targets[row].has(note)) continue;
-      if (count++ < kMostNames)
-        names += (names.empty() ? "" : ", ") + file.program.visits.pose_ids[row];
-    }
-    if (count == 0) continue;
-    command.warn(fmt::format("{}: {} of {} targets: {} ({}{})", file.source, count, targets.size(),
-                             to_string(note), names, count > kMostNames ? ", ..." : ""));
-  }
-}
-
 // With points between the targets of a program `text` if --spacing-mm is given.
 DividedProgram compensate_file(const Robot& robot, const Robot& controller, const ProgramFile& file,
                                const RobotProgram* text, const Arguments& arguments) {
@@ -160,37 +141,6 @@ DividedProgram compensate_file(const Robot& robot, const Robot& controller, cons
   DividedProgram found;
   found.targets = compensate(robot, controller, file.program, options);
   return found;
-}
-
-// Names the moves whose error between points stays too large, those of one cause together.
-bool warn_of_moves(app::Command& command, const DividedProgram& found, const ProgramFile& file) {
-  struct Cause {
-    std::string lines;
-    size_t count = 0;
-    double largest = 0;
-  };
-  std::map<std::string, Cause> causes;
-  for (const MoveBetweenPoints& move : found.between.moves) {
-    if (move.why.empty()) continue;
-    Cause& cause = causes[move.why];
-    const int line = file.program.visits.line[move.target];
-    if (cause.count++ < kMostNames)
-      cause.lines += fmt::format("{}{}", cause.lines.empty() ? "" : ", ", line);
-    cause.largest = std::max(cause.largest, move.after);
-  }
-  for (const auto& [why, cause] : causes)
-    command.warn(fmt::format(
-        "{}: predicted error between points up to {:.3g} mm in {} of {} moves: {} (line {}{})",
-        file.source, cause.largest / kMillimetre, cause.count, found.between.moves.size(), why,
-        cause.lines, cause.count > kMostNames ? ", ..." : ""));
-  if (found.between.unknown > 0)
-    command.warn(
-        fmt::format("{}: nothing is predicted between the points of {} straight or "
-                    "circular moves: where they begin or end, or how the tool turns, is not known, "
-                    "or an end stays as "
-                    "programmed",
-                    file.source, found.between.unknown));
-  return causes.empty() && found.between.unknown == 0;
 }
 
 CommandKind command_kind(const Arguments& arguments, const Program& program) {
@@ -206,31 +156,6 @@ void refuse_options_of_tables(const app::Command& command, const Arguments& argu
     throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
 }
 
-// A robot program states six axes, and may state external ones.
-ProgramJoints joints_of_program(const Robot& controller, const RobotProgram& program,
-                                const Arguments& arguments) {
-  const DialectFacts& facts = program.dialect->facts();
-  const std::optional<ProgramJoints> joints =
-      program_joints(controller.chain, facts.counts_axis_3_from_arm);
-  if (joints && (facts.has_external_axes || !joints->has_external())) return *joints;
-  throw InputError(fmt::format(
-      "{}: {} is about an arm of six revolute axes{}, and {} has the joints {}; give its targets "
-      "as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
-      arguments.program.path,
-      facts.has_external_axes ? fmt::format("a {} program", facts.maker)
-                              : std::string("a program of this controller"),
-      facts.has_external_axes ? " and external axes E1 to E6" : "", arguments.controller,
-      encoder_columns(controller.chain)));
-}
-
-void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
-  for (const ProgramTarget& target : program.targets)
-    if (arguments.tool_is_measured && target.tool >= 0)
-      throw InputError(fmt::format(
-          "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
-          program.texts[0].name, target.line, program.frames[target.tool].name));
-}
-
 // What the parser warned of may be why a target is not reached.
 template <class Work>
 auto with_warnings(app::Command& command, const RobotProgram* program, Work work) {
@@ -241,19 +166,6 @@ auto with_warnings(app::Command& command, const RobotProgram* program, Work work
       for (const std::string& warning : program->warnings) command.warn(warning);
     throw;
   }
-}
-
-// Commands of compensate() show in their numbers, whatever became of the marks in the file.
-void refuse_corrected(const std::string& source, const std::optional<RoundWhereReached>& found,
-                      const Campaign& visits, const Arguments& arguments) {
-  if (!found) return;
-  const int decimals = std::max(0, found->decimals);
-  throw InputError(fmt::format(
-      "{}:{}: its targets are corrected already: {} of {} numbers that are longer as they are "
-      "written have at most {} decimals where the arm of {} takes them ({} is {:.{}f} there); "
-      "corrected twice, they would be wrong: {}",
-      source, visits.line[found->target], found->round, found->numbers, decimals, arguments.robot,
-      number_text(found->written), found->reached, decimals + 2, app::kInsteadOfCompensated));
 }
 
 void warn_of_station(app::Command& command, const std::vector<std::string>& not_applied) {
@@ -279,26 +191,6 @@ void warn_of_hints(app::Command& command, const Arguments& arguments, const Robo
   const std::string doubt = contradiction_of_hints(file.program, controller,
                                                    compensation_options(arguments, controller));
   if (!doubt.empty()) command.warn(file.source + ": " + doubt);
-}
-
-// Leaves the moves of a program alone that the controller's model does not reach. Nothing is left
-// alone, and the result is false, if it reaches none: then it is the frames, or the arm.
-bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program) {
-  const auto is_pose = [](const ProgramTarget& target) {
-    return target.kind == TargetKind::cartesian;
-  };
-  const auto poses = static_cast<size_t>(std::ranges::count_if(program.targets, is_pose));
-  if (error.out_of_reach.empty() || error.out_of_reach.size() == poses) return false;
-  std::map<size_t, std::string> why;
-  for (const auto& [row, reason] : error.out_of_reach) {
-    const ProgramTarget& target = program.targets[row];
-    const auto name = [&](int frame) {
-      return frame < 0 ? std::string("of this command") : program.frames[frame].name;
-    };
-    why[row] = fmt::format("{} (frame {}, tool {})", reason, name(target.base), name(target.tool));
-  }
-  leave_alone(program, why);
-  return true;
 }
 
 // Commands for all targets of a file, or of a program with the joints `joints`.
@@ -338,12 +230,13 @@ DividedProgram correct(app::Command& command, const app::Models& models, RobotPr
     }
   const auto nearest = std::ranges::min_element(
       divided->targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
-  app::refuse_other_arm(nearest->before.position, arguments);
+  app::refuse_other_arm(nearest->before.position, app::pair_of(robot, controller, arguments));
   warn_of_hints(command, arguments, controller, file);
-  refuse_corrected(file.source,
-                   program ? find_round_where_reached(*program, divided->targets, joints)
-                           : find_round_where_reached(controller, divided->targets),
-                   file.program.visits, arguments);
+  // Commands of compensate() show in their numbers, whatever became of the marks in the file.
+  if (const auto found = program ? find_round_where_reached(*program, divided->targets, joints)
+                                 : find_round_where_reached(controller, divided->targets))
+    throw InputError(
+        why_corrected_before(*found, file.program.visits, file.source, arguments.robot));
   return std::move(*divided);
 }
 
@@ -370,22 +263,24 @@ int run_project(app::Command& command, const app::Models& models, Arguments& arg
   std::vector<std::string> in_doubt;
   const bool is_whole = app::correct_project(
       command, arguments.project, arguments.program, [&](RobotProgram& program) {
-        refuse_two_tools(program, arguments);
+        refuse_two_tools(program, arguments.tool_is_measured);
         ProgramFile file;
         file.source = program.texts[0].name;
-        const ProgramJoints joints = joints_of_program(controller, program, arguments);
+        const ProgramJoints joints = joints_of_program(program, controller, arguments.controller);
         std::vector<CorrectedTarget> targets =
             correct(command, models, &program, joints, file, arguments).targets;
         add_new(doubts(robot, controller, targets, file.program.visits, arguments), in_doubt);
         app::ProjectCommands found{program_commands(program, targets, joints), {}};
         found.moves = corrected_moves(program, targets);
-        warn_of_notes(command, targets, file);
+        for (const std::string& note :
+             sentences_of_notes(targets, file.program.visits, file.source))
+          command.warn(note);
         is_reached &= !is_noted(targets) && found.commands.warnings.empty();
         return found;
       });
   PredictionConditions conditions;
   app::warn_of_doubts(command, in_doubt, conditions);
-  warn_of_station(command, app::station_effects(robot, arguments.tool_is_measured));
+  warn_of_station(command, station_effects(robot, arguments.tool_is_measured));
   const bool is_strict = is_whole && is_reached && in_doubt.empty();
   return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole)
              ? app::kNotReached
@@ -406,9 +301,9 @@ int run(app::Command& command, Arguments& arguments) {
   if (!arguments.program.path.empty()) {
     refuse_options_of_tables(command, arguments);
     read = app::read_robot_program(command, arguments.program);
-    refuse_two_tools(*read, arguments);
+    refuse_two_tools(*read, arguments.tool_is_measured);
     file.source = read->texts[0].name;
-    joints = joints_of_program(controller, *read, arguments);
+    joints = joints_of_program(*read, controller, arguments.controller);
   } else {
     file = command.read_program(command.input, controller);
   }
@@ -418,7 +313,7 @@ int run(app::Command& command, Arguments& arguments) {
 
   PredictionConditions conditions{robot.name, controller.name,
                                   assumptions(controller, program, arguments),
-                                  app::station_effects(robot, arguments.tool_is_measured)};
+                                  station_effects(robot, arguments.tool_is_measured)};
   std::optional<BetweenPoints> between;
   if (arguments.spacing_mm) between = divided.between;
   const std::vector<std::string> in_doubt =
@@ -439,8 +334,13 @@ int run(app::Command& command, Arguments& arguments) {
     is_whole = conditions.all_moves = moves.corrected == moves.all;
     conditions.moves = moves.sentence;
   }
-  warn_of_notes(command, targets, file);
-  is_followed &= warn_of_moves(command, divided, file);
+  for (const std::string& note : sentences_of_notes(targets, file.program.visits, file.source))
+    command.warn(note);
+  for (const std::string& left :
+       sentences_of_moves(divided.between, file.program.visits, file.source)) {
+    command.warn(left);
+    is_followed = false;
+  }
   if (!arguments.summary.empty())
     write_output(arguments.summary, write_compensation(targets, file.program, between, conditions,
                                                        command.provenance()));

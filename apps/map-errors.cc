@@ -277,7 +277,7 @@ std::vector<std::string> doubts_of_map(const Robot& robot, const Robot& controll
                                        const Mapped& mapped, const ErrorMapSummary& summary,
                                        const Arguments& arguments) {
   std::vector<std::string> found =
-      app::doubts_of_models(robot, controller, mapped.visits, arguments, "the errors");
+      doubts_of_models(app::pair_of(robot, controller, arguments), mapped.visits, "the errors");
   std::vector<std::string> moving;
   for (const Effect& effect : robot.effects)
     if (effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke))
@@ -324,14 +324,15 @@ int run(app::Command& command, Arguments& arguments) {
   const Mapped mapped = map_all(command, robot, controller, arguments);
   const ErrorMap& map = mapped.map;
   const ErrorMapSummary summary = summarize(map, part);
-  app::refuse_other_arm(map.points[summary.best].error.norm(), arguments);
+  app::refuse_other_arm(map.points[summary.best].error.norm(),
+                        app::pair_of(robot, controller, arguments));
 
   PredictionConditions conditions{
       robot.name,
       controller.name,
       {fmt::format("The controller runs {} and nothing else.", arguments.controller),
        app::assumed_frames(controller, arguments)},
-      app::station_effects(robot, arguments.tool_is_measured)};
+      station_effects(robot, arguments.tool_is_measured)};
   app::warn_of_doubts(command, doubts_of_map(robot, controller, mapped, summary, arguments),
                       conditions);
   for (const std::string& effect : conditions.not_applied)

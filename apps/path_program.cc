@@ -8,6 +8,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"

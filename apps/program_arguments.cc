@@ -16,9 +16,6 @@
 namespace armtrue::app {
 namespace {
 
-// No two models of one arm are as far apart.
-constexpr double kOtherArm = 50 * kMillimetre, kOtherFlange = 5 * kDegree;
-
 // One value of the command line for a column that all rows lack.
 template <typename Column, typename Value>
 void fill(Column& column, const Value& value, const Campaign& visits, const std::string& option,
@@ -27,26 +24,6 @@ void fill(Column& column, const Value& value, const Campaign& visits, const std:
     throw InputError(visits.source + ": has the column '" + name + "' and " + option +
                      " is given too; keep one of them");
   column.assign(visits.rows(), value);
-}
-
-// Loads that the rows state, and no effect of the arm follows.
-void find_idle_loads(const Robot& robot, const Campaign& visits, std::vector<std::string>& found) {
-  bool follows_payload = false, follows_force = false;
-  for (const Effect& effect : robot.effects) {
-    const Driver& driver = effect.driver;
-    const bool follows_weight =
-        driver.involves(DriverKind::gravity_torque) || driver.involves(DriverKind::moment);
-    follows_payload |= driver.involves(DriverKind::payload) ||
-                       (follows_weight && !robot.bodies.empty());  // no part of the basis
-    follows_force |= driver.involves(DriverKind::force);
-  }
-  const bool has_payload = std::ranges::any_of(visits.payload_kg, [](double kg) { return kg > 0; });
-  const bool has_force =
-      std::ranges::any_of(visits.force_n, [](const auto& force) { return !force.isZero(0); });
-  if (has_payload && !follows_payload)
-    found.emplace_back("the payload changes nothing: no effect of the robot file follows it");
-  if (has_force && !follows_force)
-    found.emplace_back("the force changes nothing: no effect of the robot file follows it");
 }
 
 }  // namespace
@@ -205,57 +182,34 @@ Models read_models(Command& command, ProgramArguments& arguments) {
   return {robot_of_session(file.robot, arguments), nominal.robot};
 }
 
+namespace {
+
+void refuse_if(const std::string& why) {
+  if (!why.empty()) throw InputError(why);
+}
+
+}  // namespace
+
+ModelPair pair_of(const Robot& robot, const Robot& controller, const ProgramArguments& arguments) {
+  return {robot, controller, arguments.robot, arguments.controller};
+}
+
 void refuse_other_files(const Robot& robot, const Robot& controller,
                         const ProgramArguments& arguments) {
   require_same_joints(robot, arguments.robot, controller, arguments.controller);
-  if (states_calibration(controller) && !states_calibration(robot))
-    throw InputError(arguments.controller +
-                     ": states standard deviations, an uncertainty or effects, as a calibrated "
-                     "robot does, and " +
-                     arguments.robot +
-                     " does not; exchange --robot and --controller, or every error would be "
-                     "doubled");
-  const double turn = turn_of_last_frame(robot, controller);
-  if (turn < kOtherFlange) return;
-  throw InputError(fmt::format(
-      "{} and {}: the last frames, R_{}, are turned by {:.0f} deg against each other about the same "
-      "axis {}, so they are not the same flange: one of the files comes from another conversion of "
-      "the arm; calibrate {} again, from {}",
-      arguments.robot, arguments.controller, link_count(controller.chain), turn / kDegree,
-      joint_count(controller.chain), arguments.robot, arguments.controller));
+  refuse_if(why_not_a_pair(pair_of(robot, controller, arguments)));
 }
 
 void require_flange(const Robot& controller, const ProgramArguments& arguments) {
-  const std::string last = fmt::format("R_{}", link_count(controller.chain));
-  const bool is_identified = std::ranges::any_of(
-      controller.std, [](const auto& entry) { return entry.first.starts_with("tool."); });
-  if (is_identified && arguments.flange == "tool")
-    throw InputError(fmt::format(
-        "--flange tool: the tool of {} was identified, so it holds where the reflector stood; "
-        "convert the URDF again, which puts the flange into {}, and calibrate again",
-        arguments.controller, last));
-  if (arguments.tool_is_measured || !arguments.flange.empty() ||
-      !may_hold_flange_in_tool(controller))
-    return;
-  // Right angles; 0 has no sign.
-  const Eigen::Array3d abc =
-      (abc_from_rotation(controller.chain.tool.rotation).array() / kDegree).round() + 0.0;
-  throw InputError(fmt::format(
-      "{}: tool is turned by right angles (a {:g}, b {:g}, c {:g} deg) behind a last link of "
-      "zeros; earlier versions of convert-robot put the flange of a URDF there, but the program's "
-      "poses are taken as those of {}. Convert the URDF again and calibrate again: the flange is "
-      "then {}, and tool 0; or give {}--flange last-link if tool is where the reflector stood",
-      arguments.controller, abc[0], abc[1], abc[2], last, last,
-      is_identified ? "" : "--flange tool if tool is the flange, "));
+  const FlangeStated stated = arguments.flange.empty()     ? FlangeStated::no
+                              : arguments.flange == "tool" ? FlangeStated::tool
+                                                           : FlangeStated::last_link;
+  refuse_if(why_flange_is_unclear(controller, arguments.controller, stated,
+                                  arguments.tool_is_measured));
 }
 
-void refuse_other_arm(double nearest, const ProgramArguments& arguments) {
-  if (nearest < kOtherArm) return;
-  throw InputError(
-      fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
-                  "or more at every target; give two models of one arm, with the same "
-                  "first and last frame and zeros of the joints",
-                  arguments.robot, arguments.controller, nearest / kMillimetre));
+void refuse_other_arm(double nearest, const ModelPair& pair) {
+  refuse_if(why_other_arm(pair, nearest));
 }
 
 std::string assumed_frames(const Robot& controller, const ProgramArguments& arguments,
@@ -280,41 +234,6 @@ std::string assumed_frames(const Robot& controller, const ProgramArguments& argu
          place(tools, arguments.tool_is_measured ? "that of " + arguments.robot
                                                  : otherwise(arguments.tool, last)) +
          "; the program's frame is " + place(frames, otherwise(arguments.base, first)) + ".";
-}
-
-std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured) {
-  std::vector<std::string> names;
-  for (const Effect& effect : robot.effects)
-    if (!moves_program(effect, tool_is_measured))
-      names.push_back(fmt::format("{} ({} follows {})", effect.name, to_string(effect.parameter),
-                                  to_string(effect.driver)));
-  return names;
-}
-
-std::vector<std::string> doubts_of_models(const Robot& robot, const Robot& controller,
-                                          const Campaign& visits, const ProgramArguments& arguments,
-                                          const std::string& predicted) {
-  std::vector<std::string> found;
-  if (states_calibration(controller))
-    found.push_back(fmt::format(
-        "{} is itself calibrated: {} hold only if the controller runs it; if it runs a nominal "
-        "model, give that as --controller",
-        arguments.controller, predicted));
-  if (!robot.uncertainty)
-    found.push_back(arguments.robot +
-                    " does not state its uncertainty: it is not known which targets its readings "
-                    "cover; calibrate and close-loop --robot-out write it");
-  else if (robot.uncertainty->reading.orientation == 0)
-    found.push_back(arguments.robot +
-                    " comes from points or distances: no orientation was measured, so corrections "
-                    "of orientation follow from the joints alone");
-  if (const std::vector<std::string> names = parameters_of_station(robot); !names.empty())
-    found.push_back(fmt::format(
-        "{}: {} were identified without base or tool, so they may hold where the instrument and "
-        "the reflector stood, and move the program by it; calibrate with identify: auto",
-        arguments.robot, fmt::join(names, ", ")));
-  find_idle_loads(robot, visits, found);
-  return found;
 }
 
 void warn_of_doubts(Command& command, const std::vector<std::string>& doubts,

@@ -6,6 +6,7 @@
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/model_pair.h"
 #include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/effects/robot.h"
 #include "command_line.h"
@@ -61,6 +62,9 @@ void require_conditions(const Campaign& visits, const Robot& robot,
 /// The robot of --session.
 Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments);
 
+/// The two models with the names of their files.
+ModelPair pair_of(const Robot& robot, const Robot& controller, const ProgramArguments& arguments);
+
 /// Throws InputError if --robot and --controller seem exchanged.
 void refuse_other_files(const Robot& robot, const Robot& controller,
                         const ProgramArguments& arguments);
@@ -70,7 +74,7 @@ void refuse_other_files(const Robot& robot, const Robot& controller,
 void require_flange(const Robot& controller, const ProgramArguments& arguments);
 
 /// The same if they are different arms; `nearest`: least distance between their flanges [m].
-void refuse_other_arm(double nearest, const ProgramArguments& arguments);
+void refuse_other_arm(double nearest, const ModelPair& pair);
 
 /// Tools or frames that a robot program names itself.
 struct StatedFrames {
@@ -81,15 +85,6 @@ struct StatedFrames {
 /// In which tool and frame the targets are taken to be, as a sentence.
 std::string assumed_frames(const Robot& controller, const ProgramArguments& arguments,
                            const StatedFrames& tools = {}, const StatedFrames& frames = {});
-
-/// Effects of the robot that belong to the station and move no program.
-std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured);
-
-/// What about the two models puts a prediction in doubt, in sentences without a full stop.
-/// `predicted`: "the commands", "the errors".
-std::vector<std::string> doubts_of_models(const Robot& robot, const Robot& controller,
-                                          const Campaign& visits, const ProgramArguments& arguments,
-                                          const std::string& predicted);
 
 /// Warns of what puts a prediction in doubt, and states it among its conditions.
 void warn_of_doubts(Command& command, const std::vector<std::string>& doubts,

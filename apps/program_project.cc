@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/io/output.h"
+#include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/text/input_error.h"

@@ -4,13 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <initializer_list>
 #include <utility>
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
+#include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/text/edit_distance.h"
@@ -79,12 +79,6 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
   if (has_dat) command.check_derived_output(dat);
 }
 
-constexpr std::array<std::pair<Corrector, const char*>, 2> kInsteadOf{
-    {{Corrector::compensate, kInsteadOfCompensated},
-     {Corrector::mirror,
-      "give the original program; to use both, compensate the original, measure a pass of the "
-      "compensated program, and give that program to mirror-correct --program"}}};
-
 // The texts of --with, but for those of the program itself. The whole of a folder is searched as
 // its controller does.
 std::vector<ProgramText> read_others(Command& command, const Dialect& dialect,
@@ -103,37 +97,6 @@ std::vector<ProgramText> read_others(Command& command, const Dialect& dialect,
 }
 
 }  // namespace
-
-void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std::string& instead) {
-  if (const auto mark = find_correction_mark(texts, by))
-    throw CorrectedAlready(fmt::format(
-        "{}:{}: this comment says that the program is corrected already; corrected twice, it would "
-        "be wrong: {}",
-        mark->text, mark->line, instead));
-}
-
-void refuse_check_digits(const RobotProgram& program, Corrector by, const std::string& instead) {
-  if (has_check_digits(program, by))
-    throw CorrectedAlready(fmt::format(
-        "{}: the last digits of its numbers are those that {} writes: it is corrected already; "
-        "corrected twice, it would be wrong: {}",
-        program.texts[0].name, by == Corrector::mirror ? "mirror-correct" : "compensate", instead));
-}
-
-void refuse_corrected_texts(const std::vector<ProgramText>& texts) {
-  for (const auto& [by, instead] : kInsteadOf) refuse_mark(texts, by, instead);
-}
-
-void refuse_corrected_points(const RobotProgram& program) {
-  std::vector<ProgramText> declaring;
-  for (size_t i = program.own_texts; i < program.texts.size(); ++i)
-    if (std::ranges::any_of(program.points, [&](const ProgramPoint& point) {
-          return point.text == static_cast<int>(i);
-        }))
-      declaring.push_back(program.texts[i]);
-  refuse_corrected_texts(declaring);
-  for (const auto& [by, instead] : kInsteadOf) refuse_check_digits(program, by, instead);
-}
 
 std::string kinds_of_programs(const std::string& with_data_list) {
   std::vector<std::string> kinds;

@@ -5,30 +5,9 @@
 
 #include "armtrue/compensation/program_targets.h"
 #include "armtrue/programs/robot_program.h"
-#include "armtrue/text/input_error.h"
 #include "command_line.h"
 
 namespace armtrue::app {
-
-/// What to do in place of correcting again what compensate corrected.
-inline constexpr const char* kInsteadOfCompensated =
-    "give the original one, also after a new calibration; what a pass of the corrected program "
-    "still shows is for mirror-correct --program";
-
-/// A program is corrected already.
-class CorrectedAlready : public InputError {
-  using InputError::InputError;
-};
-
-/// Throws CorrectedAlready if a program is marked as corrected, or its numbers have check digits.
-/// `instead`: what to give.
-void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std::string& instead);
-void refuse_check_digits(const RobotProgram& program, Corrector by, const std::string& instead);
-
-/// The same of what either corrector marks: of texts, and of a program's numbers and those texts of
-/// others that declare its points.
-void refuse_corrected_texts(const std::vector<ProgramText>& texts);
-void refuse_corrected_points(const RobotProgram& program);
 
 /// Options of a robot program that is read and written.
 struct RobotProgramFiles {

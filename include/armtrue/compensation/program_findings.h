@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/corrected_before.h"
+#include "armtrue/compensation/move_division.h"
+#include "armtrue/compensation/program_joints.h"
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue {
+
+// What correcting a program finds, as sentences. `source`: the name of the program or table.
+
+/// The joints of a program among those of the controller's model. Throws InputError if that is no
+/// arm of six axes, or has external axes that programs of this maker do not state. `name`: of the
+/// model's file.
+ProgramJoints joints_of_program(const RobotProgram& program, const Robot& controller,
+                                const std::string& name);
+
+/// Throws InputError if a target names a tool, and --tool-is-measured states another.
+void refuse_two_tools(const RobotProgram& program, bool tool_is_measured);
+
+/// Leaves the moves alone that the controller's model does not reach. Nothing is left alone, and
+/// the result is false, if it reaches none: then it is the frames, or the arm.
+bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program);
+
+/// For each note, how many targets have it, and which.
+std::vector<std::string> sentences_of_notes(const std::vector<CorrectedTarget>& targets,
+                                            const Campaign& visits, const std::string& source);
+
+/// Moves whose error between points stays too large, those of one cause together, and those of
+/// which nothing is known.
+std::vector<std::string> sentences_of_moves(const BetweenPoints& between, const Campaign& visits,
+                                            const std::string& source);
+
+/// An error: the targets are commands already, whatever became of their marks. `arm`: the name of
+/// the identified arm's file.
+std::string why_corrected_before(const RoundWhereReached& found, const Campaign& visits,
+                                 const std::string& source, const std::string& arm);
+
+}  // namespace armtrue

@@ -1,0 +1,127 @@
+#include "armtrue/compensation/program_findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/programs/corrected_already.h"
+#include "armtrue/programs/dialect.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
+
+namespace armtrue {
+namespace {
+
+constexpr size_t kMostNames = 5;  // in one sentence
+
+}  // namespace
+
+ProgramJoints joints_of_program(const RobotProgram& program, const Robot& controller,
+                                const std::string& name) {
+  const DialectFacts& facts = program.dialect->facts();
+  const std::optional<ProgramJoints> joints =
+      program_joints(controller.chain, facts.counts_axis_3_from_arm);
+  if (joints && (facts.has_external_axes || !joints->has_external())) return *joints;
+  throw InputError(fmt::format(
+      "{}: {} is about an arm of six revolute axes{}, and {} has the joints {}; give its targets "
+      "as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
+      program.texts[0].name,
+      facts.has_external_axes ? fmt::format("a {} program", facts.maker)
+                              : std::string("a program of this controller"),
+      facts.has_external_axes ? " and external axes E1 to E6" : "", name,
+      encoder_columns(controller.chain)));
+}
+
+void refuse_two_tools(const RobotProgram& program, bool tool_is_measured) {
+  for (const ProgramTarget& target : program.targets)
+    if (tool_is_measured && target.tool >= 0)
+      throw InputError(fmt::format(
+          "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
+          program.texts[0].name, target.line, program.frames[target.tool].name));
+}
+
+bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program) {
+  const auto is_pose = [](const ProgramTarget& target) {
+    return target.kind == TargetKind::cartesian;
+  };
+  const auto poses = static_cast<size_t>(std::ranges::count_if(program.targets, is_pose));
+  if (error.out_of_reach.empty() || error.out_of_reach.size() == poses) return false;
+  std::map<size_t, std::string> why;
+  for (const auto& [row, reason] : error.out_of_reach) {
+    const ProgramTarget& target = program.targets[row];
+    const auto name = [&](int frame) {
+      return frame < 0 ? std::string("of this command") : program.frames[frame].name;
+    };
+    why[row] = fmt::format("{} (frame {}, tool {})", reason, name(target.base), name(target.tool));
+  }
+  leave_alone(program, why);
+  return true;
+}
+
+std::vector<std::string> sentences_of_notes(const std::vector<CorrectedTarget>& targets,
+                                            const Campaign& visits, const std::string& source) {
+  std::vector<std::string> sentences;
+  for (const CommandNote note : command_notes()) {
+    std::string names;
+    size_t count = 0;
+    for (size_t row = 0; row < targets.size(); ++row) {
+      if (!targets[row].has(note)) continue;
+      if (count++ < kMostNames) names += (names.empty() ? "" : ", ") + visits.pose_ids[row];
+    }
+    if (count == 0) continue;
+    sentences.push_back(fmt::format("{}: {} of {} targets: {} ({}{})", source, count,
+                                    targets.size(), to_string(note), names,
+                                    count > kMostNames ? ", ..." : ""));
+  }
+  return sentences;
+}
+
+std::vector<std::string> sentences_of_moves(const BetweenPoints& between, const Campaign& visits,
+                                            const std::string& source) {
+  struct Cause {
+    std::string lines;
+    size_t count = 0;
+    double largest = 0;
+  };
+  std::map<std::string, Cause> causes;
+  for (const MoveBetweenPoints& move : between.moves) {
+    if (move.why.empty()) continue;
+    Cause& cause = causes[move.why];
+    if (cause.count++ < kMostNames)
+      cause.lines +=
+          fmt::format("{}{}", cause.lines.empty() ? "" : ", ", visits.line[move.target]);
+    cause.largest = std::max(cause.largest, move.after);
+  }
+  std::vector<std::string> sentences;
+  for (const auto& [why, cause] : causes)
+    sentences.push_back(fmt::format(
+        "{}: predicted error between points up to {:.3g} mm in {} of {} moves: {} (line {}{})",
+        source, cause.largest / kMillimetre, cause.count, between.moves.size(), why, cause.lines,
+        cause.count > kMostNames ? ", ..." : ""));
+  if (between.unknown > 0)
+    sentences.push_back(
+        fmt::format("{}: nothing is predicted between the points of {} straight or "
+                    "circular moves: where they begin or end, or how the tool turns, is not known, "
+                    "or an end stays as "
+                    "programmed",
+                    source, between.unknown));
+  return sentences;
+}
+
+std::string why_corrected_before(const RoundWhereReached& found, const Campaign& visits,
+                                 const std::string& source, const std::string& arm) {
+  const int decimals = std::max(0, found.decimals);
+  return fmt::format(
+      "{}:{}: its targets are corrected already: {} of {} numbers that are longer as they are "
+      "written have at most {} decimals where the arm of {} takes them ({} is {:.{}f} there); "
+      "corrected twice, they would be wrong: {}",
+      source, visits.line[found.target], found.round, found.numbers, decimals, arm,
+      number_text(found.written), found.reached, decimals + 2,
+      instead_of_corrected(Corrector::compensate));
+}
+
+}  // namespace armtrue

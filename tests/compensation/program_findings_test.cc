@@ -1,0 +1,125 @@
+// What is said of a program, and of the two models, before and after it is corrected.
+
+#include "armtrue/compensation/program_findings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "armtrue/compensation/model_pair.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/programs/corrected_already.h"
+#include "armtrue/programs/dialect.h"
+
+namespace armtrue {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Robot robot(const std::string& name) {
+  return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
+}
+
+RobotProgram krl(const std::string& text) {
+  return parse_program(*find_dialect("krl"), {{"p.src", text}}, {});
+}
+
+const std::string kThree =
+    "$TOOL={X 0,Y 0,Z 100,A 0,B 0,C 0}\nPTP {X 800,Y 0,Z 900,A 0,B 80,C 0}\n"
+    "LIN {X 810,Y 0,Z 900,A 0,B 80,C 0}\nLIN {X 820,Y 0,Z 900,A 0,B 80,C 0}\n";
+
+TEST(ProgramFindings, OnlyKukaStatesExternalAxes) {
+  const Robot rail = robot("kr360-rail");
+  EXPECT_EQ(joints_of_program(krl(kThree), rail, "r.yaml").count(), 7);
+  const RobotProgram other =
+      parse_program(*find_dialect("urscript"), {{"p.script", "movel(p[1,2,3,0,0,0])\n"}}, {});
+  try {
+    joints_of_program(other, rail, "r.yaml");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("p.script: a program of this controller"),
+                                    HasSubstr("r.yaml has the joints")));
+  }
+}
+
+TEST(ProgramFindings, TwoToolsAreAnError) {
+  EXPECT_NO_THROW(refuse_two_tools(krl(kThree), false));
+  EXPECT_THROW(refuse_two_tools(krl(kThree), true), InputError);
+}
+
+TEST(ProgramFindings, SomeMovesOutOfReachAreLeftAloneAndAllAreNot) {
+  RobotProgram program = krl(kThree);
+  UnreachableTarget some(1, "out of reach");
+  some.out_of_reach = {{1, "out of reach"}};
+  EXPECT_TRUE(leave_what_is_out_of_reach(some, program));
+  EXPECT_EQ(program.targets.size(), 2u);
+  EXPECT_THAT(program.why_left_alone[0], HasSubstr("out of reach (frame of this command, tool "));
+  UnreachableTarget all(0, "out of reach");
+  all.out_of_reach = {{0, "out of reach"}, {1, "out of reach"}};
+  EXPECT_FALSE(leave_what_is_out_of_reach(all, program));
+  EXPECT_EQ(program.targets.size(), 2u);
+}
+
+TEST(ProgramFindings, FiveTargetsOfANoteAreNamed) {
+  Campaign visits;
+  std::vector<CorrectedTarget> targets(7);
+  for (int k = 0; k < 7; ++k) visits.pose_ids.push_back("P" + std::to_string(k));
+  EXPECT_THAT(sentences_of_notes(targets, visits, "t.csv"), IsEmpty());
+  for (int k = 1; k < 7; ++k) targets[k].notes.push_back(CommandNote::limit);
+  EXPECT_THAT(sentences_of_notes(targets, visits, "t.csv"),
+              ElementsAre("t.csv: 6 of 7 targets: limit (P1, P2, P3, P4, P5, ...)"));
+}
+
+TEST(ProgramFindings, MovesOfOneCauseAreNamedTogether) {
+  Campaign visits;
+  visits.line = {3, 4, 5};
+  BetweenPoints between;
+  between.moves = {{0, 0.1, 1e-4, 0, ""}, {1, 0.1, 2e-4, 0, "a step"}, {2, 0.1, 3e-4, 0, "a step"}};
+  EXPECT_THAT(sentences_of_moves(between, visits, "p.src"),
+              ElementsAre("p.src: predicted error between points up to 0.3 mm in 2 of 3 moves: a "
+                          "step (line 4, 5)"));
+}
+
+TEST(ModelPair, ExchangedFilesAreNamed) {
+  const Robot nominal = robot("kr360-spindle");
+  Robot calibrated = nominal;
+  calibrated.std["A1.r"] = 1e-5;
+  EXPECT_EQ(why_not_a_pair({calibrated, nominal, "closed.yaml", "nominal.yaml"}), "");
+  EXPECT_THAT(why_not_a_pair({nominal, calibrated, "nominal.yaml", "closed.yaml"}),
+              HasSubstr("exchange --robot and --controller"));
+  Robot turned = nominal;
+  turned.chain.links.back().theta += 90 * kDegree;
+  EXPECT_THAT(why_not_a_pair({turned, nominal, "a.yaml", "b.yaml"}), HasSubstr("90 deg"));
+}
+
+TEST(ModelPair, ArmsThatStandFarApartAreOthers) {
+  const Robot nominal = robot("kr360-spindle");
+  const ModelPair pair{nominal, nominal, "a.yaml", "b.yaml"};
+  EXPECT_EQ(why_other_arm(pair, 49e-3), "");
+  EXPECT_THAT(why_other_arm(pair, 51e-3), HasSubstr("a.yaml and b.yaml are different arms"));
+}
+
+// Loads that nothing follows are doubted, and only those.
+TEST(ModelPair, IdleLoadsAreDoubted) {
+  const Robot nominal = robot("ur10e");
+  const ModelPair pair{nominal, nominal, "a.yaml", "b.yaml"};
+  Campaign visits;
+  const size_t without = doubts_of_models(pair, visits, "the commands").size();
+  visits.payload_kg = {0, 5};
+  const std::vector<std::string> doubts = doubts_of_models(pair, visits, "the commands");
+  ASSERT_EQ(doubts.size(), without + 1);
+  EXPECT_THAT(doubts.back(), HasSubstr("the payload changes nothing"));
+}
+
+TEST(CorrectedAlready, AMarkedTextIsRefused) {
+  std::string text = "DEF p()\nEND\n";
+  EXPECT_NO_THROW(refuse_corrected_texts({{"p.src", text}}));
+  mark_corrected(*find_dialect("krl"), Corrector::mirror, text);
+  EXPECT_THROW(refuse_corrected_texts({{"p.src", text}}), CorrectedAlready);
+}
+
+}  // namespace
+}  // namespace armtrue
