@@ -126,12 +126,11 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
   for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
   for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
   std::ranges::sort(lines);
-  app::warn_of_all(
-      command,
-      {left_out_together(all, lines),
-       findings.zone ? ""
-                     : contradiction_of_noise(robot, campaign, result, findings.quality->noise),
-       far_above});
+  app::warn_of_all(command, {left_out_together(all, lines),
+                             findings.zone ? ""
+                                           : contradiction_of_noise(robot, campaign, result,
+                                                                    findings.quality->noise),
+                             far_above});
 }
 
 void report_not_shown(const app::Command& command, const CalibrationResult& result) {

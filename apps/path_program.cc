@@ -69,8 +69,7 @@ void check_program_out(const Command& command, const PathProgramArguments& argum
 void add_path_program(Command& command, PathProgramArguments& arguments) {
   const Option program =
       command.file("--program", arguments.path,
-                   "Robot program of the programmed path: " +
-                       kinds_of_programs(" with its .dat"));
+                   "Robot program of the programmed path: " + kinds_of_programs(" with its .dat"));
   command
       .add_output(
           "--program-out", arguments.out,

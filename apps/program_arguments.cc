@@ -204,8 +204,8 @@ void require_flange(const Robot& controller, const ProgramArguments& arguments) 
   const FlangeStated stated = arguments.flange.empty()     ? FlangeStated::no
                               : arguments.flange == "tool" ? FlangeStated::tool
                                                            : FlangeStated::last_link;
-  refuse_if(why_flange_is_unclear(controller, arguments.controller, stated,
-                                  arguments.tool_is_measured));
+  refuse_if(
+      why_flange_is_unclear(controller, arguments.controller, stated, arguments.tool_is_measured));
 }
 
 void refuse_other_arm(double nearest, const ModelPair& pair) {

@@ -52,9 +52,10 @@ const Dialect& dialect_of(const RobotProgramFiles& files) {
   for (const Dialect* dialect : dialects())
     for (const std::string& ending : dialect->facts().endings)
       endings.push_back(lower_case(ending));
-  throw UsageError(fmt::format("--program: '{}' does not end as a program does ({}); say what it "
-                               "is with --dialect",
-                               files.path, fmt::join(endings, ", ")));
+  throw UsageError(
+      fmt::format("--program: '{}' does not end as a program does ({}); say what it "
+                  "is with --dialect",
+                  files.path, fmt::join(endings, ", ")));
 }
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
@@ -162,8 +163,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
     throw UsageError("--program-out: '" + files.out + "' ends as a program of " +
                      other->facts().name + " does, and " + files.path + " is one of " +
                      dialect.facts().name + "; give it an ending of this language");
-  std::vector<ProgramText> texts =
-      command.read_program_texts(files.path, files.dat, has_data_list);
+  std::vector<ProgramText> texts = command.read_program_texts(files.path, files.dat, has_data_list);
   refuse_corrected_texts(texts);
   std::vector<ProgramText> others = read_others(command, dialect, texts, files);
   RobotProgram program =

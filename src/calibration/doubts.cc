@@ -129,8 +129,8 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         ratio, stated / kMillimetre);
   const double sigma = fit.sigma.position, left = sigma / stated;
   const double left_freedom = noise.axes * campaign.rows() - fit.determined[0];
-  if (noise.source == NoiseFloor::Source::instrument && sigma > kFinestReading && left < kMuchLess &&
-      left_freedom > 1 &&
+  if (noise.source == NoiseFloor::Source::instrument && sigma > kFinestReading &&
+      left < kMuchLess && left_freedom > 1 &&
       1 - chi_squared_above(left_freedom * left * left, left_freedom) < kNoChance)
     return fmt::format(
         "{} a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} mm about the model: "
@@ -261,9 +261,9 @@ std::string lost_in_words(const Robot& robot, const Campaign& campaign,
     names += (names.empty() ? "" : ", ") + parameter_name(chain, k);
   std::vector<std::string> of_tool;
   for (const int k : fit.set.by_small_angles)
-    of_tool.push_back(shown_by_small_angles(
-        chain, k, fit.robot.chain.tool.translation[k - layout_of(chain).tool],
-        fit.robot.std.at(parameter_name(chain, k))));
+    of_tool.push_back(
+        shown_by_small_angles(chain, k, fit.robot.chain.tool.translation[k - layout_of(chain).tool],
+                              fit.robot.std.at(parameter_name(chain, k))));
   if (!names.empty()) {
     for (const int k : set_up_not_shown(chain, fit.set)) of_tool.push_back(not_shown(chain, k));
     names = "these poses cannot show " + names +
@@ -282,7 +282,8 @@ std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
     names += fmt::format(" and {} more", left_out.parameters.size() - kNamed);
   return fmt::format(
       "'identify' of the robot file leaves out parameters that the readings show ({}): the best "
-      "values of those that it names leave {:.3g} mm in these poses, all together {:.3g}; no effect "
+      "values of those that it names leave {:.3g} mm in these poses, all together {:.3g}; no "
+      "effect "
       "is named in their place{}, and 'identify: auto' identifies them",
       names, left_out.without / kMillimetre, left_out.with / kMillimetre,
       left_out.beside.empty()

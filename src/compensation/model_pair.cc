@@ -40,15 +40,16 @@ void find_idle_loads(const Robot& robot, const Campaign& visits, std::vector<std
 std::string why_not_a_pair(const ModelPair& pair) {
   if (states_calibration(pair.controller) && !states_calibration(pair.robot))
     return pair.controller_name +
-                     ": states standard deviations, an uncertainty or effects, as a calibrated "
-                     "robot does, and " +
-                     pair.robot_name +
-                     " does not; exchange --robot and --controller, or every error would be "
-                     "doubled";
+           ": states standard deviations, an uncertainty or effects, as a calibrated "
+           "robot does, and " +
+           pair.robot_name +
+           " does not; exchange --robot and --controller, or every error would be "
+           "doubled";
   const double turn = turn_of_last_frame(pair.robot, pair.controller);
   if (turn < kOtherFlange) return "";
   return fmt::format(
-      "{} and {}: the last frames, R_{}, are turned by {:.0f} deg against each other about the same "
+      "{} and {}: the last frames, R_{}, are turned by {:.0f} deg against each other about the "
+      "same "
       "axis {}, so they are not the same flange: one of the files comes from another conversion of "
       "the arm; calibrate {} again, from {}",
       pair.robot_name, pair.controller_name, link_count(pair.controller.chain), turn / kDegree,
@@ -65,8 +66,7 @@ std::string why_flange_is_unclear(const Robot& controller, const std::string& na
         "--flange tool: the tool of {} was identified, so it holds where the reflector stood; "
         "convert the URDF again, which puts the flange into {}, and calibrate again",
         name, last);
-  if (tool_is_measured || stated != FlangeStated::no ||
-      !may_hold_flange_in_tool(controller))
+  if (tool_is_measured || stated != FlangeStated::no || !may_hold_flange_in_tool(controller))
     return "";
   // Right angles; 0 has no sign.
   const Eigen::Array3d abc =
@@ -82,10 +82,11 @@ std::string why_flange_is_unclear(const Robot& controller, const std::string& na
 
 std::string why_other_arm(const ModelPair& pair, double nearest) {
   if (nearest < kOtherArm) return "";
-  return fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
-                  "or more at every target; give two models of one arm, with the same "
-                  "first and last frame and zeros of the joints",
-                  pair.robot_name, pair.controller_name, nearest / kMillimetre);
+  return fmt::format(
+      "{} and {} are different arms: their flanges stand {:.4g} mm apart "
+      "or more at every target; give two models of one arm, with the same "
+      "first and last frame and zeros of the joints",
+      pair.robot_name, pair.controller_name, nearest / kMillimetre);
 }
 
 std::vector<std::string> doubts_of_models(const ModelPair& pair, const Campaign& visits,

@@ -92,8 +92,7 @@ std::vector<std::string> sentences_of_moves(const BetweenPoints& between, const 
     if (move.why.empty()) continue;
     Cause& cause = causes[move.why];
     if (cause.count++ < kMostNames)
-      cause.lines +=
-          fmt::format("{}{}", cause.lines.empty() ? "" : ", ", visits.line[move.target]);
+      cause.lines += fmt::format("{}{}", cause.lines.empty() ? "" : ", ", visits.line[move.target]);
     cause.largest = std::max(cause.largest, move.after);
   }
   std::vector<std::string> sentences;

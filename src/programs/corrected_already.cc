@@ -49,8 +49,7 @@ void refuse_corrected_points(const RobotProgram& program) {
         }))
       declaring.push_back(program.texts[i]);
   refuse_corrected_texts(declaring);
-  for (const Corrector by : kCorrectors)
-    refuse_check_digits(program, by, instead_of_corrected(by));
+  for (const Corrector by : kCorrectors) refuse_check_digits(program, by, instead_of_corrected(by));
 }
 
 }  // namespace armtrue

@@ -89,8 +89,8 @@ void Dialect::add_comment(const std::string& comment, std::string& text) const {
   }
   // MODULE part(SYSMODULE, .. on several lines
   const std::string_view head = std::string_view(text).substr(0, std::min(place, text.size()));
-  if (const size_t open = head.rfind('('); place > 0 && open != std::string::npos &&
-                                           head.find(')', open) == std::string::npos)
+  if (const size_t open = head.rfind('(');
+      place > 0 && open != std::string::npos && head.find(')', open) == std::string::npos)
     place = text.find('\n', std::min(text.find(')', open), text.size())) + 1;
   if (place > text.size()) return;  // a text of one line, which has no moves
   text.insert(place, facts_.comment + comment + line_end(text, 0));

@@ -36,8 +36,9 @@ class Displacement {
   DisplacedProgram run() {
     if (program_.own_model_line > 0)
       warnings_.add(program_.own_model_line,
-                    program_.dialect->facts().own_model + ": the controller corrects the arm's geometry itself; measure and "
-                    "run with it in the same state, or both corrections add up");
+                    program_.dialect->facts().own_model +
+                        ": the controller corrects the arm's geometry itself; measure and "
+                        "run with it in the same state, or both corrections add up");
     find_places();
     note_few_found();
     for (size_t k = 0; k < program_.targets.size(); ++k) note(k);

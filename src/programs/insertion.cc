@@ -59,9 +59,9 @@ std::vector<TextEdit> insertion_edits(const RobotProgram& program,
   const std::unique_ptr<MoveWriter> writer = program.dialect->move_writer(program);
   for (const OwnPoint& point : own) {
     const ProgramTarget& target = program.targets[point.target];
-    writer->replace(target.begin, target.end,
-                    point.text.empty() ? writer->own_point(target, point.changes)
-                                       : writer->placed(point.text));
+    writer->replace(
+        target.begin, target.end,
+        point.text.empty() ? writer->own_point(target, point.changes) : writer->placed(point.text));
   }
   std::string via;
   for (size_t i = 0; i < between.size(); ++i) {
@@ -72,8 +72,7 @@ std::vector<TextEdit> insertion_edits(const RobotProgram& program,
       writer->replace(end.insertion.at, end.begin, end.insertion.before_line);
       continue;
     }
-    const std::string text =
-        writer->inserted_point(program.points[target.point], changes[i]);
+    const std::string text = writer->inserted_point(program.points[target.point], changes[i]);
     if (point.motion == MotionKind::via) {
       if (i + 1 < between.size() && between[i + 1].target == point.target + 1)
         via = text + program.targets[point.target + 1].insertion.middle;

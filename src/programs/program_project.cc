@@ -146,8 +146,8 @@ class ProjectRewriter {
     if (facts.data_list.empty()) return false;
     if (ending == facts.data_list) return true;  // only data
     if (std::ranges::find(facts.with_data_list, ending) == facts.with_data_list.end()) return false;
-    const auto [first, last] =
-        in_capitals_.equal_range(upper(text.substr(0, text.size() - ending.size())) + facts.data_list);
+    const auto [first, last] = in_capitals_.equal_range(
+        upper(text.substr(0, text.size() - ending.size())) + facts.data_list);
     return std::any_of(first, last, [&](const auto& dat) {
       return dat.second != declaring && names_.at(dat.second).contains(name);
     });

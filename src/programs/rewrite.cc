@@ -101,7 +101,8 @@ class Rewriter {
         hold(between.target, between.motion == MotionKind::via, wanted);
         changes_between_[next] = edits_of(point_of(between.target), wanted);
         if (!between.q) continue;
-        for (TextEdit& edit : dialect_.configuration_edits(program_, point_of(between.target), *between.q))
+        for (TextEdit& edit :
+             dialect_.configuration_edits(program_, point_of(between.target), *between.q))
           changes_between_[next].push_back(std::move(edit));
       }
       hold(k, is_via, wanted_[k]);
@@ -230,8 +231,7 @@ class Rewriter {
     for (size_t i = 0; i < wanted.numbers.size(); ++i)
       texts.push_back(!wanted.texts[i].empty()
                           ? wanted.texts[i]
-                          : rounded_text(wanted.numbers[i], 1,
-                                         dialect_.decimals(point.kind, i)));
+                          : rounded_text(wanted.numbers[i], 1, dialect_.decimals(point.kind, i)));
     return dialect_.written_out(program_, point, {texts, wanted.configuration, wanted.external});
   }
 
@@ -272,8 +272,7 @@ class Rewriter {
 
   int decimals(const ProgramPoint& point, size_t i) const {
     const ProgramNumber& number = point.numbers[i];
-    return std::max(written_decimals(text_of(number)),
-                    dialect_.decimals(point.kind, i));
+    return std::max(written_decimals(text_of(number)), dialect_.decimals(point.kind, i));
   }
 
   // Targets that differ by one step of rounding agree; they take the numbers of the first.
@@ -348,8 +347,7 @@ class Rewriter {
   // As text_of_number(), with check digits.
   std::string checked_text(const ProgramPoint& point, size_t i, double value) const {
     const ProgramNumber& number = point.numbers[i];
-    const std::string text =
-        text_of_number(number, value, dialect_.decimals(point.kind, i));
+    const std::string text = text_of_number(number, value, dialect_.decimals(point.kind, i));
     return text.empty() ? text
                         : changed_text(point, i, value, written_decimals(text_of(number)));
   }
@@ -400,8 +398,8 @@ class Rewriter {
     const Eigen::Matrix3d turn = commanded.rotation * programmed.rotation.transpose();
     const bool is_turned = target.has_orientation && rotation_log(turn).norm() >= kSame;
     if (!is_turned && shift.norm() < kSame) return written;
-    std::vector<double> numbers = dialect_.numbers_of_pose(
-        commanded, target.has_orientation ? written : std::vector(6, 0.0));
+    std::vector<double> numbers =
+        dialect_.numbers_of_pose(commanded, target.has_orientation ? written : std::vector(6, 0.0));
     if (!is_turned) std::copy(written.begin() + 3, written.end(), numbers.begin() + 3);
     return numbers;
   }

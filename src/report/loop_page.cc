@@ -85,16 +85,17 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
   const bool in_summary = held_out && has_more;
   std::vector<Page::Tile> tiles{
-              {"Before",
-               in_summary ? keyed_mm(result.before, "before_after/before_mm") + " mm"
-                          : mean_of(has_more ? 1 : 0),
-               has_more ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
-              {"After",
-               held_out ? keyed_mm(result.after, "before_after/after_mm") + " mm"
-                        : mean_of(result.stages.size() - 1),
-               (has_more ? "with its effects, " : "calibrated geometry, ") + readings}};
+      {"Before",
+       in_summary ? keyed_mm(result.before, "before_after/before_mm") + " mm"
+                  : mean_of(has_more ? 1 : 0),
+       has_more ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
+      {"After",
+       held_out ? keyed_mm(result.after, "before_after/after_mm") + " mm"
+                : mean_of(result.stages.size() - 1),
+       (has_more ? "with its effects, " : "calibrated geometry, ") + readings}};
   if (result.after_arm)
-    tiles.push_back({"The arm alone", keyed_mm(*result.after_arm, "before_after/after_arm_mm") + " mm",
+    tiles.push_back({"The arm alone",
+                     keyed_mm(*result.after_arm, "before_after/after_arm_mm") + " mm",
                      "without what the station does, as programs are corrected"});
   tiles.push_back({"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
                    "what a perfect model would show"});
@@ -166,9 +167,10 @@ Drawing joint_picture(const JointCurve& curve, const KinematicChain& chain) {
 void add_joints(Page& page, const LoopResult& result) {
   if (result.joints.empty()) return;
   page.section("What each joint does");
-  page.add(paragraph("The curve that programs are corrected with: causes with a name and all that "
-                     "the joint does besides. A part of it that lies inside its band about zero is not shown by "
-                     "these poses."));
+  page.add(paragraph(
+      "The curve that programs are corrected with: causes with a name and all that "
+      "the joint does besides. A part of it that lies inside its band about zero is not shown by "
+      "these poses."));
   std::vector<Drawing> pictures;
   for (const JointCurve& curve : result.joints)
     pictures.push_back(joint_picture(curve, result.applied->fit.robot.chain));
@@ -182,8 +184,8 @@ void add_owners(Page& page, const LoopResult& result) {
     const Part& part = result.parts[k];
     const std::string key = index_key("arm_and_station", k);
     const std::string size = keyed_mm(part.position, key + "rms_mm");
-    rows.push_back({keyed(part.what, key + "what"), part.of_arm ? size : "",
-                    part.of_arm ? "" : size});
+    rows.push_back(
+        {keyed(part.what, key + "what"), part.of_arm ? size : "", part.of_arm ? "" : size});
   }
   page.section("Arm and station");
   page.add(paragraph("What each cause takes off the training readings. Programs are corrected for "

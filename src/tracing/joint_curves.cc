@@ -21,8 +21,7 @@ struct Piece {
 };
 
 // The effects on the zero offset of a joint that follow its own angle alone.
-std::vector<Piece> pieces_of(const CalibrationResult& arm, const RandomEffects& random,
-                             int joint) {
+std::vector<Piece> pieces_of(const CalibrationResult& arm, const RandomEffects& random, int joint) {
   const int zero = zero_offset(arm.robot.chain, joint);
   const size_t names = arm.robot.effects.size() - random.lasting.size();
   std::vector<Piece> pieces;
@@ -38,7 +37,8 @@ std::vector<Piece> pieces_of(const CalibrationResult& arm, const RandomEffects& 
   return pieces;
 }
 
-// What a curve takes of the unknowns of the fit, of the random numbers and of those that the readings say nothing of.
+// What a curve takes of the unknowns of the fit, of the random numbers and of those that the
+// readings say nothing of.
 struct Weights {
   Eigen::VectorXd unknowns, numbers, silent;
   double value = 0, named = 0;
@@ -115,7 +115,8 @@ std::vector<JointCurve> joint_curves(const CalibrationResult& arm, const RandomE
     precision.matrixL().solveInPlace(of_numbers);
     for (int i = 0; i < points; ++i) {
       const auto own = of_unknowns.col(i);
-      const double variance = own.dot(beside * own) + of_numbers.col(i).squaredNorm() + of_silent[i];
+      const double variance =
+          own.dot(beside * own) + of_numbers.col(i).squaredNorm() + of_silent[i];
       curve.points[i].half_width = kHalfWidth * std::sqrt(std::max(0.0, variance));
     }
     curves.push_back(std::move(curve));

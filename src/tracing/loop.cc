@@ -298,9 +298,8 @@ void set_parts(LoopResult& result) {
     return stage.training.position.rms * stage.training.position.rms;
   };
   const size_t last = result.stages.size() - (result.applied ? 2 : 1);
-  const double taken =
-      std::max(0.0, mean_square(result.stages[std::min<size_t>(1, last)]) -
-                        mean_square(result.stages[last]));
+  const double taken = std::max(0.0, mean_square(result.stages[std::min<size_t>(1, last)]) -
+                                         mean_square(result.stages[last]));
   for (const TracedEffect& traced : result.trace.effects)
     result.parts.push_back({describe(traced.effect), moves_program(traced.effect, true),
                             std::sqrt(taken * std::max(0.0, traced.variance_share.value))});

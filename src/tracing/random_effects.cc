@@ -93,8 +93,7 @@ void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equat
         const Eigen::MatrixXd& root = effects[i].root;
         block.root.middleRows(row, root.rows()) =
             root * turn.middleRows(number, root.cols());
-        block.silent.middleRows(row, root.rows()) =
-            root * silent.middleRows(number, root.cols());
+        block.silent.middleRows(row, root.rows()) = root * silent.middleRows(number, root.cols());
         row += root.rows(), number += root.cols();
       }
       from += numbers, to += block.count;
@@ -229,11 +228,10 @@ Folded fold(const Equations& all, double scale) {
   const Eigen::MatrixXd on_basis = basis.transpose() * random;
   random.noalias() -= basis * on_basis;
   folded.of_unknowns = Eigen::MatrixXd::Zero(fixed.cols(), p);
-  folded.of_unknowns.topRows(qr.rank()) =
-      -qr.matrixR()
-           .topLeftCorner(qr.rank(), qr.rank())
-           .triangularView<Eigen::Upper>()
-           .solve(on_basis.leftCols(p));
+  folded.of_unknowns.topRows(qr.rank()) = -qr.matrixR()
+                                               .topLeftCorner(qr.rank(), qr.rank())
+                                               .triangularView<Eigen::Upper>()
+                                               .solve(on_basis.leftCols(p));
   folded.of_unknowns = qr.colsPermutation() * folded.of_unknowns;
   folded.sums.zz = Eigen::MatrixXd::Zero(p, p);
   folded.sums.zz.selfadjointView<Eigen::Lower>().rankUpdate(random.leftCols(p).transpose());
@@ -328,9 +326,8 @@ void enter(const std::vector<EffectGroup>& groups, const Block& block, const Eig
       result.of_campaign.push_back(std::move(effect));
     } else {
       const auto count = std::ssize(effect.coefficients);
-      result.numbers.of_lasting.push_back(
-          {block.first, block.root.middleRows(next - count, count),
-           tau * block.silent.middleRows(next - count, count)});
+      result.numbers.of_lasting.push_back({block.first, block.root.middleRows(next - count, count),
+                                           tau * block.silent.middleRows(next - count, count)});
       result.lasting.push_back(std::move(effect));
     }
   }
@@ -374,10 +371,9 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
     const EffectGroup& group = groups[widths.group[k]];
     const double moved = std::sqrt(u.dot(own * u) / readings);
     const ReadingSize size = campaign.reading_size();
-    result.groups.push_back({group.name, group.owner == EffectGroup::Owner::arm,
-                             moved / found.noise,
-                             moved / std::exp(equations.log_scale) * fit.sigma.position *
-                                 std::sqrt(size.position)});
+    result.groups.push_back(
+        {group.name, group.owner == EffectGroup::Owner::arm, moved / found.noise,
+         moved / std::exp(equations.log_scale) * fit.sigma.position * std::sqrt(size.position)});
     tau[widths.group[k]] = found.tau[static_cast<Eigen::Index>(k)];
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
@@ -388,9 +384,8 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   // u | r ~ N(mean, s^2 (Z'^T Z' + s^2 / tau^2)^-1)
   result.numbers.precision = std::move(folded.sums.zz);
   for (size_t k = 0; k < widths.of.size(); ++k)
-    result.numbers.precision.diagonal()
-        .segment(widths.of[k].first, widths.of[k].count)
-        .array() += std::pow(found.noise / found.tau[static_cast<Eigen::Index>(k)], 2);
+    result.numbers.precision.diagonal().segment(widths.of[k].first, widths.of[k].count).array() +=
+        std::pow(found.noise / found.tau[static_cast<Eigen::Index>(k)], 2);
   result.numbers.precision /= found.noise * found.noise;
   result.numbers.of_unknowns = std::move(folded.of_unknowns);
   return result;

@@ -24,7 +24,7 @@ struct RandomNumbers {
     Eigen::MatrixXd silent;
   };
 
-  Eigen::MatrixXd precision;    ///< of u, p x p
+  Eigen::MatrixXd precision;     ///< of u, p x p
   std::vector<Part> of_lasting;  ///< of each lasting effect
   /// d b / d u: by how much the unknowns b of the fit follow u, unknowns x p.
   Eigen::MatrixXd of_unknowns;

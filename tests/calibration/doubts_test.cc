@@ -127,8 +127,9 @@ TEST(FarAboveNoise, WidensWhatIsSaidOfParametersAndCoefficients) {
 TEST(OffAsWholes, EachGetsItsSentence) {
   EXPECT_THAT(off_as_wholes({}), IsEmpty());
   EXPECT_THAT(off_as_wholes({{"P7", {3, 4}, 1.5e-3, "a target was bumped"}}),
-              testing::ElementsAre("all readings of pose P7 share an error of 1.5 mm; it is left out: a target "
-                                   "was bumped"));
+              testing::ElementsAre(
+                  "all readings of pose P7 share an error of 1.5 mm; it is left out: a target "
+                  "was bumped"));
 }
 
 TEST(NotConverged, IsSaidOfAFitThatDidNot) {
@@ -143,9 +144,7 @@ TEST(NotConverged, IsSaidOfAFitThatDidNot) {
 // Base and tool are 12 numbers; 60 points are 180, of which they hide 3 %, and 5 points 15.
 TEST(HiddenByRefit, IsSaidOfFewReadingsAlone) {
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
-  const auto of = [&](int poses) {
-    return simulate(robot, robot, {.poses = poses, .seed = 3});
-  };
+  const auto of = [&](int poses) { return simulate(robot, robot, {.poses = poses, .seed = 3}); };
   EXPECT_EQ(hidden_by_refit({}, robot, of(5)), "");
   EXPECT_EQ(hidden_by_refit({"base", "tool"}, robot, of(120)), "");
   EXPECT_THAT(hidden_by_refit({"base", "tool"}, robot, of(5)),

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "armtrue/kinematics/pose.h"
-#include "armtrue/programs/displacement.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/programs/displacement.h"
 #include "armtrue/programs/robot_program.h"
 #include "fuzz/targets.h"
 #include "programs/division.h"
@@ -99,9 +99,8 @@ void displace(const RobotProgram& program, const Path& programmed) {
   for (Eigen::Index i = 0; i < corrected.cols(); ++i)
     corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
   const DisplacedProgram moved = displace_program(program, programmed, corrected);
-  require(is_rapid(*program.dialect) ||
-              lines(moved.text.texts[0]) + lines_within_points(program) >=
-                  lines(program.texts[0].text) + moved.text.inserted,
+  require(is_rapid(*program.dialect) || lines(moved.text.texts[0]) + lines_within_points(program) >=
+                                            lines(program.texts[0].text) + moved.text.inserted,
           "lines are lost");
 }
 
@@ -164,7 +163,7 @@ void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
   const RewrittenProgram divided = rewrite(program, commands, between);
   require(divided.inserted <= moves_of(between), "moves appear");
   require(is_rapid(dialect) || lines(divided.texts[0]) + lines_within_points(program) >=
-                                           lines(texts[0].text) + divided.inserted,
+                                   lines(texts[0].text) + divided.inserted,
           "lines are lost");
   const bool has_poses = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
     return target.kind == TargetKind::cartesian;
@@ -174,9 +173,9 @@ void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
 
 void displace_krl_program(const std::string& bytes) {
   static const Path programmed = path();
-  displace(
-      parse_program(*find_dialect("krl"), texts_of(bytes, "p.src", "p.dat"), {}, TargetParts::position),
-      programmed);
+  displace(parse_program(*find_dialect("krl"), texts_of(bytes, "p.src", "p.dat"), {},
+                         TargetParts::position),
+           programmed);
 }
 void correct_krl_program(const std::string& bytes) {
   correct(*find_dialect("krl"), texts_of(bytes, "p.src", "p.dat"));
@@ -184,7 +183,9 @@ void correct_krl_program(const std::string& bytes) {
 void correct_rapid_program(const std::string& bytes) {
   correct(*find_dialect("rapid"), {{"p.mod", bytes}});
 }
-void correct_fanuc_program(const std::string& bytes) { correct(*find_dialect("fanuc"), {{"P.LS", bytes}}); }
+void correct_fanuc_program(const std::string& bytes) {
+  correct(*find_dialect("fanuc"), {{"P.LS", bytes}});
+}
 void correct_urscript_program(const std::string& bytes) {
   correct(*find_dialect("urscript"), {{"p.script", bytes}});
 }

@@ -314,7 +314,9 @@ TEST(Certainty, AUrFrameThatIsCalculatedIsNoPlace) {
     EXPECT_EQ(program.targets.size(), 1u);
   }
   const std::string text = head + "f = g()\nmovel(pose_trans(f, " + move + "end\n";
-  EXPECT_EQ(parse_program(*find_dialect("urscript"), {{"p.script", text}}, {{"f", Pose{}}}).left_alone, 0);
+  EXPECT_EQ(
+      parse_program(*find_dialect("urscript"), {{"p.script", text}}, {{"f", Pose{}}}).left_alone,
+      0);
   // One that the installation holds.
   EXPECT_EQ(parsed("p.script", head + "movel(pose_trans(f, " + move + "end\n").left_alone, 0);
   // A tool with several values; one that only this solution has.

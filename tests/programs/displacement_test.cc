@@ -1,4 +1,3 @@
-#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
 
 #include <gmock/gmock.h>
@@ -7,6 +6,7 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 
 namespace armtrue::displacement_test {

@@ -36,10 +36,9 @@ RobotProgram parsed(const std::string& text) {
   return parse_program(inform(), {{"PART.JBI", text}}, {});
 }
 
-const std::string kTwo =
-    kHeads +
-    "C00000=10.000,20.000,30.000,180.0000,0.0000,0.0000\r\n"
-    "C00001=110.000,20.000,30.000,180.0000,0.0000,0.0000\r\n";
+const std::string kTwo = kHeads +
+                         "C00000=10.000,20.000,30.000,180.0000,0.0000,0.0000\r\n"
+                         "C00001=110.000,20.000,30.000,180.0000,0.0000,0.0000\r\n";
 
 std::vector<ProgramCommand> commands_of(const RobotProgram& program) {
   std::vector<ProgramCommand> commands;
@@ -61,10 +60,10 @@ TEST(Inform, AnglesTurnAboutFixedAxes) {
 }
 
 TEST(Inform, FramesAndToolsAreThoseOfTheirNumbers) {
-  const RobotProgram program = parsed(
-      job(kTwo + "///USER 2\r\n///TOOL 5\r\nC00002=1,2,3,4,5,6\r\n///POSTYPE ROBOT\r\n"
-                 "C00003=1,2,3,4,5,6\r\n",
-          "MOVJ C00000 VJ=25.00\r\nMOVL C00002 V=10.0\r\nMOVL C00003 V=10.0\r\n"));
+  const RobotProgram program =
+      parsed(job(kTwo + "///USER 2\r\n///TOOL 5\r\nC00002=1,2,3,4,5,6\r\n///POSTYPE ROBOT\r\n"
+                        "C00003=1,2,3,4,5,6\r\n",
+                 "MOVJ C00000 VJ=25.00\r\nMOVL C00002 V=10.0\r\nMOVL C00003 V=10.0\r\n"));
   ASSERT_THAT(program.targets, SizeIs(3));
   const auto name = [&](int frame) { return frame < 0 ? "" : program.frames[frame].name; };
   EXPECT_EQ(name(program.targets[0].base), "USER[1]");
@@ -86,15 +85,16 @@ TEST(Inform, AMoveGetsAPositionOfItsOwnWithItsHeads) {
   ASSERT_THAT(commands, SizeIs(2));
   commands[1].pose.translation.x() += 1e-3;
   const RewrittenProgram rewritten = rewrite(program, commands);
-  EXPECT_EQ(rewritten.texts[0],
-            job(kTwo + pulses + "///TOOL 0\r\n///POSTYPE USER\r\n///RECTAN\r\n"
-                                "///RCONF 1,0,0,0,0,0\r\n"
-                                "C00003=111.000,20.000,30.000,180.0000,0.0000,0.0000\r\n"
-                                "///TOOL 1\r\n///POSTYPE PULSE\r\n///PULSE\r\n"
-                                "///RCONF 1,0,0,0,0,0\r\n" +
-                    variable,
-                "MOVJ C00002 VJ=1.00\r\nMOVL C00001 V=10.0\r\nMOVL C00003 V=10.0\r\n",
-                "4,1,0,0,0,0"));
+  EXPECT_EQ(
+      rewritten.texts[0],
+      job(kTwo + pulses +
+              "///TOOL 0\r\n///POSTYPE USER\r\n///RECTAN\r\n"
+              "///RCONF 1,0,0,0,0,0\r\n"
+              "C00003=111.000,20.000,30.000,180.0000,0.0000,0.0000\r\n"
+              "///TOOL 1\r\n///POSTYPE PULSE\r\n///PULSE\r\n"
+              "///RCONF 1,0,0,0,0,0\r\n" +
+              variable,
+          "MOVJ C00002 VJ=1.00\r\nMOVL C00001 V=10.0\r\nMOVL C00003 V=10.0\r\n", "4,1,0,0,0,0"));
 }
 
 TEST(Inform, AnInsertedMoveDoesNotStop) {
@@ -105,11 +105,10 @@ TEST(Inform, AnInsertedMoveDoesNotStop) {
   between.pose.translation.x() = 0.05;
   const RewrittenProgram rewritten = rewrite(program, commands, {between});
   EXPECT_EQ(rewritten.inserted, 1);
-  EXPECT_EQ(rewritten.texts[0],
-            job(kTwo + "C00002=50.000,20.000,30.000,180.0000,0.0000,0.0000\r\n",
-                "MOVJ C00000 VJ=25.00\r\nMOVL C00002 V=100.0 ACC=50\r\n"
-                "MOVL C00001 V=100.0 PL=0 ACC=50\r\n",
-                "3,0,0,0,0,0"));
+  EXPECT_EQ(rewritten.texts[0], job(kTwo + "C00002=50.000,20.000,30.000,180.0000,0.0000,0.0000\r\n",
+                                    "MOVJ C00000 VJ=25.00\r\nMOVL C00002 V=100.0 ACC=50\r\n"
+                                    "MOVL C00001 V=100.0 PL=0 ACC=50\r\n",
+                                    "3,0,0,0,0,0"));
 }
 
 TEST(Inform, AVariableKeepsItsValueForOtherJobs) {
@@ -150,16 +149,18 @@ TEST(Inform, AShiftedMoveKeepsItsPosition) {
 
 // A shift that a branch passes over may be on behind it.
 TEST(Inform, AShiftInABranchIsNotCertain) {
-  const std::string moves = "MOVJ C00000 VJ=1.00\r\nIFTHENEXP B000=1\r\nSFTON P000\r\nENDIF\r\n"
-                            "MOVL C00001 V=10.0\r\nSFTOF\r\nMOVL C00001 V=10.0\r\n";
+  const std::string moves =
+      "MOVJ C00000 VJ=1.00\r\nIFTHENEXP B000=1\r\nSFTON P000\r\nENDIF\r\n"
+      "MOVL C00001 V=10.0\r\nSFTOF\r\nMOVL C00001 V=10.0\r\n";
   EXPECT_THAT(parsed(job(kTwo, moves)).why_left_alone,
               ElementsAre("its point may be shifted (SFTON)"));
 }
 
 TEST(Inform, ThreeCircularPointsAreALineAndAnArc) {
   const std::string three = kTwo + "C00002=1,2,3,180,0,0\r\nC00003=4,5,6,180,0,0\r\n",
-                    run = "MOVJ C00000 VJ=1.00\r\nMOVC C00001 V=9.0\r\nMOVC C00002 V=9.0\r\n"
-                          "MOVC C00003 V=9.0\r\n";
+                    run =
+                        "MOVJ C00000 VJ=1.00\r\nMOVC C00001 V=9.0\r\nMOVC C00002 V=9.0\r\n"
+                        "MOVC C00003 V=9.0\r\n";
   const auto motions = [](const RobotProgram& program) {
     std::vector<MotionKind> all;
     for (const ProgramTarget& target : program.targets) all.push_back(target.motion);
@@ -172,8 +173,9 @@ TEST(Inform, ThreeCircularPointsAreALineAndAnArc) {
               ElementsAre(MotionKind::joint, MotionKind::line, MotionKind::joint, MotionKind::joint,
                           MotionKind::joint));
   // The whole arc stays if one of its points does.
-  const RobotProgram left = parsed(job(three, "MOVJ C00000 VJ=1.00\r\nMOVC C00001 V=9.0\r\n"
-                                              "MOVC C00002 V=9.0\r\nMOVC LP003 V=9.0\r\n"));
+  const RobotProgram left = parsed(job(three,
+                                       "MOVJ C00000 VJ=1.00\r\nMOVC C00001 V=9.0\r\n"
+                                       "MOVC C00002 V=9.0\r\nMOVC LP003 V=9.0\r\n"));
   EXPECT_THAT(motions(left), ElementsAre(MotionKind::joint, MotionKind::line));
   EXPECT_EQ(left.left_alone, 2);
 }

@@ -377,8 +377,9 @@ TEST(KrlFlowTest, AMoveThatMayRunWithSeveralFramesIsLeftAlone) {
                         " WITH $BASE=$NULLFRAME\n" + set + "ENDLOOP\n"),
               IsEmpty());
   // Where only the position counts, nothing is left alone.
-  EXPECT_EQ(parse_program(*find_dialect("krl"), {{"p.src", kHead + "LOOP\n" + kWhole + set + "ENDLOOP\n"}},
-                          {}, TargetParts::position)
+  EXPECT_EQ(parse_program(*find_dialect("krl"),
+                          {{"p.src", kHead + "LOOP\n" + kWhole + set + "ENDLOOP\n"}}, {},
+                          TargetParts::position)
                 .left_alone,
             0);
 }
@@ -436,8 +437,9 @@ TEST(KrlFlowTest, AFrameMayBeAProduct) {
   EXPECT_EQ(base(parsed(text)).name, "BASE_DATA[3]");
   EXPECT_FALSE(base(parsed(text)).is_known);
   const Pose given{Eigen::Matrix3d::Identity(), {1, 0, 0}};
-  EXPECT_TRUE(base(parse_program(*find_dialect("krl"), {{"p.src", text}}, {{"base_data[3]", given}}))
-                  .pose.translation.isApprox(Eigen::Vector3d(1, 5e-3, 0)));
+  EXPECT_TRUE(
+      base(parse_program(*find_dialect("krl"), {{"p.src", text}}, {{"base_data[3]", given}}))
+          .pose.translation.isApprox(Eigen::Vector3d(1, 5e-3, 0)));
   const std::string whole = "base_data[3]:{X0,Y5,Z0,A0,B0,C0}";
   EXPECT_TRUE(base(parse_program(*find_dialect("krl"), {{"p.src", text}}, {{whole, given}}))
                   .pose.translation.isApprox(Eigen::Vector3d(1, 0, 0)));

@@ -53,8 +53,9 @@ struct Corrected {
 
 Corrected correct_krl(const Texts& texts, const Path& path, const Eigen::Matrix3Xd& corrected,
                       const DisplacementOptions& options = {}) {
-  const DisplacedProgram displaced = displace_program(
-      parse_program(*find_dialect("krl"), texts, {}, TargetParts::position), path, corrected, options);
+  const DisplacedProgram displaced =
+      displace_program(parse_program(*find_dialect("krl"), texts, {}, TargetParts::position), path,
+                       corrected, options);
   const std::vector<std::string>& written = displaced.text.texts;
   return {written[0],           written.size() > 1 ? written[1] : "",
           displaced.corrected,  displaced.text.inserted,

@@ -1,4 +1,3 @@
-#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 
 #include <gmock/gmock.h>
@@ -12,6 +11,7 @@
 #include <random>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 #include "kinematics/six_axes.h"
 
@@ -119,8 +119,7 @@ RobotProgram parsed(const std::string& name, const std::string& text, const std:
 TEST(RobotProgramTest, ACorpusOfFifteenProgramsForEachDialectIsRead) {
   std::map<const Dialect*, int> count;
   for (const CorpusFile& file : corpus()) ++count[file.dialect];
-  for (const Dialect* dialect : dialects())
-    EXPECT_GE(count[dialect], 15) << dialect->facts().name;
+  for (const Dialect* dialect : dialects()) EXPECT_GE(count[dialect], 15) << dialect->facts().name;
 }
 
 // Counted by hand in the files: targets (auxiliary points of circles too), moves that cannot be

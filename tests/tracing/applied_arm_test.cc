@@ -172,8 +172,8 @@ TEST(AppliedArm, StandsAtTheMeanOfWhatItDoesNotFollow) {
   EXPECT_NEAR(applied.chain.links[2].theta, fit.robot.chain.links[2].theta, 0.1 * kRate * last);
 }
 
-// Each joint wanders over its own angle: truth, minus its mean over the poses, lies in the band of its curve where
-// that is said, and the band is no wider than it must be.
+// Each joint wanders over its own angle: truth, minus its mean over the poses, lies in the band of
+// its curve where that is said, and the band is no wider than it must be.
 TEST(JointCurves, HoldTheTruthInTheirBand) {
   constexpr double kSize = 2e-4;
   double inside = 0, points = 0, standardized = 0;

@@ -33,9 +33,9 @@ struct SharedReading {
 /// model that was fitted to it is not tested by it.
 std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test);
 
-/// Poses of a test that stand at the joint angles of training poses (to 0.1 deg or 0.1 deg in m of a
-/// travel), under other names. They are repeats: their readings share the errors of the arm there,
-/// which are no errors at unseen poses.
+/// Poses of a test that stand at the joint angles of training poses (to 0.1 deg or 0.1 deg in m of
+/// a travel), under other names. They are repeats: their readings share the errors of the arm
+/// there, which are no errors at unseen poses.
 struct RepeatedPoses {
   int repeated = 0, of = 0;
   std::string test, training;  ///< names of the first

@@ -118,8 +118,8 @@ bool knows_instrument(const Robot& robot);
 /// Effect::may_be_instrument.
 bool moves_program(const Effect& effect, bool tool_is_measured);
 
-/// The robot with the effects that move programs alone. Where an effect that may be the instrument's
-/// goes, its mean stays (see Effect::mean).
+/// The robot with the effects that move programs alone. Where an effect that may be the
+/// instrument's goes, its mean stays (see Effect::mean).
 Robot without_station_effects(Robot robot, bool tool_is_measured);
 
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,

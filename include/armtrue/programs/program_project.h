@@ -16,7 +16,8 @@ namespace armtrue {
 /// PUBLIC data lists of the same controller, which is the nearest folder around the program with a
 /// $config.dat in it; of all, if there is none. ABB: the other modules of the same task (TASK1), or
 /// of the same folder.
-std::vector<ProgramText> texts_of_others(const Dialect& dialect, const std::vector<ProgramText>& project,
+std::vector<ProgramText> texts_of_others(const Dialect& dialect,
+                                         const std::vector<ProgramText>& project,
                                          const std::string& path);
 
 /// What counts of the texts of others, given as they are: of KUKA data lists what is global, and of

@@ -137,8 +137,8 @@ struct ProgramName {
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
-  /// The program, and its data list if there is one (KUKA .dat); behind `own_texts` those of others, in
-  /// which names are looked up that the program does not declare itself.
+  /// The program, and its data list if there is one (KUKA .dat); behind `own_texts` those of
+  /// others, in which names are looked up that the program does not declare itself.
   std::vector<ProgramText> texts;
   size_t own_texts = 1;
   std::vector<ProgramPoint> points;
@@ -166,8 +166,8 @@ class NoTargets : public InputError {
 /// room may be unknown.
 enum class TargetParts { pose, position };
 
-/// Reads a program. `texts`: the program and its data list if there is one (KUKA .dat). `others`: texts
-/// that declare what the program may use, too, as its controller looks names up (KRL: what
+/// Reads a program. `texts`: the program and its data list if there is one (KUKA .dat). `others`:
+/// texts that declare what the program may use, too, as its controller looks names up (KRL: what
 /// $config.dat and PUBLIC data lists declare as GLOBAL). What the parser does not understand
 /// (expressions, offsets, relative moves, points that are assigned at run time) gives a warning
 /// with file and line, and stays as it is. Throws NoTargets if there is no target.
@@ -229,17 +229,18 @@ struct RewrittenProgram {
 
 /// The texts with the numbers of the commands, one for each target, and with a move for each point
 /// `between`, in the order in which the arm passes them. But for these moves only bytes of numbers
-/// change, and only of numbers that differ after rounding to Dialect::decimals(), or finer where more
-/// decimals were written. A declared point changes where it is declared, if all its moves need
+/// change, and only of numbers that differ after rounding to Dialect::decimals(), or finer where
+/// more decimals were written. A declared point changes where it is declared, if all its moves need
 /// the same numbers and nothing else uses it; otherwise each move that needs other numbers gets a
 /// point of its own, written out in the move, of FANUC as a new position. What a point leaves out
 /// is added where the point before no longer gives it. An inserted point is written as the end of
 /// its move is, with other numbers; its move has the speed of that move and is passed without a
 /// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
 /// is written out too. No point is inserted in a move one of whose ends is not corrected. With
-/// `by`, what changes has check digits, two decimals more, but not of FANUC, whose files have three;
-/// numbers of poses, but for quaternions, are checked also if they are rounded to three decimals
-/// (six of UR), for which they move by up to kMostMovedIfRounded. Throws InputError if the controller would not load the program.
+/// `by`, what changes has check digits, two decimals more, but not of FANUC, whose files have
+/// three; numbers of poses, but for quaternions, are checked also if they are rounded to three
+/// decimals (six of UR), for which they move by up to kMostMovedIfRounded. Throws InputError if the
+/// controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {},
                          std::optional<Corrector> by = std::nullopt);

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "armtrue/kinematics/units.h"
-#include "programs/frame_list.h"
-#include "programs/dialects.h"
 #include "programs/abb/rapid_values.h"
+#include "programs/dialects.h"
+#include "programs/frame_list.h"
 
 namespace armtrue {
 namespace {
@@ -268,8 +268,9 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
     return refuse("its target is an expression; it starts from points as they are declared");
   if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
   if (!datum || element == SIZE_MAX)
-    return refuse("its point is not declared here; give the module that declares it, or a folder "
-                  "with it: --with");
+    return refuse(
+        "its point is not declared here; give the module that declares it, or a folder "
+        "with it: --with");
   if (datum->values != 1)
     return refuse("its point is given several values, or changed at run time");
   if (datum->type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
@@ -361,8 +362,7 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
 // A number, or the name of a constant number, perhaps with a sign.
 std::optional<double> RapidData::constant_in(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
-  if (const auto number = cursor.take_number())
-    return cursor.done() ? number : std::nullopt;
+  if (const auto number = cursor.take_number()) return cursor.done() ? number : std::nullopt;
   const bool is_negative = cursor.take('-');
   const Datum* const datum = find(cursor.take_name(), argument.begin);
   if (!datum || !cursor.done() || datum->is_parameter || datum->values != 1 || !datum->number)
@@ -416,8 +416,7 @@ std::vector<std::pair<int, std::string>> RapidData::finish() {
     program_.points[point].is_of_others = datum.is_of_others;
   };
   names_.each([&](const Datum& datum) {
-    for (const auto& [element, point] : datum.points)
-      mark(datum, point);
+    for (const auto& [element, point] : datum.points) mark(datum, point);
   });
   for (const auto& [name, datum] : of_others_)
     for (const auto& [element, point] : datum.points) mark(datum, point);
@@ -434,10 +433,9 @@ std::vector<std::pair<int, std::string>> RapidData::finish() {
 // The list of a tool or work object; null if this text does not say it. A routine may be called
 // with several.
 const RapidData::Datum* RapidData::value_of(const Statement& argument, const char* type,
-                                           TargetKind kind, std::string& why_not) {
+                                            TargetKind kind, std::string& why_not) {
   int scope = 0;
-  const Datum* datum =
-      names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
+  const Datum* datum = names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
   if (!datum) datum = find_of_others(name_of(argument));
   if (scope > 0) why_not = why_not_of_routine(kind);
   const bool is_certain = datum && datum->values == 1 && datum->type == type &&

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
-#include "programs/program_warnings.h"
 #include "programs/abb/rapid_insertion.h"
 #include "programs/abb/rapid_words.h"
+#include "programs/program_warnings.h"
 #include "programs/scoped_names.h"
 #include "programs/statement.h"
 
@@ -108,7 +108,7 @@ class RapidData {
   Scopes scopes_;
   ScopedNames<Datum> names_;
   std::map<std::string, Datum> of_others_;  // global data of other modules
-  std::vector<Use> uses_;  // of points, outside of moves
+  std::vector<Use> uses_;                   // of points, outside of moves
   RapidExternalAxes external_;
 };
 

@@ -226,11 +226,11 @@ class RapidReader : MoveReader {
   std::string text_;
   RapidData data_;
   RapidFlow flow_;
-  RapidMoveText move_;                    // that is read
-  std::optional<Statement> work_object_;  // of this move; nothing: wobj0
-  bool is_move_ = false;                  // the statement moves the arm
-  bool is_left_ = false;                  // the move that is read is left alone
-  bool follows_ = false;                  // the arm stands at the last target
+  RapidMoveText move_;                       // that is read
+  std::optional<Statement> work_object_;     // of this move; nothing: wobj0
+  bool is_move_ = false;                     // the statement moves the arm
+  bool is_left_ = false;                     // the move that is read is left alone
+  bool follows_ = false;                     // the arm stands at the last target
   bool is_dead_ = false, is_called_ = true;  // no way leads here; the routine may be called
   std::string word_before_;
   std::map<std::string, int> words_;  // how often each stands in the text

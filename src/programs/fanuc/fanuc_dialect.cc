@@ -71,15 +71,13 @@ class FanucDialect : public Dialect {
                                             const JointVector& q) const override {
     if (point.configuration.empty()) return {};
     const ProgramNumber& place = point.configuration[0];
-    const std::string text =
-        program.texts[0].text.substr(place.begin, place.end - place.begin);
+    const std::string text = program.texts[0].text.substr(place.begin, place.end - place.begin);
     const auto turn = [&](int joint) { return static_cast<int>(std::lround(q[joint] / kTurn)); };
     const size_t comma = text.find(',');
     return {{0, place.begin, place.end,
-             comma == std::string::npos
-                 ? text
-                 : fmt::format("{}, {}, {}, {}", text.substr(0, comma), turn(3), turn(4),
-                               turn(5))}};
+             comma == std::string::npos ? text
+                                        : fmt::format("{}, {}, {}, {}", text.substr(0, comma),
+                                                      turn(3), turn(4), turn(5))}};
   }
 
   // Of a register: a position of /POS.
@@ -88,7 +86,10 @@ class FanucDialect : public Dialect {
     const bool is_joints = point.kind == TargetKind::joints;
     std::string text = "{\n   GP1:\n\t" + point.name;
     for (size_t i = 0; i < texts.numbers.size(); ++i)
-      text += fmt::format("{}\t{} = {:>9} {}", i == 0 ? "" : i == 3 ? ",\n" : ",",
+      text += fmt::format("{}\t{} = {:>9} {}",
+                          i == 0   ? ""
+                          : i == 3 ? ",\n"
+                                   : ",",
                           is_joints ? fmt::format("J{}", i + 1) : std::string(1, "XYZWPR"[i]),
                           texts.numbers[i], is_joints || i > 2 ? "deg" : " mm");
     return text + "\n}";

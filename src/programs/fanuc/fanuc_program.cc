@@ -190,9 +190,9 @@ class FanucReader : MoveReader {
     if (!found || found->is_joints) return std::nullopt;
     for (size_t i = 3; i < 6; ++i)
       if (found->numbers[i] != 0) return std::nullopt;
-    return Pose{Eigen::Matrix3d::Identity(),
-                Eigen::Vector3d(found->numbers[0], found->numbers[1], found->numbers[2]) *
-                    kMillimetre};
+    return Pose{
+        Eigen::Matrix3d::Identity(),
+        Eigen::Vector3d(found->numbers[0], found->numbers[1], found->numbers[2]) * kMillimetre};
   }
 
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
@@ -254,11 +254,12 @@ class FanucReader : MoveReader {
     }
     for (size_t i = 0; i < points.size(); ++i) {
       const bool is_auxiliary = i + 1 < points.size();
-      ProgramTarget& target =
-          points[i].is_register ? add_register_target(points[i], statement.line, is_auxiliary)
-                                : add_target(points[i], statement.line, is_auxiliary);
+      ProgramTarget& target = points[i].is_register
+                                  ? add_register_target(points[i], statement.line, is_auxiliary)
+                                  : add_target(points[i], statement.line, is_auxiliary);
       if (!displacements.empty()) displace(displacements, target);
-      target.motion = kind == "A" || kind == "S" ? MotionKind::arc : motion_of(kind[0], !is_auxiliary);
+      target.motion =
+          kind == "A" || kind == "S" ? MotionKind::arc : motion_of(kind[0], !is_auxiliary);
       target.turning = ArcTurning::perhaps_through_via;
       target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
       if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
@@ -379,8 +380,7 @@ class FanucReader : MoveReader {
     }
     point.begin = position.begin;
     point.end = position.end;
-    if (position.configuration_place)
-      point.configuration.push_back(*position.configuration_place);
+    if (position.configuration_place) point.configuration.push_back(*position.configuration_place);
     position.point = static_cast<int>(program_.points.size());
     program_.points.push_back(point);
     ids_of_points_.push_back(id);
@@ -417,9 +417,10 @@ class FanucReader : MoveReader {
       const char* const name = is_tool ? "UTOOL" : "UFRAME";
       const auto number = frames_->active(is_tool, of_move.begin);
       if (!number)
-        return fmt::format("its register is in the active {}, and which it is, {}_NUM does not say "
-                           "for certain",
-                           is_tool ? "tool" : "frame", name);
+        return fmt::format(
+            "its register is in the active {}, and which it is, {}_NUM does not say "
+            "for certain",
+            is_tool ? "tool" : "frame", name);
       if (frames_->is_changed(is_tool, *number, of_move.begin))
         return fmt::format("{}[{}] is set at run time", name, *number);
     }
@@ -456,8 +457,7 @@ class FanucReader : MoveReader {
     const int index = static_cast<int>(program_.points.size());
     program_.points.push_back(point);
     ids_of_points_.push_back(0);
-    ProgramTarget& target =
-        add(of_move, line, is_auxiliary, index, of.configuration, frame, tool);
+    ProgramTarget& target = add(of_move, line, is_auxiliary, index, of.configuration, frame, tool);
     target.remark = "the register is written into the program, as it is listed";
     return target;
   }

@@ -16,8 +16,9 @@ constexpr std::array<const char*, 6> kJoints{"J1", "J2", "J3", "J4", "J5", "J6"}
 }  // namespace
 
 bool is_fanuc_listing(const std::string& text) {
-  return std::ranges::any_of(std::array{"]$POSREG", "]$MNUFRAME", "]$MNUTOOL"},
-                             [&](const char* name) { return text.find(name) != std::string::npos; });
+  return std::ranges::any_of(
+      std::array{"]$POSREG", "]$MNUFRAME", "]$MNUTOOL"},
+      [&](const char* name) { return text.find(name) != std::string::npos; });
 }
 
 FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begin,

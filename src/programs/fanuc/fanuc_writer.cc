@@ -140,8 +140,9 @@ class FanucWriter : public MoveWriter {
       for (; next < inserted_.size() && inserted_[next].at == begin; ++next)
         // From the number to the point, as in the line of the end.
         replace(begin, begin,
-            (written.value ? numbered(next) : std::string()) +
-                inserted_[next].head.substr(written.end - written.begin) + inserted_[next].rest);
+                (written.value ? numbered(next) : std::string()) +
+                    inserted_[next].head.substr(written.end - written.begin) +
+                    inserted_[next].rest);
       if (next > 0 && written.value) replace(begin, written.end, numbered(next));
     }
   }
@@ -156,7 +157,8 @@ class FanucWriter : public MoveWriter {
     cursor.next();
     const size_t begin = cursor.at();
     if (const auto count = cursor.take_number())
-      replace(begin, cursor.at(), fmt::format("{}", *count + static_cast<double>(inserted_.size())));
+      replace(begin, cursor.at(),
+              fmt::format("{}", *count + static_cast<double>(inserted_.size())));
   }
 
   // Of the `{` of a declared position.

@@ -18,10 +18,10 @@
 namespace armtrue {
 namespace {
 
-constexpr int kTurnBits = 0x3f;         // of T, of the joints
-constexpr int kFlipped = 4;             // of S: A5 is below zero
+constexpr int kTurnBits = 0x3f;               // of T, of the joints
+constexpr int kFlipped = 4;                   // of S: A5 is below zero
 constexpr size_t kOfTurn = 0, kOfStatus = 1;  // of ProgramPoint::configuration
-constexpr int kDecimals = 4;            // KSS shows four
+constexpr int kDecimals = 4;                  // KSS shows four
 
 int turn_bits(const JointVector& q) {
   int bits = 0;

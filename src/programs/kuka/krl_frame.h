@@ -18,7 +18,7 @@ inline std::array<double, 6> unknown_krl_axes() {
 
 /// An aggregate {X 1.0,Y 2.0,...} in the .src or the .dat: where it stands and what it says.
 struct KrlFrame {
-  int text = 0;                 ///< index in RobotProgram::texts
+  int text = 0;               ///< index in RobotProgram::texts
   size_t begin = 0, end = 0;  ///< in the text: of `{`, and behind `}`
   size_t entries = 0;         ///< in the text: behind `{` or `{E6POS:`
   struct Number {

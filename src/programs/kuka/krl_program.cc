@@ -402,11 +402,11 @@ class KrlReader : MoveReader {
   std::vector<int> end_of_move_;  // its target; -1: left alone
   std::vector<size_t> move_of_target_;
   std::vector<int> point_of_frame_, point_of_axes_;
-  std::vector<int> frame_of_point_;  // -1: joint angles
+  std::vector<int> frame_of_point_;                       // -1: joint angles
   std::vector<std::pair<size_t, int>> starts_of_points_;  // expressions, and frames of their points
   std::vector<char> runs_;                                // of each move: a way leads to it
-  std::vector<char> is_left_alone_;  // of each frame: a move to it is
-  std::vector<std::pair<size_t, int>> counted_;  // of each text: place, line
+  std::vector<char> is_left_alone_;                       // of each frame: a move to it is
+  std::vector<std::pair<size_t, int>> counted_;           // of each text: place, line
 };
 
 }  // namespace

@@ -40,7 +40,7 @@ struct Declaration {
   int axes = -1;        // its last value, if that was joint angles
   bool shared = false;  // other statements than moves read it
   bool is_global = false;
-  bool used = false;    // a statement that is not understood may change it
+  bool used = false;         // a statement that is not understood may change it
   bool is_declared = false;  // else it is only given a value
 };
 
@@ -655,14 +655,14 @@ class KrlParser {
   std::string_view text_;
   size_t index_ = 0;  // of the text that is read
   Gives gives_ = Gives::all;
-  bool is_source_ = false;                         // of others
+  bool is_source_ = false;  // of others
   bool has_sources_of_others_ = false;
   int routines_ = 0;           // of the .src, so far
   bool has_function_ = false;  // DEFFCT: a condition may call it
   std::unordered_map<std::string, Type> types_;
   std::unordered_map<std::string, Changes> changes_;
   std::unordered_map<std::string, double> numbers_;  // that the own data list declares
-  std::unordered_set<std::string> set_by_others_;  // names to which their sources give values
+  std::unordered_set<std::string> set_by_others_;    // names to which their sources give values
   std::vector<bool> folds_;  // open ones; true: an inline form of the pendant
   int inline_forms_ = 0;     // of these
   KrlFlow flow_;

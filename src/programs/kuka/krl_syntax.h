@@ -37,7 +37,7 @@ struct KrlTarget {
   /// Displaced by constant frames, XP1:{Z 50,..}, or relative. Then `frame` is what comes out, or
   /// of a relative move by how much it moves, in the .src and without written numbers.
   bool is_expression = false;
-  int starts_from = -1;  ///< in KrlSyntax::frames: the named point of a product; -1: none
+  int starts_from = -1;        ///< in KrlSyntax::frames: the named point of a product; -1: none
   std::string before, behind;  ///< what stands beside the point where it is written out
 };
 
@@ -53,7 +53,7 @@ struct KrlMove {
   size_t begin = 0, end = 0;  ///< of the statement, without its comment
   size_t keyword_end = 0;
   KrlMotion motion = KrlMotion::line;
-  bool spline = false;                    ///< SPTP, SLIN, SCIRC
+  bool spline = false;  ///< SPTP, SLIN, SCIRC
   KrlRelative relative = KrlRelative::none;
   bool circle_angle = false;              ///< CIRC with an angle: it does not end at its target
   std::optional<Statement> spline_block;  ///< it stands in: the line SPLINE or PTP_SPLINE

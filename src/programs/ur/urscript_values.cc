@@ -6,8 +6,8 @@
 #include <tuple>
 #include <utility>
 
-#include "programs/frame_list.h"
 #include "programs/dialects.h"
+#include "programs/frame_list.h"
 
 namespace armtrue {
 

@@ -15,7 +15,9 @@ class InformDialect : public Dialect {
                  .maker = "Yaskawa",
                  .endings = {".JBI"},
                  .comment = '\'',
-                 .names = {.longest = 32, .others = "-", .may_begin_with_digit = true,
+                 .names = {.longest = 32,
+                           .others = "-",
+                           .may_begin_with_digit = true,
                            .are_capitals = true},  // DX100 and later, operator's manual
                  .frame = "its user frame (USER)",
                  .tool = "its tool (TOOL)"}) {}

@@ -10,15 +10,21 @@ namespace {
 using Step = ProgramFlow::Step;
 
 std::optional<Step> block_step(const std::string& word) {
-  static const std::map<std::string, Step> kSteps{
-      {"IFTHEN", Step::branch},        {"IFTHENEXP", Step::branch},
-      {"ELSE", Step::alternative},     {"ELSEIF", Step::alternative},
-      {"ELSEIFEXP", Step::alternative}, {"ENDIF", Step::end_block},
-      {"SWITCH", Step::branch},        {"CASE", Step::alternative},
-      {"DEFAULT", Step::alternative},  {"ENDSWITCH", Step::end_block},
-      {"WHILE", Step::loop},           {"WHILEEXP", Step::loop},
-      {"ENDWHILE", Step::end_block},   {"FOR", Step::loop},
-      {"NEXT", Step::end_block}};
+  static const std::map<std::string, Step> kSteps{{"IFTHEN", Step::branch},
+                                                  {"IFTHENEXP", Step::branch},
+                                                  {"ELSE", Step::alternative},
+                                                  {"ELSEIF", Step::alternative},
+                                                  {"ELSEIFEXP", Step::alternative},
+                                                  {"ENDIF", Step::end_block},
+                                                  {"SWITCH", Step::branch},
+                                                  {"CASE", Step::alternative},
+                                                  {"DEFAULT", Step::alternative},
+                                                  {"ENDSWITCH", Step::end_block},
+                                                  {"WHILE", Step::loop},
+                                                  {"WHILEEXP", Step::loop},
+                                                  {"ENDWHILE", Step::end_block},
+                                                  {"FOR", Step::loop},
+                                                  {"NEXT", Step::end_block}};
   const auto found = kSteps.find(word);
   return found == kSteps.end() ? std::nullopt : std::optional(found->second);
 }

@@ -27,10 +27,10 @@ namespace {
 // What begins a line that leaves the arm where it is and does not branch.
 bool stands_between_inform_moves(const std::string& word) {
   static const std::set<std::string> kWords{
-      "",      "NOP",   "DOUT",  "DIN",   "AOUT",   "PULSE", "TIMER", "WAIT",  "SET",    "SETE",
-      "GETE",  "GETS",  "ADD",   "SUB",   "MUL",    "DIV",   "INC",   "DEC",   "CLEAR",  "AND",
-      "OR",    "NOT",   "XOR",   "SPEED", "ADVINIT", "MSG",   "ARCON", "ARCOF", "WVON",   "WVOF",
-      "SFTON", "SFTOF", "REFP",  "CNVRT", "MSHIFT", "CVAR",  "HAND",  "TOOLON", "TOOLOF"};
+      "",      "NOP",   "DOUT", "DIN",   "AOUT",    "PULSE", "TIMER", "WAIT",   "SET",   "SETE",
+      "GETE",  "GETS",  "ADD",  "SUB",   "MUL",     "DIV",   "INC",   "DEC",    "CLEAR", "AND",
+      "OR",    "NOT",   "XOR",  "SPEED", "ADVINIT", "MSG",   "ARCON", "ARCOF",  "WVON",  "WVOF",
+      "SFTON", "SFTOF", "REFP", "CNVRT", "MSHIFT",  "CVAR",  "HAND",  "TOOLON", "TOOLOF"};
   return kWords.contains(word);
 }
 
@@ -45,8 +45,8 @@ struct InformMove {
   Statement statement;
   char kind = 'J';  // J, L, C, S
   std::string position;
-  size_t begin = 0, end = 0;  // of the name of its position
-  double blend = 0;           // [m], of CR
+  size_t begin = 0, end = 0;   // of the name of its position
+  double blend = 0;            // [m], of CR
   bool is_end_of_arc = false;  // FPT
   std::string obstacle;        // to points before it
   bool follows = false;        // the arm stands at the target before
@@ -123,7 +123,7 @@ class InformReader : MoveReader {
     if (!is_move(first)) keep_positions(statement);
     // They only read a variable.
     if (is_move(first) || is_other_motion(first) || first == "SFTON") return;
-    std::set<int>* frames = first == "MFRAME" ? &changed_users_
+    std::set<int>* frames = first == "MFRAME"    ? &changed_users_
                             : first == "SETTOOL" ? &changed_tools_
                                                  : nullptr;
     bool is_set = first != "MFRAME";  // the first one that is named; the others are read
@@ -163,10 +163,10 @@ class InformReader : MoveReader {
     const std::string word = cursor.take_name();
     if (is_move(word)) return read_move(word, statement);
     if (is_other_motion(word)) {
-      leave(statement.line, word == "IMOV" ? "a relative move (IMOV)"
-                            : word.starts_with("SMOV")
-                                ? "its motion is coordinated (" + word + "), which carries its frame"
-                                : "this function is not followed: " + word);
+      leave(statement.line, word == "IMOV"             ? "a relative move (IMOV)"
+                            : word.starts_with("SMOV") ? "its motion is coordinated (" + word +
+                                                             "), which carries its frame"
+                                                       : "this function is not followed: " + word);
       return interrupt();
     }
     if (!stands_between_inform_moves(word)) interrupt();
@@ -207,8 +207,7 @@ class InformReader : MoveReader {
         move.position = name;
         move.begin = at;
         move.end = cursor.at();
-      } else if (part == "LP" || part == "P" ||
-                 (part.starts_with("LP") && is_digit(part.back()))) {
+      } else if (part == "LP" || part == "P" || (part.starts_with("LP") && is_digit(part.back()))) {
         is_because("its point is a variable that is set as the job runs");
       } else if (is_numbered(part, "BC") || is_numbered(part, "BP")) {
         is_because("the base moves with it (" + part + ")");
@@ -269,8 +268,8 @@ class InformReader : MoveReader {
   }
 
   // MOVC stands at each of three points: a line leads to the first, the second is the auxiliary
-  // point. With more of them, without FPT, the way is not that of arcs. `goes_on`: the last one also
-  // begins the next arc.
+  // point. With more of them, without FPT, the way is not that of arcs. `goes_on`: the last one
+  // also begins the next arc.
   void end_arcs(bool goes_on = false) {
     const std::vector<InformMove> run = std::exchange(arcs_, {});
     const size_t first = starts_arc_ ? 0 : 1;  // behind FPT the arm stands at the first point
@@ -312,10 +311,11 @@ class InformReader : MoveReader {
 
   void add_point(const std::string& name, InformPosition& position) {
     ProgramPoint point;
-    point.name = original_.substr(position.begin, original_.find('=', position.begin) - position.begin);
+    point.name =
+        original_.substr(position.begin, original_.find('=', position.begin) - position.begin);
     point.line = position.line;
-    point.kind = position.kind == InformPosition::Kind::joints ? TargetKind::joints
-                                                               : TargetKind::cartesian;
+    point.kind =
+        position.kind == InformPosition::Kind::joints ? TargetKind::joints : TargetKind::cartesian;
     point.numbers = position.numbers;
     point.begin = position.begin;
     point.end = position.end;
@@ -356,7 +356,8 @@ class InformReader : MoveReader {
   void prepare_insertion(const InformMove& move, const InformPosition& position,
                          ProgramTarget& target) const {
     target.obstacle = move.obstacle;
-    if (position.kind == InformPosition::Kind::joints) target.obstacle = "its point is joint angles";
+    if (position.kind == InformPosition::Kind::joints)
+      target.obstacle = "its point is joint angles";
     if (move.kind == 'C') target.obstacle = "an arc begins at its end";
     if (!target.obstacle.empty()) return;
     ProgramInsertion& beside = target.insertion;

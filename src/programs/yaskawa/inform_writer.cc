@@ -27,8 +27,8 @@ class InformWriter : public MoveWriter {
  public:
   explicit InformWriter(const RobotProgram& program) : MoveWriter(program) {
     const std::string plain = masked(text_, '\'', "\"");
-    for (const auto& [name, position] : inform_positions(
-             std::string_view(plain).substr(0, line_that_begins(plain, "//INST")))) {
+    for (const auto& [name, position] :
+         inform_positions(std::string_view(plain).substr(0, line_that_begins(plain, "//INST")))) {
       heads_[position.begin] = position.heads;
       if (name[0] != 'C') continue;
       number_ = std::max(number_, std::stoul(name.substr(1)));
@@ -40,8 +40,9 @@ class InformWriter : public MoveWriter {
     if (heads_.contains(last_)) written_ = heads_[last_];
     // A job of variables alone: before the first of them.
     const bool has_steps = heads_.contains(last_) && text_[last_] == 'C';
-    place_ = has_steps ? std::min(text_.find('\n', last_), text_.size() - 1) + 1
-             : heads_.empty() ? text_.size() : heads_.begin()->first;
+    place_ = has_steps        ? std::min(text_.find('\n', last_), text_.size() - 1) + 1
+             : heads_.empty() ? text_.size()
+                              : heads_.begin()->first;
     if (!has_steps && !heads_.empty()) written_ = heads_.begin()->second;
     at_place_ = written_;
   }
