@@ -229,6 +229,13 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
                      const IdentifiableSet& set) {
   if (!campaign.has_touches_only()) return;
+  if (campaign.has_pixels()) {
+    command.warn(
+        "images do not show where the frame R_A is, nor where the measured frame is on the flange: "
+        "'base' and 'tool' are held as the robot file has them, and the places of cameras and "
+        "boards are relative to them; the scale is that of the board, whose pitch counts as exact");
+    return;
+  }
   command.warn(
       "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
       "has it, and the places of the contacts are relative to it");

@@ -110,7 +110,11 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
   constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
   constexpr double kResolution = 1e-6;                  // m: less is a simulation without noise
   const bool of_rows = !campaign.sigma_position.empty();
-  const double stated = of_rows ? median(campaign.sigma_position) : robot.noise.position;
+  const double stated = of_rows ? median(campaign.sigma_position)
+                                : stated_position_noise(robot, campaign);
+  const std::string where = campaign.has_pixels() ? of_rows ? "sigma_px" : "noise: pixel_px"
+                            : of_rows             ? "sigma_mm"
+                                                  : "noise: position_mm";
   if (stated <= 0) return "";
   const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;
   // Of replicates the sigma of the rows only weighs them.
@@ -131,7 +135,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "{} a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} mm about the model: "
         "correct {}, beside which hardly anything can be found",
         of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
-        sigma / kMillimetre, of_rows ? "sigma_mm" : "noise: position_mm");
+        sigma / kMillimetre, where);
   constexpr double kAnotherUnit = 100;  // um, or m, in place of mm are 1000
   if (noise.source == NoiseFloor::Source::instrument && left > kAnotherUnit)
     return fmt::format(
@@ -139,7 +143,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "model, {:.3g} times as much: is it in another unit? Correct {}, or nothing looks "
         "explained",
         of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
-        sigma / kMillimetre, left, of_rows ? "sigma_mm" : "noise: position_mm");
+        sigma / kMillimetre, left, where);
   const double turned = robot.noise.orientation;
   if (campaign.has_orientation() && campaign.sigma_orientation.empty() && turned > 0 &&
       noise.source == NoiseFloor::Source::instrument && fit.sigma.orientation > kResolution)
