@@ -79,8 +79,8 @@ std::map<Pair, std::vector<Image>> images_of(const Robot& robot, const Campaign&
 Eigen::Vector2d direction_of(const Contact& camera, const Eigen::Vector2d& pixel) {
   constexpr int kSteps = 20;
   constexpr double kWidest = 1.5;  // rad from the line of sight, just below a right angle
-  const Eigen::Vector2d plain = (pixel - camera.intrinsics.segment<2>(kCx))
-                                    .cwiseQuotient(camera.intrinsics.segment<2>(kFx));
+  const Eigen::Vector2d plain =
+      (pixel - camera.intrinsics.segment<2>(kCx)).cwiseQuotient(camera.intrinsics.segment<2>(kFx));
   Eigen::Vector2d direction = plain;
   if (const double angle = plain.norm(); camera.lens == Lens::fisheye && angle > 0)
     direction *= std::tan(std::min(angle, kWidest)) / angle;
@@ -150,7 +150,8 @@ class BoardView {
   static constexpr int kSteps = 10;  // of Gauss and Newton, which settle in four or five
 
   double miss(const Pose& place, size_t k) const {
-    const Eigen::Vector3d seen = place * Eigen::Vector3d(image_.corner[k].x(), image_.corner[k].y(), 0);
+    const Eigen::Vector3d seen =
+        place * Eigen::Vector3d(image_.corner[k].x(), image_.corner[k].y(), 0);
     return (project(camera_.lens, camera_.intrinsics, seen).pixel - image_.pixel[k]).norm();
   }
 
@@ -189,8 +190,8 @@ class BoardView {
     attempt(all);
     for (int t = 0; t < kTries && count > kCornersOfHomography; ++t) {
       for (int k = 0; k < kCornersOfHomography; ++k)
-        std::swap(all[k], all[k + static_cast<int>(random.next() %
-                                                   static_cast<std::uint64_t>(count - k))]);
+        std::swap(all[k],
+                  all[k + static_cast<int>(random.next() % static_cast<std::uint64_t>(count - k))]);
       attempt({all.begin(), all.begin() + kCornersOfHomography});
     }
     return best;
@@ -265,9 +266,8 @@ Places closed_form(const std::vector<Loop>& loops, const std::vector<int>& chose
     const auto row = static_cast<Eigen::Index>(3 * i);
     equations.block<3, 3>(row, 0) = loop.arm.rotation;
     equations.block<3, 3>(row, 3) = -Eigen::Matrix3d::Identity();
-    right.segment<3>(row) = -loop.arm.translation - loop.arm.rotation *
-                                                        places.camera.rotation *
-                                                        loop.seen.translation;
+    right.segment<3>(row) =
+        -loop.arm.translation - loop.arm.rotation * places.camera.rotation * loop.seen.translation;
   }
   const Eigen::VectorXd solution =
       Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(equations).solve(right);

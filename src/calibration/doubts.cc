@@ -110,8 +110,8 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
   constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
   constexpr double kResolution = 1e-6;                  // m: less is a simulation without noise
   const bool of_rows = !campaign.sigma_position.empty();
-  const double stated = of_rows ? median(campaign.sigma_position)
-                                : stated_position_noise(robot, campaign);
+  const double stated =
+      of_rows ? median(campaign.sigma_position) : stated_position_noise(robot, campaign);
   const std::string where = campaign.has_pixels() ? of_rows ? "sigma_px" : "noise: pixel_px"
                             : of_rows             ? "sigma_mm"
                                                   : "noise: position_mm";

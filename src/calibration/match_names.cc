@@ -127,8 +127,8 @@ std::string why_not_one(const KinematicChain& chain, ContactKind kind, const std
   const bool any = std::ranges::count(chain.contacts, kind, &Contact::kind) > 0;
   return any ? "has no name of a " + word + ", and " + section + " has several; say in a column '" +
                    word + "' which one it is"
-             : "a row with u_px and v_px needs the " + word + "; add it to the robot file, under '" +
-                   word + "s'";
+             : "a row with u_px and v_px needs the " + word +
+                   "; add it to the robot file, under '" + word + "s'";
 }
 
 std::string why_no_pixel(const KinematicChain& chain, const std::string& text) {
@@ -189,9 +189,9 @@ std::vector<ContactPoint> match_contacts(const Campaign& campaign, const Kinemat
     const bool is_pixel = campaign.has_pixels();
     const auto found = is_pixel ? find_pixel(chain, name) : find_contact(chain, name);
     if (!found)
-      fail_at(campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
-              is_pixel ? why_no_pixel(chain, name)
-                       : "column 'contact': " + why_unknown(chain, name));
+      fail_at(
+          campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
+          is_pixel ? why_no_pixel(chain, name) : "column 'contact': " + why_unknown(chain, name));
     matched.push_back(*found);
   }
   return matched;

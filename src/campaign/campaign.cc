@@ -247,7 +247,8 @@ void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_poin
     return readings.kind(row) == ReadingKind::touch && is_point[readings.touch[row].contact];
   };
   const int axes = campaign.has_pixels() ? 2 : kAxes;
-  Campaign all = with_axes(campaign, [&](int row) { return touches_point(campaign, row); }, axes);
+  Campaign all = with_axes(
+      campaign, [&](int row) { return touches_point(campaign, row); }, axes);
   for (int row = 0, axis = 0; row < all.rows(); ++row) {
     if (!touches_point(all, row)) continue;
     all.touch[row].axis = axis;

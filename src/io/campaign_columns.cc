@@ -15,8 +15,8 @@ namespace {
 
 // All that a file of measured poses may have, but temperatures, whose names are the user's.
 std::vector<std::string> columns_of_a_campaign(const std::vector<JointName>& joints) {
-  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor", "contact",
-                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n", "camera",
+  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor",  "contact",
+                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n",    "camera",
                                  "board",   "corner",     "u_px", "v_px",   "sigma_px"};
   for (const char* component : {"qw", "qx", "qy", "qz"}) known.emplace_back(component);
   for (const char* length : {"x", "y", "z", "l", "sigma"})
@@ -101,8 +101,8 @@ class ColumnFinder {
     if (!columns_.corner) columns_.target = use(table_.find("target"));
     if (columns_.distance) columns_.anchor = use(table_.find("anchor"));
     columns_.session = use(table_.find("session"));
-    columns_.sigma_position =
-        use(columns_.corner ? table_.find_either("sigma_px", 1, "sigma_px") : table_.find_length("sigma"));
+    columns_.sigma_position = use(columns_.corner ? table_.find_either("sigma_px", 1, "sigma_px")
+                                                  : table_.find_length("sigma"));
     columns_.sigma_orientation = use(table_.find_angle("sigma"));
     columns_.abc =
         group("an orientation by angles",

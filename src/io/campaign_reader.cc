@@ -179,7 +179,8 @@ class RowReader {
   void read_pixel() {
     Campaign& c = part_.rows;
     if (table_.is_empty(*columns_.corner))
-      table_.fail(*columns_.corner, "is empty; every pixel needs the id of its corner on the board");
+      table_.fail(*columns_.corner,
+                  "is empty; every pixel needs the id of its corner on the board");
     const auto name = [&](const std::optional<int>& column) {
       return std::string(column ? table_.original(*column) : std::string_view());
     };

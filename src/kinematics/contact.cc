@@ -66,8 +66,8 @@ PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vecto
   constexpr double kNearest = 1e-3;  // m
   const double depth = std::max(u.z(), kNearest);
   const Eigen::Vector2d direction = u.head<2>() / depth;
-  const Distorted distorted = lens == Lens::pinhole ? by_pinhole(intrinsics, direction)
-                                                    : by_fisheye(intrinsics, direction);
+  const Distorted distorted =
+      lens == Lens::pinhole ? by_pinhole(intrinsics, direction) : by_fisheye(intrinsics, direction);
   const Eigen::Vector2d focal = intrinsics.segment<2>(kFx);
   Eigen::Matrix<double, 2, 3> of_direction;
   of_direction << 1 / depth, 0, -direction.x() / depth, 0, 1 / depth, -direction.y() / depth;
@@ -80,7 +80,6 @@ PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vecto
   reading.by_intrinsics(0, kCx) = reading.by_intrinsics(1, kCy) = 1;
   return reading;
 }
-
 
 TouchReading touch_reading(const Contact& contact, int point, int axis, const Eigen::Vector3d& u) {
   switch (contact.kind) {

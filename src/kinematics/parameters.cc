@@ -54,9 +54,11 @@ struct OwnerWord {
   Owner owner;
   std::string_view word;
 };
-constexpr OwnerWord kNamed[] = {
-    {Owner::target, "target"}, {Owner::anchor, "anchor"}, {Owner::contact, "contact"},
-    {Owner::board, "board"},   {Owner::camera, "camera"}};
+constexpr OwnerWord kNamed[] = {{Owner::target, "target"},
+                                {Owner::anchor, "anchor"},
+                                {Owner::contact, "contact"},
+                                {Owner::board, "board"},
+                                {Owner::camera, "camera"}};
 constexpr OwnerWord kSingle[] = {
     {Owner::base, "base"}, {Owner::tool, "tool"}, {Owner::instrument, "instrument"}};
 
@@ -321,8 +323,8 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
     case Owner::board:
     case Owner::camera:
     case Owner::contact: {
-      const auto found = place(chain.contacts, first_contact_parameter(chain),
-                               kParametersOfContact);
+      const auto found =
+          place(chain.contacts, first_contact_parameter(chain), kParametersOfContact);
       if (!found || parameter_of(chain, *found).owner != parameter.owner) return std::nullopt;
       return found;
     }

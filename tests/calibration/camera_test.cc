@@ -43,12 +43,16 @@ struct Projection {
 
 // cv2.projectPoints() and cv2.fisheye.projectPoints() of OpenCV 5.0.0.
 const std::vector<Projection> kByOpenCv{
-    {{0.11, -0.07, 0.6}, {875.238041336972, 346.702921442034}, {874.512818527365, 347.121211363359}},
+    {{0.11, -0.07, 0.6},
+     {875.238041336972, 346.702921442034},
+     {874.512818527365, 347.121211363359}},
     {{-0.23, 0.18, 0.45}, {62.530933931129, 943.015413812813}, {84.784650250377, 925.523843007303}},
     {{0.02, 0.31, 0.9}, {677.962274441000, 898.329760762799}, {677.778765895015, 893.782838482690}},
     {{-0.3, -0.2, 0.5}, {-29.814959120000, 39.875364360000}, {0.471509423859, 58.831408732146}},
     {{0, 0, 0.7}, {651.25, 487.5}, {651.25, 487.5}},
-    {{0.4, 0.05, 0.62}, {1391.548069412886, 579.543923309182}, {1366.042332008448, 575.781485112121}},
+    {{0.4, 0.05, 0.62},
+     {1391.548069412886, 579.543923309182},
+     {1366.042332008448, 575.781485112121}},
 };
 
 Intrinsics intrinsics_of(Lens lens) {
@@ -63,14 +67,14 @@ Intrinsics intrinsics_of(Lens lens) {
 
 TEST(Camera, ProjectsAsOpenCvDoes) {
   for (const Projection& known : kByOpenCv) {
-    EXPECT_LT((project(Lens::pinhole, intrinsics_of(Lens::pinhole), known.point).pixel -
-               known.pinhole)
-                  .norm(),
-              1e-9);
-    EXPECT_LT((project(Lens::fisheye, intrinsics_of(Lens::fisheye), known.point).pixel -
-               known.fisheye)
-                  .norm(),
-              1e-9);
+    EXPECT_LT(
+        (project(Lens::pinhole, intrinsics_of(Lens::pinhole), known.point).pixel - known.pinhole)
+            .norm(),
+        1e-9);
+    EXPECT_LT(
+        (project(Lens::fisheye, intrinsics_of(Lens::fisheye), known.point).pixel - known.fisheye)
+            .norm(),
+        1e-9);
   }
 }
 
@@ -122,8 +126,8 @@ Contact board_with(bool on_arm, const Pose& place, const Grid& grid = {}) {
   board.place = place;
   for (int row = 0; row < grid.rows; ++row)
     for (int column = 0; column < grid.columns; ++column)
-      board.points.push_back({std::to_string(board.points.size()),
-                              Eigen::Vector3d(column, row, 0) * grid.pitch});
+      board.points.push_back(
+          {std::to_string(board.points.size()), Eigen::Vector3d(column, row, 0) * grid.pitch});
   return board;
 }
 
@@ -143,7 +147,8 @@ TEST(Camera, JacobianEqualsAutomaticDerivatives) {
     for (const bool on_arm : {true, false}) {
       Robot robot = read_robot(kArm).robot;
       robot.chain.base = {rotation_exp({0.3, -0.2, 0.9}), {0.4, -0.3, 0.2}};
-      const JointVector q = Eigen::VectorXd(Eigen::Vector<double, 6>(0.2, -0.9, 1.6, 0.4, 0.5, 0.7));
+      const JointVector q =
+          Eigen::VectorXd(Eigen::Vector<double, 6>(0.2, -0.9, 1.6, 0.4, 0.5, 0.7));
       const Pose measured = ChainEvaluator(robot.chain).pose(q);
       const Pose mount{rotation_exp({0.2, 0.4, -0.3}), {0.05, 0.02, 0.1}};
       const Pose view{rotation_exp({0.3, -0.4, 0.8}), {-0.04, -0.06, 0.6}};  // camera from board
@@ -171,12 +176,12 @@ TEST(Camera, JacobianEqualsAutomaticDerivatives) {
       const auto jets = jet_parameters<kAll>(robot.chain);
       const Frame arm = jet_frame<kAll>(robot.chain, jets, q);
       const auto moved = [&](const Contact& contact, int from) {
-        Frame own = homogeneous(contact.place).cast<Jet>() *
-                    armtrue_oracle::shift<Jet>(Jet(0.0, from), Jet(0.0, from + 1),
-                                               Jet(0.0, from + 2)) *
-                    armtrue_oracle::turn<Jet>(0, Jet(0.0, from + 3)) *
-                    armtrue_oracle::turn<Jet>(1, Jet(0.0, from + 4)) *
-                    armtrue_oracle::turn<Jet>(2, Jet(0.0, from + 5));
+        Frame own =
+            homogeneous(contact.place).cast<Jet>() *
+            armtrue_oracle::shift<Jet>(Jet(0.0, from), Jet(0.0, from + 1), Jet(0.0, from + 2)) *
+            armtrue_oracle::turn<Jet>(0, Jet(0.0, from + 3)) *
+            armtrue_oracle::turn<Jet>(1, Jet(0.0, from + 4)) *
+            armtrue_oracle::turn<Jet>(2, Jet(0.0, from + 5));
         return contact.on_arm ? Frame(arm * own) : own;
       };
       const Frame camera = moved(robot.chain.contacts[0], kOfChain);
@@ -186,13 +191,12 @@ TEST(Camera, JacobianEqualsAutomaticDerivatives) {
         numbers[k] = Jet(robot.chain.contacts[0].intrinsics[k], kOfChain + 6 + k);
       for (int row = 0; row < campaign.rows(); ++row) {
         at.block(row, block);
-        const int corner = std::stoi(
-            campaign.contact_names[campaign.touch[row].contact].substr(2));  // of "//7"
+        const int corner =
+            std::stoi(campaign.contact_names[campaign.touch[row].contact].substr(2));  // of "//7"
         Eigen::Matrix<Jet, 4, 1> point;
         point << robot.chain.contacts[1].points[corner].position.cast<Jet>(), Jet(1.0);
         const Eigen::Matrix<Jet, 3, 1> in_a = (board * point).template head<3>();
-        const Eigen::Matrix<Jet, 3, 1> from =
-            in_a - camera.template topRightCorner<3, 1>();
+        const Eigen::Matrix<Jet, 3, 1> from = in_a - camera.template topRightCorner<3, 1>();
         const Eigen::Matrix<Jet, 3, 1> seen =
             camera.template topLeftCorner<3, 3>().transpose() * from;
         ASSERT_GT(seen[2].a, 0.1);
@@ -200,7 +204,8 @@ TEST(Camera, JacobianEqualsAutomaticDerivatives) {
         const double length = campaign.metre_per_pixel;
         EXPECT_NEAR(at.residual(row)[0], campaign.distance[row] - length * pixel.a, 1e-12);
         for (int k = 0; k < kAll; ++k)
-          EXPECT_NEAR(block(0, k), length * pixel.v[k], 1e-9 * std::max(1.0, std::abs(length * pixel.v[k])))
+          EXPECT_NEAR(block(0, k), length * pixel.v[k],
+                      1e-9 * std::max(1.0, std::abs(length * pixel.v[k])))
               << parameter_name(robot.chain, parameters[k]) << " row " << row;
       }
     }
@@ -230,7 +235,8 @@ Cell cell_with(bool on_arm, bool fisheye = false) {
 // The nominal robot, with a data sheet's numbers of the camera: its focal length is 4 % off.
 Robot robot_for(const Cell& cell) {
   Robot robot = read_robot(kArm).robot;
-  Contact camera = camera_with(cell.eye.fisheye ? Lens::fisheye : Lens::pinhole, cell.eye.on_arm, {});
+  Contact camera =
+      camera_with(cell.eye.fisheye ? Lens::fisheye : Lens::pinhole, cell.eye.on_arm, {});
   camera.intrinsics.setZero();
   camera.intrinsics.head<4>() << 1250, 1250, 640, 480;
   robot.chain.contacts = {camera, board_with(!cell.eye.on_arm, {}, cell.grid)};
@@ -243,10 +249,10 @@ Campaign images(const Cell& cell, const OracleArm& arm, const Robot& robot, cons
   return read(armtrue_oracle::images_csv(arm, {}, cell.eye, cell.grid, plan, dice), robot);
 }
 
-// An image shows where the board is before the camera, six numbers, and so all that poses show of an
-// arm of n axes with foot and tool: 4 n + 6 (Schroer 1993); six of them are the place of the thing
-// at rest, six that of the one on the arm, which absorb base and tool. The pitch of the board shows
-// the scale. The lens adds its own numbers, of which a motion imitates none.
+// An image shows where the board is before the camera, six numbers, and so all that poses show of
+// an arm of n axes with foot and tool: 4 n + 6 (Schroer 1993); six of them are the place of the
+// thing at rest, six that of the one on the arm, which absorb base and tool. The pitch of the board
+// shows the scale. The lens adds its own numbers, of which a motion imitates none.
 TEST(Camera, RanksOfImages) {
   for (const bool on_arm : {true, false})
     for (const bool fisheye : {true, false}) {
@@ -296,8 +302,8 @@ void add_campaign(const Cell& cell, unsigned seed, const ImagingPlan& plan, Stud
   ImagingPlan clean = plan;
   clean.wrong_ids = 0;
   const Campaign sound = images(cell, truth, robot, clean, dice);
-  study.bound += std::pow(
-      left_of(calibrate(robot, sound, fit.set, {.robust = false}).robot, fresh), 2);
+  study.bound +=
+      std::pow(left_of(calibrate(robot, sound, fit.set, {.robust = false}).robot, fresh), 2);
   const double wide = student_t_975(plan.poses - 1);
   for (size_t i = 0; i < fit.set.kept.size(); ++i) {
     const int parameter = fit.set.kept[i];
@@ -305,7 +311,8 @@ void add_campaign(const Cell& cell, unsigned seed, const ImagingPlan& plan, Stud
     const auto k = static_cast<Eigen::Index>(i);
     const double deviation = std::sqrt(fit.covariance(k, k));
     if (named.owner == Owner::camera && named.component >= kFirstIntrinsic) {
-      const double value = fit.robot.chain.contacts[0].intrinsics[named.component - kFirstIntrinsic];
+      const double value =
+          fit.robot.chain.contacts[0].intrinsics[named.component - kFirstIntrinsic];
       const double true_value =
           known.robot.chain.contacts[0].intrinsics[named.component - kFirstIntrinsic];
       study.lens_inside += std::abs(value - true_value) <= wide * deviation;
@@ -318,11 +325,11 @@ void add_campaign(const Cell& cell, unsigned seed, const ImagingPlan& plan, Stud
   }
 }
 
-// Forty poses, corners off by 0.1 to 0.5 px, one in twenty under the id of another; links off by 0.3
-// mm and 0.3 mrad, nothing known of where camera and board are, and a focal length of a data sheet.
-// Two campaigns of each kind on boards of 7 by 5 corners were at 1.12 and 1.14 of the bound with the
-// camera on the arm, at 0.66 and 0.78 with the camera at rest, and covered 93.8 % of the links (144
-// intervals) and 97.2 % of the lens (72).
+// Forty poses, corners off by 0.1 to 0.5 px, one in twenty under the id of another; links off by
+// 0.3 mm and 0.3 mrad, nothing known of where camera and board are, and a focal length of a data
+// sheet. Two campaigns of each kind on boards of 7 by 5 corners were at 1.12 and 1.14 of the bound
+// with the camera on the arm, at 0.66 and 0.78 with the camera at rest, and covered 93.8 % of the
+// links (144 intervals) and 97.2 % of the lens (72).
 TEST(Camera, ArmAndLensAreAsGoodAsTheImages) {
   int inside = 0, intervals = 0, lens_inside = 0, lens_intervals = 0;
   for (const bool on_arm : {true, false})

@@ -88,8 +88,7 @@ std::array<double, 2> pixel_of(const Eye& eye, const KDL::Vector& point) {
     const double factor = r > 1e-12 ? bent / r : 1.0;
     return {eye.fx * factor * a + eye.cx, eye.fy * factor * b + eye.cy};
   }
-  const double radial =
-      1 + k[0] * square + k[1] * std::pow(square, 2) + k[4] * std::pow(square, 3);
+  const double radial = 1 + k[0] * square + k[1] * std::pow(square, 2) + k[4] * std::pow(square, 3);
   const double bent_a = a * radial + 2 * k[2] * a * b + k[3] * (square + 2 * a * a);
   const double bent_b = b * radial + k[2] * (square + 2 * b * b) + 2 * k[3] * a * b;
   return {eye.fx * bent_a + eye.cx, eye.fy * bent_b + eye.cy};
@@ -118,14 +117,15 @@ std::string images_csv(const OracleArm& arm, const HiddenEffect& effect, const E
       for (int corner = 0; corner < corners; ++corner) ids.push_back(corner);
       for (int corner = 0; corner < corners; ++corner)
         if (dice.uniform(0, 1) < plan.wrong_ids / 2)
-          std::swap(ids[static_cast<size_t>(corner)], ids[static_cast<size_t>(dice.below(corners))]);
+          std::swap(ids[static_cast<size_t>(corner)],
+                    ids[static_cast<size_t>(dice.below(corners))]);
       for (int corner = 0; corner < corners; ++corner) {
         const auto [u, v] = pixel_of(eye, seen * corner_of(grid, corner));
         const double du = plan.noise_px * dice.normal(), dv = plan.noise_px * dice.normal();
         text << pose << ',' << repeat;
         for (double angle : *q) text << ',' << angle / kDeg;
-        text << ',' << eye.name << ',' << grid.name << ',' << ids[static_cast<size_t>(corner)] << ',' << u + du << ',' << v + dv
-             << '\n';
+        text << ',' << eye.name << ',' << grid.name << ',' << ids[static_cast<size_t>(corner)]
+             << ',' << u + du << ',' << v + dv << '\n';
       }
     }
     ++pose;

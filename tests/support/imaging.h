@@ -36,7 +36,7 @@ std::array<double, 2> pixel_of(const Eye& eye, const KDL::Vector& point);
 struct ImagingPlan {
   int poses = 40, repeats = 1;
   double noise_px = 0.3;
-  double wrong_ids = 0;  // share of corners whose ids are exchanged, in pairs
+  double wrong_ids = 0;          // share of corners whose ids are exchanged, in pairs
   double near = 0.4, far = 0.8;  // distance of the camera from the middle of the board [m]
   double tilt = 0.6;             // of the board from facing the camera, at most [rad]
 };

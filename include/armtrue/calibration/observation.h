@@ -71,7 +71,8 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain);
 ///                       of a point      u_axis - b_axis, b the point of the artefact, or 0
 ///                       of a plane      u_z
 ///                       of a sphere     |u| - radius
-///     pixel         m project(K^T (q - k))_axis, q the point of the board in R_A, k and K the place
+///     pixel         m project(K^T (q - k))_axis, q the point of the board in R_A, k and K the
+///     place
 ///                       and the axes of the camera, one of both moved by the arm, and m the length
 ///                       that a pixel shows, Campaign::metre_per_pixel
 ///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).

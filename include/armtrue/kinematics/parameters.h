@@ -147,15 +147,25 @@ DisplayUnit display_unit(ParameterUnit unit);
 /// What a parameter belongs to. `several`: no single thing; of the effects of a family.
 /// `board` and `camera`: contacts of these kinds.
 enum class Owner {
-  link, anchor, base, board, camera, contact, coupling, instrument, several, target, tool
+  link,
+  anchor,
+  base,
+  board,
+  camera,
+  contact,
+  coupling,
+  instrument,
+  several,
+  target,
+  tool
 };
 
 /// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
 /// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
-/// 2.x`, `anchor 1.zero`, `contact table.z`, `camera left.fx`, `A5.follows.A2` for the coefficient of a coupling;
-/// `base`, `tool`, `target 2` for all of them and `instrument.point` for the three coordinates of
-/// every reading. The owner has a name and no number, because a catalogue names parameters of links
-/// that not every chain has.
+/// 2.x`, `anchor 1.zero`, `contact table.z`, `camera left.fx`, `A5.follows.A2` for the coefficient
+/// of a coupling; `base`, `tool`, `target 2` for all of them and `instrument.point` for the three
+/// coordinates of every reading. The owner has a name and no number, because a catalogue names
+/// parameters of links that not every chain has.
 struct Parameter {
   static constexpr int kWhole = -1;
 

@@ -47,8 +47,8 @@ void read_grid(YamlMap& map, Contact& contact) {
   if (pitch <= 0) map.fail("pitch_mm", "must be above zero");
   for (int row = 0; row < static_cast<int>(rows); ++row)
     for (int column = 0; column < static_cast<int>(columns); ++column)
-      contact.points.push_back({std::to_string(contact.points.size()),
-                                Eigen::Vector3d(column, row, 0) * pitch});
+      contact.points.push_back(
+          {std::to_string(contact.points.size()), Eigen::Vector3d(column, row, 0) * pitch});
 }
 
 // A scale, a distance and a turn follow from an image only if its points span a plane.
@@ -106,8 +106,9 @@ Contact read_camera(const std::string& name, YamlMap map) {
   }
   for (int k : {kFx, kFy})
     if (camera.intrinsics[k] <= 0)
-      map.fail(kIntrinsicKeys[k],
-               "must be above zero: the focal length in pixels, that in mm over the size of a pixel");
+      map.fail(
+          kIntrinsicKeys[k],
+          "must be above zero: the focal length in pixels, that in mm over the size of a pixel");
   map.finish();
   return camera;
 }
@@ -123,17 +124,17 @@ Contact read_board(const std::string& name, YamlMap map) {
     read_grid(map, board);
   constexpr size_t kFewestPoints = 4;
   if (board.points.size() < kFewestPoints || !spans_plane(board.points))
-    map.fail("points",
-             "are fewer than four, or lie on one line: an image of them shows neither the scale nor "
-             "how the board is turned");
+    map.fail(
+        "points",
+        "are fewer than four, or lie on one line: an image of them shows neither the scale nor "
+        "how the board is turned");
   map.finish();
   return board;
 }
 
 YAML::Node node_of_images(const Contact& contact) {
   if (contact.kind == ContactKind::camera) {
-    std::vector<FlowEntry> entries{
-        {"lens", contact.lens == Lens::fisheye ? "fisheye" : "pinhole"}};
+    std::vector<FlowEntry> entries{{"lens", contact.lens == Lens::fisheye ? "fisheye" : "pinhole"}};
     for (int k = 0; k < kIntrinsics; ++k)
       if (has_lens(contact.lens, k))
         entries.emplace_back(kIntrinsicKeys[k], number_text(contact.intrinsics[k]));

@@ -141,8 +141,7 @@ YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaig
 }
 
 void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node) {
-  node["pixel_px"] =
-      error_node(summarize(evaluation.reading_errors()), campaign.metre_per_pixel);
+  node["pixel_px"] = error_node(summarize(evaluation.reading_errors()), campaign.metre_per_pixel);
   node["mm_per_px"] = rounded(campaign.metre_per_pixel / kMillimetre);
 }
 
