@@ -185,6 +185,10 @@ int run(app::Command& command, const Arguments& arguments) {
   std::optional<CertifiedValues> before;
   if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
   const Campaign campaign = command.read_campaign(command.input, robot);
+  if (campaign.has_pixels())
+    throw InputError(campaign.source +
+                     ": a certificate is of points that an instrument read, not of images; give "
+                     "those, or use evaluate-poses");
   app::refuse_mistakes(command, robot, campaign);
   warn_of_criteria(command, arguments);
   CertificateOptions options;

@@ -213,11 +213,17 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign given;
   if (!arguments.given.empty()) {
     given = command.read_campaign(arguments.given, robot);
+    if (given.has_pixels())
+      throw InputError(given.source +
+                       ": poses are not planned for images; plan for an instrument that reads "
+                       "points, and keep those that show the board");
     app::refuse_mistakes(command, robot, given);
   }
-  if (arguments.touches && robot.chain.contacts.empty())
+  const auto touchable = [](const Contact& contact) { return !is_of_images(contact.kind); };
+  const bool has_contacts = std::ranges::any_of(robot.chain.contacts, touchable);
+  if (arguments.touches && !has_contacts)
     throw InputError(arguments.robot + ": --touches needs 'contacts' in the robot file");
-  if (given.rows() == 0 && !arguments.touches && !robot.chain.contacts.empty())
+  if (given.rows() == 0 && !arguments.touches && has_contacts)
     command.warn(arguments.robot +
                  ": the poses are planned for an instrument that reads points; give --touches, or "
                  "--given with touches, for poses that touch the contacts of the robot file");

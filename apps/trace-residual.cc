@@ -77,6 +77,10 @@ std::string explanation(const ChangeResult& result) {
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
   const Campaign campaign = command.read_campaign(command.input, previous.robot);
+  if (campaign.has_pixels())
+    throw InputError(campaign.source +
+                     ": --since does not compare images yet; use evaluate-poses, whose errors show "
+                     "whether the calibration holds");
   command.warn_of_own_readings(previous);
   app::refuse_mistakes(command, previous.robot, campaign);
   command.warn_if_computed(previous.robot, campaign);

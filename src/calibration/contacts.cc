@@ -14,12 +14,11 @@
 #include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/cameras.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
-
-constexpr double kFarContact = 0.02;  // m; no error of an arm leaves as much
 
 // What touches one contact: points in R_A, what the gauge showed, and of an artefact which of its
 // points was touched. Each touch once, though that of a point is three rows.
@@ -110,6 +109,9 @@ void place_contact(const Touches& touches, Contact& contact) {
     case ContactKind::sphere:
       place_sphere(touches, contact);
       break;
+    case ContactKind::board:
+    case ContactKind::camera:
+      break;  // by with_cameras_placed()
   }
   contact.is_placed = true;
 }
@@ -197,6 +199,7 @@ class Approach {
 
 Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which) {
   if (!campaign.has_touches()) return robot;
+  if (campaign.has_pixels()) return with_cameras_placed(std::move(robot), campaign, which);
   for (const auto& [index, touches] : touches_by_contact(robot, campaign)) {
     Contact& contact = robot.chain.contacts[index];
     if (which == FitContacts::unknown && contact.is_placed &&

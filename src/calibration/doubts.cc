@@ -115,7 +115,11 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise) {
   constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
   const bool of_rows = !campaign.sigma_position.empty();
-  const double stated = of_rows ? median(campaign.sigma_position) : robot.noise.position;
+  const double stated =
+      of_rows ? median(campaign.sigma_position) : stated_position_noise(robot, campaign);
+  const std::string where = campaign.has_pixels() ? of_rows ? "sigma_px" : "noise: pixel_px"
+                            : of_rows             ? "sigma_mm"
+                                                  : "noise: position_mm";
   if (stated <= 0) return "";
   const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;
   // Of replicates the sigma of the rows only weighs them.
@@ -136,7 +140,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "{} a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} mm about the model: "
         "correct {}, beside which hardly anything can be found",
         of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
-        sigma / kMillimetre, of_rows ? "sigma_mm" : "noise: position_mm");
+        sigma / kMillimetre, where);
   constexpr double kAnotherUnit = 100;  // um, or m, in place of mm are 1000
   if (noise.source == NoiseFloor::Source::instrument && left > kAnotherUnit)
     return fmt::format(
@@ -144,7 +148,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "model, {:.3g} times as much: is it in another unit? Correct {}, or nothing looks "
         "explained",
         of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
-        sigma / kMillimetre, left, of_rows ? "sigma_mm" : "noise: position_mm");
+        sigma / kMillimetre, left, where);
   const double turned = robot.noise.orientation;
   if (campaign.has_orientation() && campaign.sigma_orientation.empty() && turned > 0 &&
       noise.source == NoiseFloor::Source::instrument && fit.sigma.orientation > kFinestReading)
@@ -305,6 +309,11 @@ std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
                                               const IdentifiableSet& set) {
   if (!campaign.has_touches_only()) return {};
+  if (campaign.has_pixels())
+    return {
+        "images do not show where the frame R_A is, nor where the measured frame is on the flange: "
+        "'base' and 'tool' are held as the robot file has them, and the places of cameras and "
+        "boards are relative to them; the scale is that of the board, whose pitch counts as exact"};
   std::vector<std::string> sentences = {
       "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
       "has it, and the places of the contacts are relative to it"};

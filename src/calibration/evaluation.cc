@@ -128,6 +128,9 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
 double share_of_points(const Campaign& campaign, const Evaluation& evaluation,
                        const std::vector<int>& rows) {
   if (!campaign.has_distances()) return 1;
+  // A pixel is two numbers: the mean length of its noise, sqrt(pi / 2) per deviation, lies between
+  // those of three and of one, sqrt(8 / pi) and sqrt(2 / pi).
+  if (campaign.has_pixels()) return std::numbers::pi / 2 - 1;
   const std::vector<int>& first = evaluation.first_rows;
   if (first.empty()) return 0;
   double readings = 0, points = 0;
@@ -169,7 +172,7 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
     if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
     return floor;
   }
-  floor.position = residuals.position().value_or(robot.noise.position);
+  floor.position = residuals.position().value_or(stated_position_noise(robot, campaign));
   if (floor.position <= 0) return floor;
   floor.source = NoiseFloor::Source::instrument;
   if (campaign.has_orientation())

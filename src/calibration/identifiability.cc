@@ -47,7 +47,7 @@ std::vector<int> preference_order(const Robot& robot) {
   std::vector<int> order;
   const int anchors = first_anchor_parameter(chain), contacts = first_contact_parameter(chain);
   for (int c = 0; c < static_cast<int>(chain.contacts.size()); ++c)
-    for (int k : of_contact(chain.contacts[c].kind))
+    for (int k : of_contact(chain.contacts[c]))
       order.push_back(contacts + kParametersOfContact * c + k);
   for (int k = 0; k < 6; ++k) order.push_back(kFirstBaseParameter + k);
   for (int k = anchors; k < contacts; ++k)
@@ -87,7 +87,10 @@ class ReadParameters {
                  !(campaign.has_touches() && match_anchors(campaign, chain).empty())) {
     const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
     for (const Touch& touch : campaign.touch)
-      if (touch.contact >= 0) contacts_.insert(matched[touch.contact].contact);
+      if (touch.contact >= 0) {
+        contacts_.insert(matched[touch.contact].contact);
+        if (matched[touch.contact].board >= 0) contacts_.insert(matched[touch.contact].board);
+      }
   }
 
   bool contains(int parameter) const {
@@ -134,6 +137,15 @@ std::vector<int> named_parameters(const Robot& robot, const ReadParameters& read
       if (k >= first && k < end && read.contains(k) && matches(pattern, parameter_name(chain, k)))
         named.push_back(k);
   };
+  // Where contacts are, with the tool those that are on the arm; not the numbers of a camera, which
+  // no set-up changes.
+  const auto add_places = [&](Owner owner) {
+    const int first = first_contact_parameter(chain);
+    for (int c = 0; c < std::ssize(chain.contacts); ++c)
+      if (chain.contacts[c].on_arm == (owner == Owner::tool))
+        add_read(first + kParametersOfContact * c,
+                 first + kParametersOfContact * c + kFirstIntrinsic);
+  };
   if (name == "paper-25") return paper_25(chain);
   if (name == "auto") {
     add_read(0, parameter_count(chain));
@@ -149,7 +161,8 @@ std::vector<int> named_parameters(const Robot& robot, const ReadParameters& read
     const int first = *first_parameter(chain, whole);
     for (int k = 0; k < kParametersPerPose; ++k) named.push_back(first + k);
     if (whole.owner == Owner::tool) add_read(targets, anchors);
-    if (whole.owner == Owner::base) add_read(anchors, parameter_count(chain));
+    if (whole.owner == Owner::base) add_read(anchors, first_contact_parameter(chain));
+    add_places(whole.owner);
   } else {
     named.push_back(*find_parameter(chain, name));
   }
@@ -206,7 +219,7 @@ double length_of(const KinematicChain& chain, int parameter) {
 // Touches in the same configurations are as well those of an arm that is larger, with the contacts,
 // by one factor. An encoder of lengths knows the factor, as do two points of an artefact.
 bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
-  if (!campaign.has_touches_only()) return false;
+  if (!campaign.has_touches_only() || campaign.has_pixels()) return false;
   for (int j = 0; j < joint_count(chain); ++j)
     if (is_prismatic(joint_link(chain, j))) return false;
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
@@ -289,7 +302,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   Robot ideal = ideal_structure(robot);
   if (campaign.has_touches()) {
     ideal = with_contacts_fitted(std::move(ideal), rows, FitContacts::all);
-    rows = moved_onto_contacts(ideal, rows);
+    if (!campaign.has_pixels()) rows = moved_onto_contacts(ideal, rows);
     if (rows.rows() == 0)
       throw std::invalid_argument(
           campaign.source +
@@ -406,6 +419,7 @@ std::string shown_by_small_angles(const KinematicChain& chain, int parameter, do
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set) {
   constexpr int kPoses = 200;
+  if (campaign.has_pixels()) return {};  // few poses of the joint space show the board
   Campaign everywhere = campaign.select(campaign.has_touches() ? every_touch(campaign, kPoses)
                                                                : std::vector<int>(kPoses, 0));
   everywhere.q = sample_joint_space(robot.chain, kPoses);

@@ -12,6 +12,8 @@ DisplayUnit unit_in_files(const KinematicChain& chain, int parameter) {
       return {kMillimetre, "mm"};
     case ParameterUnit::radian:
       return {kDegree, "deg"};
+    case ParameterUnit::pixel:
+      return {1, "px"};
     case ParameterUnit::one:
       break;
   }

@@ -168,7 +168,8 @@ std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& c
   attempt_joints(fitted.chain, corrections);
   attempt_lengths(own, corrections);
   attempt_targets(fitted, own, corrections);
-  if (own.has_touches())  // every pose that touches the same contact has joint angles that fit
+  if (own.has_touches() &&
+      !own.has_pixels())  // every pose that touches the same contact has joint angles that fit
     attempt_contacts(fitted, own, corrections);
   else
     attempt_other_poses(campaign, readings, which, corrections);

@@ -1,9 +1,13 @@
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {
@@ -79,10 +83,69 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 
 namespace {
 
+// The only contact of a kind with a name, or of an empty name the only one of the kind.
+std::optional<int> of_kind(const KinematicChain& chain, ContactKind kind, const std::string& name) {
+  std::optional<int> found;
+  for (int c = 0; c < std::ssize(chain.contacts); ++c) {
+    if (chain.contacts[c].kind != kind || (!name.empty() && chain.contacts[c].name != name))
+      continue;
+    if (found) return std::nullopt;
+    found = c;
+  }
+  return found;
+}
+
+// The parts of `left/plate/7`: camera and board, which may be empty, and point.
+struct PixelName {
+  std::string camera, board, point;
+
+  explicit PixelName(const std::string& name) {
+    const size_t first = name.find('/'), second = name.find('/', first + 1);
+    camera = name.substr(0, first);
+    board = name.substr(first + 1, second - first - 1);
+    point = name.substr(second + 1);
+  }
+};
+
+std::optional<ContactPoint> find_pixel(const KinematicChain& chain, const std::string& text) {
+  const PixelName name(text);
+  const auto camera = of_kind(chain, ContactKind::camera, name.camera);
+  const auto board = of_kind(chain, ContactKind::board, name.board);
+  if (!camera || !board) return std::nullopt;
+  const std::vector<ArtefactPoint>& points = chain.contacts[*board].points;
+  const auto point = std::ranges::find(points, name.point, &ArtefactPoint::name);
+  if (point == points.end()) return std::nullopt;
+  return ContactPoint{*camera, static_cast<int>(point - points.begin()), *board};
+}
+
+// Why a camera or a board is not found.
+std::string why_not_one(const KinematicChain& chain, ContactKind kind, const std::string& name) {
+  const std::string word = kind == ContactKind::camera ? "camera" : "board";
+  const std::string section = "'" + word + "s' of the robot file";
+  if (!name.empty())
+    return "column '" + word + "': " + section + " has no '" + name + "'; add it there";
+  const bool any = std::ranges::count(chain.contacts, kind, &Contact::kind) > 0;
+  return any ? "has no name of a " + word + ", and " + section + " has several; say in a column '" +
+                   word + "' which one it is"
+             : "a row with u_px and v_px needs the " + word +
+                   "; add it to the robot file, under '" + word + "s'";
+}
+
+std::string why_no_pixel(const KinematicChain& chain, const std::string& text) {
+  const PixelName name(text);
+  if (!of_kind(chain, ContactKind::camera, name.camera))
+    return why_not_one(chain, ContactKind::camera, name.camera);
+  const auto board = of_kind(chain, ContactKind::board, name.board);
+  if (!board) return why_not_one(chain, ContactKind::board, name.board);
+  return "column 'corner': the board '" + chain.contacts[*board].name + "' has no point '" +
+         name.point + "'; points of a grid are counted from 0, row by row";
+}
+
 // Of `bar/2` the artefact `bar` and its point `2`.
 std::optional<ContactPoint> find_contact(const KinematicChain& chain, const std::string& name) {
   for (size_t c = 0; c < chain.contacts.size(); ++c) {
     const Contact& contact = chain.contacts[c];
+    if (is_of_images(contact.kind)) continue;
     if (contact.kind != ContactKind::artefact && contact.name == name)
       return ContactPoint{static_cast<int>(c)};
     for (size_t p = 0; p < contact.points.size(); ++p)
@@ -99,6 +162,11 @@ size_t first_touch_of(const Campaign& campaign, int contact) {
 }
 
 std::string why_unknown(const KinematicChain& chain, const std::string& name) {
+  for (const Contact& contact : chain.contacts)
+    if (contact.name == name && is_of_images(contact.kind))
+      return "'" + name +
+             "' is seen, not touched; give its points as rows with the columns corner, u_px and "
+             "v_px";
   for (const Contact& contact : chain.contacts)
     if (contact.name == name)
       return "'" + name + "' is an artefact; say which of its points is touched, such as '" + name +
@@ -118,17 +186,92 @@ std::string why_unknown(const KinematicChain& chain, const std::string& name) {
 std::vector<ContactPoint> match_contacts(const Campaign& campaign, const KinematicChain& chain) {
   std::vector<ContactPoint> matched;
   for (const std::string& name : campaign.contact_names) {
-    const auto found = find_contact(chain, name);
+    const bool is_pixel = campaign.has_pixels();
+    const auto found = is_pixel ? find_pixel(chain, name) : find_contact(chain, name);
     if (!found)
-      fail_at(campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
-              "column 'contact': " + why_unknown(chain, name));
+      fail_at(
+          campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
+          is_pixel ? why_no_pixel(chain, name) : "column 'contact': " + why_unknown(chain, name));
     matched.push_back(*found);
   }
   return matched;
 }
 
+namespace {
+
+void require_arm_between(const Campaign& campaign, const KinematicChain& chain,
+                         const std::vector<ContactPoint>& matched) {
+  for (size_t k = 0; k < matched.size(); ++k) {
+    const Contact &camera = chain.contacts[matched[k].contact],
+                  &board = chain.contacts[matched[k].board];
+    if (camera.on_arm == board.on_arm)
+      fail_at(campaign, first_touch_of(campaign, static_cast<int>(k)),
+              "the camera '" + camera.name + "' and the board '" + board.name + "' are both " +
+                  (camera.on_arm ? "on the arm" : "at rest") +
+                  ": their images do not show the arm; write on: arm at one of them in the robot "
+                  "file, and on: cell at the other");
+  }
+}
+
+// Median over the images of what a pixel shows of the board: the spread of its points over that of
+// their pixels. A board that is seen obliquely looks smaller; the median is of the views as they
+// are.
+double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
+                       const std::vector<ContactPoint>& matched) {
+  constexpr int kFewest = 4;  // corners from which the place of a board follows
+  struct Sums {
+    int count = 0;
+    double squares = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+
+    void add(const Eigen::Vector3d& point) {
+      ++count;
+      squares += point.squaredNorm();
+      sum += point;
+    }
+    double spread() const { return std::sqrt(std::max(0.0, squares - sum.squaredNorm() / count)); }
+  };
+  std::map<std::tuple<int, int, int, int>, std::pair<Sums, Sums>> images;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const ContactPoint& seen = matched[campaign.touch[row].contact];
+    auto& [on_board, in_image] =
+        images[{campaign.pose[row], campaign.repeat.empty() ? 0 : campaign.repeat[row],
+                seen.contact, seen.board}];
+    on_board.add(chain.contacts[seen.board].points[seen.point].position);
+    in_image.add(campaign.position[row]);
+  }
+  std::vector<double> lengths;
+  for (const auto& [image, sums] : images)
+    if (sums.first.count >= kFewest && sums.second.spread() > 0 && sums.first.spread() > 0)
+      lengths.push_back(sums.first.spread() / sums.second.spread());
+  if (lengths.empty())
+    fail_at(campaign, 0,
+            "no image shows four points of a board: rows of one image have the same pose (and "
+            "repeat), camera and board, and each its corner");
+  return median(std::move(lengths));
+}
+
+void bind_pixels(Campaign& campaign, const KinematicChain& chain) {
+  if (!campaign.session_names.empty())
+    fail_at(campaign, 0,
+            "column 'session': images are of one session; leave the column out, and give a camera "
+            "or a board that was moved another name");
+  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+  require_arm_between(campaign, chain, matched);
+  const double length = length_of_pixel(campaign, chain, matched);
+  touches_to_coordinates(campaign, std::vector<bool>(matched.size(), true));
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.distance[row] = length * campaign.position[row][campaign.touch[row].axis];
+  for (double& sigma : campaign.sigma_position) sigma *= length;
+  campaign.position.clear();
+  campaign.metre_per_pixel = length;
+}
+
+}  // namespace
+
 void bind_touches(Campaign& campaign, const KinematicChain& chain) {
   if (!campaign.has_touches()) return;
+  if (campaign.has_pixels()) return bind_pixels(campaign, chain);
   if (!campaign.session_names.empty())
     fail_at(
         campaign, 0,

@@ -133,7 +133,10 @@ ObservationModel::At::Prediction ObservationModel::At::predict(
   const Campaign& campaign = model_.campaign_;
   const ReadingKind kind = campaign.kind(row);
   if (kind == ReadingKind::touch) {
-    predict_touch(row, offset, predicted);
+    if (campaign.has_pixels())
+      predict_pixel(row, offset, predicted);
+    else
+      predict_touch(row, offset, predicted);
     return predicted;
   }
   if (offset.size() > 0 && kind != ReadingKind::distance) {
@@ -200,7 +203,10 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   const int first_anchor = first_anchor_parameter(robot_.chain);
   column.setZero();
   if (parameter >= first_contact_parameter(robot_.chain)) {
-    if (kind == ReadingKind::touch) column[0] = touch_column(row, parameter, predicted) / sigma;
+    if (kind == ReadingKind::touch)
+      column[0] = (model_.campaign_.has_pixels() ? pixel_column(row, parameter, predicted)
+                                                 : touch_column(row, parameter, predicted)) /
+                  sigma;
   } else if (kind == ReadingKind::touch && layout_.is_of_instrument(parameter)) {
     return;
   } else if (parameter == layout_.instrument_scale) {
@@ -278,7 +284,7 @@ void ObservationModel::At::write_block(int row, const Prediction& predicted, Tur
                                        Jacobian& jacobian, Eigen::Ref<Eigen::MatrixXd> out) const {
   const Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
   const int size = model_.row_size();
-  if (!model_.targets_.empty())
+  if (!model_.targets_.empty() || model_.campaign_.has_pixels())
     for (int k : model_.columns_) {
       const Eigen::Vector3d turned = jacobian.col(k).template tail<3>();
       jacobian.col(k).template head<3>() += turned.cross(predicted.lever);

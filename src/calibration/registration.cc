@@ -4,7 +4,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "armtrue/calibration/contacts.h"
 #include "armtrue/calibration/observation.h"
@@ -14,6 +13,7 @@
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/nearer_half.h"
 
 namespace armtrue {
 namespace {
@@ -55,24 +55,6 @@ SphereEquations sphere_equations(const Eigen::Matrix3Xd& points) {
 }
 
 namespace {
-
-// Fits to all columns, then twice to the half of them with the smaller errors.
-template <typename Fit, typename Miss>
-auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
-  std::vector<int> chosen(static_cast<size_t>(count));
-  std::iota(chosen.begin(), chosen.end(), 0);
-  auto found = fit(chosen);
-  for (int round = 0; round < 2; ++round) {
-    std::vector<double> misses;
-    for (int k = 0; k < count; ++k) misses.push_back(miss(found, k));
-    const double limit = median(misses);
-    chosen.clear();
-    for (int k = 0; k < count; ++k)
-      if (misses[k] <= limit) chosen.push_back(k);
-    found = fit(chosen);
-  }
-  return found;
-}
 
 Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
   return fit_nearer_half(

@@ -154,6 +154,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(distance, chosen.distance);
   pick(coordinate, chosen.coordinate);
   pick(touch, chosen.touch);
+  chosen.metre_per_pixel = metre_per_pixel;
   pick(repeat, chosen.repeat);
   pick(orientation, chosen.orientation);
   pick(time_s, chosen.time_s);
@@ -216,12 +217,12 @@ bool has_length(const Campaign& campaign, int row) {
   return campaign.distance[row] > 0 || campaign.kind(row) == ReadingKind::touch;
 }
 
-// Each row for which `by_axis` holds three times, as one row of each axis.
+// Each row for which `by_axis` holds `axes` times, as one row of each axis.
 template <typename ByAxis>
-Campaign with_axes(const Campaign& campaign, const ByAxis& by_axis) {
+Campaign with_axes(const Campaign& campaign, const ByAxis& by_axis, int axes = kAxes) {
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row)
-    rows.insert(rows.end(), by_axis(row) ? kAxes : 1, row);
+    rows.insert(rows.end(), by_axis(row) ? axes : 1, row);
   Campaign all = campaign.select(rows);
   all.skipped_rows = campaign.skipped_rows;
   return all;
@@ -245,13 +246,20 @@ void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_poin
   const auto touches_point = [&](const Campaign& readings, int row) {
     return readings.kind(row) == ReadingKind::touch && is_point[readings.touch[row].contact];
   };
-  Campaign all = with_axes(campaign, [&](int row) { return touches_point(campaign, row); });
+  const int axes = campaign.has_pixels() ? 2 : kAxes;
+  Campaign all = with_axes(
+      campaign, [&](int row) { return touches_point(campaign, row); }, axes);
   for (int row = 0, axis = 0; row < all.rows(); ++row) {
     if (!touches_point(all, row)) continue;
     all.touch[row].axis = axis;
-    axis = (axis + 1) % kAxes;
+    axis = (axis + 1) % axes;
   }
   campaign = std::move(all);
+}
+
+double stated_position_noise(const Robot& robot, const Campaign& campaign) {
+  return campaign.has_pixels() ? robot.noise.pixel * campaign.metre_per_pixel
+                               : robot.noise.position;
 }
 
 void for_each_visit(const Campaign& campaign, const VisitAction& action) {

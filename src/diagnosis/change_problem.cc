@@ -34,7 +34,7 @@ std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign&
     return touch.contact >= 0 && matched[touch.contact].contact == contact;
   });
   if (!is_touched) return {};
-  std::vector<int> parameters = of_contact(chain.contacts[contact].kind);
+  std::vector<int> parameters = of_contact(chain.contacts[contact]);
   for (int& k : parameters) k += first_contact_parameter(chain) + kParametersOfContact * contact;
   return parameters;
 }

@@ -49,6 +49,7 @@ double median_miss(Robot robot, const Campaign& campaign) {
   const double miss = median(evaluate(robot, campaign).position);
   if (!campaign.has_distances() || miss <= kImplausibleMiss) return miss;
   robot.identify = {"base", "tool"};
+  if (campaign.has_pixels()) robot.identify.push_back("camera *");
   robot.identify_per_session.clear();
   try {
     robot = calibrate(robot, campaign, {.statistics = FitStatistics::weights}).robot;

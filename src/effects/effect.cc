@@ -23,6 +23,8 @@ int group_size(const Parameter& parameter) {
     case Owner::link:
     case Owner::coupling:
     case Owner::anchor:
+    case Owner::board:
+    case Owner::camera:
     case Owner::contact:
     case Owner::several:
       break;
@@ -63,6 +65,8 @@ bool moves_reading_alone(Owner owner) {
     case Owner::instrument:
     case Owner::target:
     case Owner::anchor:
+    case Owner::board:
+    case Owner::camera:
     case Owner::contact:
       return true;
     case Owner::link:

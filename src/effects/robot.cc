@@ -65,6 +65,8 @@ bool moves_program(const Effect& effect, bool tool_is_measured) {
     case Owner::instrument:
     case Owner::target:
     case Owner::anchor:
+    case Owner::board:
+    case Owner::camera:
     case Owner::contact:
       return false;
     case Owner::tool:

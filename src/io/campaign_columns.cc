@@ -15,8 +15,9 @@ namespace {
 
 // All that a file of measured poses may have, but temperatures, whose names are the user's.
 std::vector<std::string> columns_of_a_campaign(const std::vector<JointName>& joints) {
-  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor", "contact",
-                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n"};
+  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor",  "contact",
+                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n",    "camera",
+                                 "board",   "corner",     "u_px", "v_px",   "sigma_px"};
   for (const char* component : {"qw", "qx", "qy", "qz"}) known.emplace_back(component);
   for (const char* length : {"x", "y", "z", "l", "sigma"})
     for (const char* unit : {"_mm", "_m"}) known.push_back(std::string(length) + unit);
@@ -65,6 +66,17 @@ class ColumnFinder {
     columns_.pose = need(table_.find("pose"), "pose");
     columns_.q = find_encoders(table_, joints_);
     for (size_t j = 0; j < joints_.size(); ++j) need(columns_.q[j], joints_[j].encoder());
+    columns_.pixel = {use(table_.find("u_px")), use(table_.find("v_px"))};
+    if (columns_.pixel[0] || columns_.pixel[1]) {
+      for (int i = 0; i < 2; ++i) need(columns_.pixel[i], i == 0 ? "u_px" : "v_px");
+      columns_.corner = need(table_.find("corner"), "corner");
+      columns_.camera = use(table_.find("camera"));
+      columns_.board = use(table_.find("board"));
+      columns_.has_points = false;
+      if (!missing.empty()) table_.fail_missing(missing, used_);
+      refuse_beside_pixels();
+      return;
+    }
     columns_.distance = use(table_.find_length("l"));
     columns_.contact = use(table_.find("contact"));
     for (int i = 0; i < 3; ++i) columns_.position[i] = table_.find_length(std::string(1, "xyz"[i]));
@@ -75,12 +87,22 @@ class ColumnFinder {
     if (!missing.empty()) table_.fail_missing(missing, used_);
   }
 
+  void refuse_beside_pixels() const {
+    for (const char* other : {"x_mm", "y_mm", "z_mm", "x_m", "y_m", "z_m", "l_mm", "l_m", "contact",
+                              "target", "anchor", "a_deg", "qw", "sigma_mm", "sigma_deg"})
+      if (table_.find(other))
+        throw InputError(source_ + ": has u_px and the column '" + other +
+                         "'; images are a file of their own, with sigma_px where rows state their "
+                         "noise: leave the column out");
+  }
+
   void find_others() {
     columns_.repeat = use(table_.find("repeat"));
-    columns_.target = use(table_.find("target"));
+    if (!columns_.corner) columns_.target = use(table_.find("target"));
     if (columns_.distance) columns_.anchor = use(table_.find("anchor"));
     columns_.session = use(table_.find("session"));
-    columns_.sigma_position = use(table_.find_length("sigma"));
+    columns_.sigma_position = use(columns_.corner ? table_.find_either("sigma_px", 1, "sigma_px")
+                                                  : table_.find_length("sigma"));
     columns_.sigma_orientation = use(table_.find_angle("sigma"));
     columns_.abc =
         group("an orientation by angles",

@@ -15,11 +15,14 @@ namespace armtrue {
 /// columns are there, or none.
 struct CampaignColumns {
   std::optional<int> pose, repeat, target, anchor, contact, session;
+  std::optional<int> camera, board, corner;
+  std::array<std::optional<int>, 2> pixel;  ///< both or none
   std::optional<CsvTable::Quantity> distance;
   bool has_points = true;
   std::vector<std::optional<CsvTable::Quantity>> q;  ///< one for each joint
   std::array<std::optional<CsvTable::Quantity>, 3> position, abc;
   std::array<std::optional<int>, 4> quaternion;
+  /// sigma_position is in pixels where these are read.
   std::optional<CsvTable::Quantity> sigma_position, sigma_orientation;
   /// Covariances of x, y, z, rx, ry, rz, the upper triangle row by row: each of the blocks of the
   /// position, of the rotation, and between both is there or not.

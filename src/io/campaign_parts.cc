@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "armtrue/campaign/turns.h"
@@ -64,6 +65,7 @@ void JoinedCampaign::append(const CampaignPart& part) {
     if (touch.contact >= 0) touch.contact = contacts[touch.contact];
     all.touch.push_back(touch);
   }
+  all.metre_per_pixel = std::max(all.metre_per_pixel, rows.metre_per_pixel);
   append_column(all.position, rows.position);
   append_column(all.distance, rows.distance);
   append_column(all.repeat, rows.repeat);

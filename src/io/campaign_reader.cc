@@ -56,6 +56,11 @@ class RowReader {
 
   bool has_touch() const { return columns_.contact && !table_.is_empty(*columns_.contact); }
 
+  bool has_pixel() const {
+    return columns_.corner &&
+           !(table_.is_empty(*columns_.pixel[0]) && table_.is_empty(*columns_.pixel[1]));
+  }
+
   bool has_point() const {
     const auto filled = [&](const auto& quantity) { return !table_.is_empty(quantity->column); };
     return columns_.has_points &&
@@ -63,7 +68,7 @@ class RowReader {
   }
 
   void read_row() {
-    if (!has_point() && !has_distance() && !has_touch()) {
+    if (!has_point() && !has_distance() && !has_touch() && !has_pixel()) {
       ++part_.rows.skipped_rows;
       return;
     }
@@ -74,7 +79,9 @@ class RowReader {
     c.pose.push_back(pose);
     c.line.push_back(table_.line_number());
     c.q.push_back(q);
-    if (has_touch())
+    if (has_pixel())
+      read_pixel();
+    else if (has_touch())
       read_touch();
     else if (has_distance())
       read_distance();
@@ -166,6 +173,27 @@ class RowReader {
     if (columns_.anchor) c.anchor.push_back(0);
     c.distance.push_back(has_distance() ? table_.number(*columns_.distance) : 0.0);
     c.touch.push_back({indices_.contacts.of(table_.original(*columns_.contact)), -1});
+  }
+
+  // Pixels wait in `position` for bind_touches().
+  void read_pixel() {
+    Campaign& c = part_.rows;
+    if (table_.is_empty(*columns_.corner))
+      table_.fail(*columns_.corner,
+                  "is empty; every pixel needs the id of its corner on the board");
+    const auto name = [&](const std::optional<int>& column) {
+      return std::string(column ? table_.original(*column) : std::string_view());
+    };
+    for (const auto& column : {columns_.camera, columns_.board})
+      if (name(column).find('/') != std::string::npos)
+        table_.fail(*column, table_.quoted(*column) + " has a '/', which no name has");
+    c.position.emplace_back(table_.number(*columns_.pixel[0]), table_.number(*columns_.pixel[1]),
+                            0);
+    c.distance.push_back(0);
+    c.metre_per_pixel = 1;
+    c.touch.push_back({indices_.contacts.of(name(columns_.camera) + "/" + name(columns_.board) +
+                                            "/" + name(columns_.corner)),
+                       -1});
   }
 
   void refuse_orientation() const {

@@ -51,6 +51,7 @@ Document write_summary(const Evaluation& evaluation, const Robot& robot, const C
     root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
   if (!predictions.empty()) root["prediction"] = prediction_node(evaluation, campaign, predictions);
   root["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
+  if (campaign.has_pixels()) add_pixels(evaluation, campaign, root);
   if (const auto scale = unseen_scale(robot, campaign))
     root["unseen_scale"] = unseen_scale_node(*scale);
   if (against) {

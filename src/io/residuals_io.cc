@@ -38,7 +38,7 @@ std::vector<double> errors_of_readings(const Residuals& part) {
 
 // Which columns the table has beside those that every one has.
 struct OptionalColumns {
-  bool of_distances, predicted;
+  bool of_distances, predicted, of_pixels;
 };
 
 void append_row(const Residuals& part, int row, double error, const OptionalColumns& columns,
@@ -70,6 +70,12 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
     add(residual[0], kMillimetre);
   else if (columns.of_distances)
     text += ",";
+  if (columns.of_pixels)
+    for (int i = 0; i < 2; ++i)
+      if (campaign.has_pixels() && i == axis)
+        add(residual[0], campaign.metre_per_pixel);
+      else
+        text += ",";
   if (!predictions.empty()) {
     const Prediction& prediction = predictions[row];
     add(prediction.deviation, kMillimetre);
@@ -85,12 +91,16 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
 }  // namespace
 
 std::string write_residuals(const std::vector<Residuals>& campaigns) {
-  const bool of_distances = std::ranges::any_of(
-      campaigns, [](const Residuals& part) { return part.campaign.has_distances(); });
+  const bool of_distances = std::ranges::any_of(campaigns, [](const Residuals& part) {
+    return part.campaign.has_distances() && !part.campaign.has_pixels();
+  });
   std::string text =
       "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
       "orientation_error_mrad";
   if (of_distances) text += ",dl_mm";
+  const bool of_pixels = std::ranges::any_of(
+      campaigns, [](const Residuals& part) { return part.campaign.has_pixels(); });
+  if (of_pixels) text += ",du_px,dv_px";
   const bool predicted = std::ranges::any_of(
       campaigns, [](const Residuals& part) { return !part.predictions.empty(); });
   text += predicted ? ",std_mm,bound_95_mm,inside_95,leverage\n" : "\n";
@@ -99,7 +109,7 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
     append_rows(
         part.campaign.rows(),
         [&](int row, std::string& lines) {
-          append_row(part, row, errors[row], {of_distances, predicted}, lines);
+          append_row(part, row, errors[row], {of_distances, predicted, of_pixels}, lines);
         },
         text);
   }

@@ -13,6 +13,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "io/yaml/camera_io.h"
 #include "io/yaml/contact_io.h"
 #include "io/yaml/convention_io.h"
 #include "io/yaml/effect_io.h"
@@ -176,6 +177,24 @@ void read_contacts(YamlMap& document, KinematicChain& chain) {
   }
 }
 
+// `cameras` and `boards` are contacts of their kinds.
+void read_cameras_and_boards(YamlMap& document, KinematicChain& chain) {
+  for (const ContactKind kind : {ContactKind::camera, ContactKind::board}) {
+    const std::string section = section_of_images(kind);
+    if (!document.has(section)) continue;
+    YamlMap entries = document.map(section);
+    check_count(document, section, entries.keys().size());
+    for (const std::string& name : entries.keys()) {
+      if (name.empty() || name.find('/') != std::string::npos)
+        entries.fail(name, "a camera and a board need a name without '/'");
+      if (std::ranges::count(chain.contacts, name, &Contact::name) > 0)
+        entries.fail(name, "is the name of a contact, a camera or a board already");
+      chain.contacts.push_back(kind == ContactKind::camera ? read_camera(name, entries.map(name))
+                                                           : read_board(name, entries.map(name)));
+    }
+  }
+}
+
 void read_gravity(YamlMap& document, Robot& robot) {
   if (!document.has("gravity_m_s2")) return;
   const std::vector<double> g = document.numbers("gravity_m_s2", 3);
@@ -213,12 +232,14 @@ void read_identify(YamlMap& document, Robot& robot) {
 void read_noise(YamlMap noise, InstrumentNoise& result) {
   result.position = noise.number("position_mm", 0) * kMillimetre;
   result.orientation = noise.number("orientation_mrad", 0) * kMilliradian;
+  result.pixel = noise.number("pixel_px", 0);
   const auto check = [&](const char* key, double value) {
     if (value < 0) noise.fail(key, "must not be negative");
     if (value > 0 && value < kSmallest) noise.fail(key, "is less than any instrument has");
   };
   check("position_mm", result.position);
   check("orientation_mrad", result.orientation);
+  check("pixel_px", result.pixel);
   noise.finish();
 }
 
@@ -280,6 +301,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   read_targets_and_anchors(document, robot.chain);
   read_contacts(document, robot.chain);
+  read_cameras_and_boards(document, robot.chain);
   if (const std::string twice = ambiguous_parameter(robot.chain); !twice.empty())
     document.fail("links", "'" + twice +
                                "' names two parameters; give the link, target, anchor or contact a "
@@ -368,7 +390,8 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
                   {"z_mm", number_text(anchor.position.z(), kMillimetre)},
                   {"zero_mm", number_text(anchor.zero, kMillimetre)}});
   for (const Contact& contact : robot.chain.contacts)
-    root["contacts"][contact.name] = contact_node(contact);
+    root[is_of_images(contact.kind) ? section_of_images(contact.kind) : "contacts"][contact.name] =
+        is_of_images(contact.kind) ? node_of_images(contact) : contact_node(contact);
   for (const Body& body : robot.bodies) {
     YAML::Node entry = flow_map(
         {{"link", robot.chain.links[body.link].name}, {"mass_kg", number_text(body.mass_kg)}});
@@ -391,6 +414,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
     noise.emplace_back("position_mm", number_text(robot.noise.position, kMillimetre));
   if (robot.noise.orientation > 0)
     noise.emplace_back("orientation_mrad", number_text(robot.noise.orientation, kMilliradian));
+  if (robot.noise.pixel > 0) noise.emplace_back("pixel_px", number_text(robot.noise.pixel));
   if (!noise.empty()) root["noise"] = flow_map(noise);
   if (!robot.priors.empty()) root["priors"] = priors_node(robot.priors, robot.chain);
   if (!robot.std.empty()) root["std"] = std_node(robot.std, robot.chain);

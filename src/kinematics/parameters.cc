@@ -14,7 +14,9 @@ namespace {
 constexpr const char* kInstrumentNames[] = {"scale", "range", "azimuth", "elevation"};
 constexpr std::string_view kPointName = "point";  // all components of the instrument
 constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
-constexpr const char* kContactNames[] = {"x", "y", "z", "rx", "ry", "rz", "radius"};
+constexpr const char* kContactNames[] = {"x",  "y",  "z",  "rx", "ry", "rz", "radius", "fx", "fy",
+                                         "cx", "cy", "k1", "k2", "p1", "p2", "k3",     "k4"};
+static_assert(std::size(kContactNames) == kParametersOfContact);
 constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
 
 using Names = std::span<const char* const>;
@@ -33,6 +35,8 @@ Names component_names(Owner owner) {
       return Names(kTwistNames).first(3);
     case Owner::anchor:
       return kAnchorNames;
+    case Owner::board:
+    case Owner::camera:
     case Owner::contact:
       return kContactNames;
     case Owner::coupling:
@@ -50,8 +54,11 @@ struct OwnerWord {
   Owner owner;
   std::string_view word;
 };
-constexpr OwnerWord kNamed[] = {
-    {Owner::target, "target"}, {Owner::anchor, "anchor"}, {Owner::contact, "contact"}};
+constexpr OwnerWord kNamed[] = {{Owner::target, "target"},
+                                {Owner::anchor, "anchor"},
+                                {Owner::contact, "contact"},
+                                {Owner::board, "board"},
+                                {Owner::camera, "camera"}};
 constexpr OwnerWord kSingle[] = {
     {Owner::base, "base"}, {Owner::tool, "tool"}, {Owner::instrument, "instrument"}};
 
@@ -92,19 +99,43 @@ void move_contact(Contact& contact, int which, double delta) {
   } else if (which < 6) {
     contact.place.rotation =
         contact.place.rotation * rotation_exp(delta * Eigen::Vector3d::Unit(which - 3));
-  } else {
+  } else if (which < kFirstIntrinsic) {
     contact.radius += delta;
+  } else {
+    contact.intrinsics[which - kFirstIntrinsic] += delta;
   }
+}
+
+Owner owner_of(ContactKind kind) {
+  switch (kind) {
+    case ContactKind::board:
+      return Owner::board;
+    case ContactKind::camera:
+      return Owner::camera;
+    default:
+      return Owner::contact;
+  }
+}
+
+std::vector<int> of_camera(Lens lens) {
+  std::vector<int> parameters{0, 1, 2, 3, 4, 5};
+  for (int k : {kFx, kFy, kCx, kCy, kK1, kK2}) parameters.push_back(kFirstIntrinsic + k);
+  for (int k : lens == Lens::pinhole ? std::vector<int>{kP1, kP2, kK3} : std::vector<int>{kK3, kK4})
+    parameters.push_back(kFirstIntrinsic + k);
+  return parameters;
 }
 
 }  // namespace
 
-std::vector<int> of_contact(ContactKind kind) {
-  switch (kind) {
+std::vector<int> of_contact(const Contact& contact) {
+  switch (contact.kind) {
     case ContactKind::point:
       return {0, 1, 2};
     case ContactKind::artefact:
+    case ContactKind::board:
       return {0, 1, 2, 3, 4, 5};
+    case ContactKind::camera:
+      return of_camera(contact.lens);
     case ContactKind::plane:
       return {2, 3, 4};
     case ContactKind::sphere:
@@ -138,6 +169,8 @@ ParameterUnit parameter_unit(const KinematicChain& chain, int index) {
   if (index == layout.instrument_scale || layout.is_of_couplings(index)) return ParameterUnit::one;
   if (const int k = index - first_contact_parameter(chain); k >= 0) {
     const int which = k % kParametersOfContact;
+    if (which >= kFirstIntrinsic)
+      return which - kFirstIntrinsic < kK1 ? ParameterUnit::pixel : ParameterUnit::one;
     return which >= 3 && which < 6 ? ParameterUnit::radian : ParameterUnit::metre;
   }
   if (index >= layout.targets || index == layout.instrument_range) return ParameterUnit::metre;
@@ -156,6 +189,8 @@ DisplayUnit display_unit(ParameterUnit unit) {
       return {kMillimetre, "mm"};
     case ParameterUnit::radian:
       return {kMilliradian, "mrad"};
+    case ParameterUnit::pixel:
+      return {1, "px"};
     case ParameterUnit::one:
       break;
   }
@@ -242,9 +277,10 @@ Parameter parameter_of(const KinematicChain& chain, int index) {
     return {Owner::coupling, coupling_name(chain, chain.couplings[index - layout.couplings]), 0};
   if (layout.is_of_instrument(index))
     return {Owner::instrument, "", index - layout.instrument_scale};
-  if (const int k = index - first_contact_parameter(chain); k >= 0)
-    return {Owner::contact, chain.contacts[k / kParametersOfContact].name,
-            k % kParametersOfContact};
+  if (const int k = index - first_contact_parameter(chain); k >= 0) {
+    const Contact& contact = chain.contacts[k / kParametersOfContact];
+    return {owner_of(contact.kind), contact.name, k % kParametersOfContact};
+  }
   if (const int k = index - first_anchor_parameter(chain); k >= 0)
     return {Owner::anchor, chain.anchors[k / 4].name, k % 4};
   const int k = index - layout.targets;
@@ -284,8 +320,14 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
       return place(chain.targets, layout.targets, 3);
     case Owner::anchor:
       return place(chain.anchors, first_anchor_parameter(chain), 4);
-    case Owner::contact:
-      return place(chain.contacts, first_contact_parameter(chain), kParametersOfContact);
+    case Owner::board:
+    case Owner::camera:
+    case Owner::contact: {
+      const auto found =
+          place(chain.contacts, first_contact_parameter(chain), kParametersOfContact);
+      if (!found || parameter_of(chain, *found).owner != parameter.owner) return std::nullopt;
+      return found;
+    }
     case Owner::several:
       break;
   }
@@ -327,8 +369,12 @@ std::optional<double> parameter_value(const KinematicChain& chain, int index) {
       const Anchor& anchor = named(chain.anchors);
       return component < 3 ? anchor.position[parameter.component] : anchor.zero;
     }
+    case Owner::board:
+    case Owner::camera:
     case Owner::contact: {
       const Contact& contact = named(chain.contacts);
+      if (parameter.component >= kFirstIntrinsic)
+        return contact.intrinsics[parameter.component - kFirstIntrinsic];
       if (!contact.is_placed) return std::nullopt;
       if (component == kParametersPerPose) return contact.radius;
       return contact.place.rotation.isIdentity(0) ? of_pose(contact.place) : std::nullopt;
@@ -350,7 +396,8 @@ std::optional<double> parameter_change(const KinematicChain& before, const Kinem
                                        int index) {
   const Parameter parameter = parameter_of(before, index);
   const int k = parameter.component;
-  if (parameter.owner == Owner::contact && k < kParametersPerPose) {
+  const bool is_of_contact = index >= first_contact_parameter(before);
+  if (is_of_contact && k < kParametersPerPose) {
     const auto named = [&](const KinematicChain& chain) -> const Contact& {
       return *std::ranges::find(chain.contacts, parameter.of, &Contact::name);
     };

@@ -94,6 +94,7 @@ std::vector<PlannedPose> touches_to_plan(const Robot& robot, const Campaign& giv
         touches.push_back(std::move(pose));
   if (!touches.empty()) return touches;
   for (const Contact& contact : robot.chain.contacts) {
+    if (is_of_images(contact.kind)) continue;
     if (!contact.is_placed)
       throw std::invalid_argument("the robot file does not say where the contact '" + contact.name +
                                   "' is; state its place, or give poses that touch it (--given)");

@@ -303,6 +303,8 @@ Moved moved_by(const Effect& effect) {
     case Owner::base:
     case Owner::instrument:
     case Owner::anchor:
+    case Owner::board:
+    case Owner::camera:
     case Owner::contact:
       return Moved::station;
     case Owner::tool:

@@ -3,13 +3,16 @@
 
     any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT... -o measured.csv
     any_arm_cell.py touch --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o touches.csv
+    any_arm_cell.py look --robot FILE --seed N --poses N [--noise-px S] [--wrong-ids SHARE] [--at-rest] [--fisheye] EFFECT... -o images.csv
     any_arm_cell.py reach --robot FILE --seed N --commands FILE EFFECT... -o reached.csv
 
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
 random orders; with --other-poses they are others. With --covariances each reading has a noise of its own, a random covariance of its
 six numbers about the given size, and states it. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
-by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. Of a robot file with a
+by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. `look` takes images of a board of
+7 by 5 corners, 30 mm apart, by a camera on the arm, or at rest with the board on the arm; all corners are in the image, and the ids of a share of
+them are exchanged. Camera and board are in the same places for a seed, and with --other-poses too. Of a robot file with a
 `positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
 
@@ -28,7 +31,7 @@ import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from virtual_cell import (NONE, Arm, Effect, after, fields, kuka, moved, rotation_times, scaled,  # noqa: E402
+from virtual_cell import (NONE, Arm, Effect, about, after, fields, kuka, moved, rotation_times, scaled,  # noqa: E402
                           small_motion, transposed)
 
 SHARE_OF_TRAVEL = 0.8
@@ -226,6 +229,112 @@ def touch(cell, options):
         writer.writerow([pose + 1, 20 * pose, *(f"{value:.9f}" for value in cell.shown(values)), contact["name"]])
 
 
+COLUMNS, ROWS, PITCH = 7, 5, 30.0
+IMAGE = (1280, 960)
+LENS = {"fx": 1200.0, "fy": 1205.0, "cx": 660.0, "cy": 470.0}
+PINHOLE = {"k1": -0.12, "k2": 0.08, "p1": 7e-4, "p2": -4e-4, "k3": 0.01}
+FISHEYE = {"k1": 0.03, "k2": -0.01, "k3": 0.004, "k4": -0.001}
+
+
+def pixel(point, fisheye):
+    """OpenCV's models of a lens; None of a point that the camera does not see."""
+    if point[2] < 50:
+        return None
+    x, y = point[0] / point[2], point[1] / point[2]
+    r = math.hypot(x, y)
+    if fisheye:
+        a = math.atan(r)
+        bent = a * (1 + sum(k * a ** (2 * power + 2) for power, k in enumerate(FISHEYE.values())))
+        x, y = (x * bent / r, y * bent / r) if r > 0 else (x, y)
+    else:
+        k1, k2, p1, p2, k3 = PINHOLE.values()
+        g = 1 + k1 * r ** 2 + k2 * r ** 4 + k3 * r ** 6
+        x, y = (x * g + 2 * p1 * x * y + p2 * (r * r + 2 * x * x), y * g + p1 * (r * r + 2 * y * y) + 2 * p2 * x * y)
+    u, v = LENS["fx"] * x + LENS["cx"], LENS["fy"] * y + LENS["cy"]
+    return (u, v) if 0 <= u < IMAGE[0] and 0 <= v < IMAGE[1] else None
+
+
+def inverse(frame):
+    back = transposed(frame[0])
+    return back, scaled(moved((back, NONE[1]), frame[1]), -1)
+
+
+def view(rng):
+    """A board before a camera, of which it sees all."""
+    rotation = about((0.0, 0.0, 1.0), rng.uniform(-math.pi, math.pi))
+    for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+        rotation = rotation_times(about(axis, rng.uniform(-0.6, 0.6)), rotation)
+    depth = rng.uniform(400, 800)
+    middle = (depth * rng.uniform(-0.35, 0.35), depth * rng.uniform(-0.25, 0.25), depth)
+    own = moved((rotation, NONE[1]), ((COLUMNS - 1) * PITCH / 2, (ROWS - 1) * PITCH / 2, 0.0))
+    return rotation, tuple(m - o for m, o in zip(middle, own))
+
+
+def go_to(cell, goal):
+    """Joint values at which the measured frame is there, by Newton's steps; None if it does not get there."""
+    def miss(values):
+        rotation, point = cell.frame(values)
+        turn = rotation_times(goal[0], transposed(rotation))
+        skew = [turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]]
+        trace = turn[0][0] + turn[1][1] + turn[2][2]
+        angle = math.atan2(math.hypot(*skew), trace - 1)
+        size = math.hypot(*skew) or 1.0
+        return [p - g for p, g in zip(point, goal[1])] + [-1000 * angle * s / size for s in skew]
+    values = cell.draw()
+    units = [1.0 if slides else 1e-3 for slides in cell.slides]
+    for _ in range(30):
+        here = miss(values)
+        if math.hypot(*here) < 1e-6:
+            return values if all(low <= v <= high for v, (low, high) in zip(values, cell.travel)) else None
+        columns = []
+        for j, unit in enumerate(units):
+            beside = list(values)
+            beside[j] += 1e-4 * unit
+            columns.append([(b - h) / 1e-4 for b, h in zip(miss(beside), here)])
+        try:
+            change = least_change([list(row) for row in zip(*columns)], [-h for h in here])
+        except ZeroDivisionError:
+            return None
+        longest = max(abs(c) for c in change)
+        values = [v + c * unit * min(1, 500 / longest) for v, c, unit in zip(values, change, units)]
+    return None
+
+
+def look(cell, options):
+    mount = (rotation_times(about((0.0, 0.0, 1.0), 0.3), about((0.0, 1.0, 0.0), -0.2)), (50.0, -30.0, 80.0))
+    places, corners = random.Random(options.seed), [(i % COLUMNS * PITCH, i // COLUMNS * PITCH, 0.0) for i in range(COLUMNS * ROWS)]
+    cell.rng, rng = places, cell.rng
+    postures = [cell.draw() for _ in range(30)]
+    reach_of = lambda values: math.hypot(*(a - b for a, b in zip(cell.frame(values)[1], cell.arm.base[1])))
+    middle = sorted(postures, key=reach_of)[len(postures) // 2]
+    first = view(places)
+    rest = after(after(cell.frame(middle), mount), inverse(first) if options.at_rest else first)
+    cell.rng = rng
+    writer = csv.writer(options.output, lineterminator="\n")
+    writer.writerow(["pose", *cell.columns, "corner", "u_px", "v_px"])
+    pose = 0
+    while pose < options.poses:
+        wanted = view(rng)
+        of_measured = after(rest, wanted if options.at_rest else inverse(wanted))
+        values = go_to(cell, after(of_measured, inverse(mount)))
+        if not values:
+            continue
+        measured = after(cell.frame(values), mount)
+        seen = after(inverse(rest), measured) if options.at_rest else after(inverse(measured), rest)
+        pixels = [pixel(moved(seen, corner), options.fisheye) for corner in corners]
+        if None in pixels:
+            continue
+        pose += 1
+        ids = list(range(len(corners)))
+        for corner in ids[:]:
+            if rng.random() < options.wrong_ids / 2:
+                other = rng.randrange(len(corners))
+                ids[corner], ids[other] = ids[other], ids[corner]
+        for corner, (u, v) in zip(ids, pixels):
+            u, v = u + rng.gauss(0, options.noise_px), v + rng.gauss(0, options.noise_px)
+            writer.writerow([pose, *(f"{value:.9f}" for value in cell.shown(values)), corner, f"{u:.4f}", f"{v:.4f}"])
+
+
 def reach(cell, options):
     writer = csv.writer(options.output, lineterminator="\n")
     writer.writerow(["pose", "x_mm", "y_mm", "z_mm"])
@@ -248,12 +357,16 @@ def contact_of(text):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["campaign", "touch", "reach"])
+    parser.add_argument("what", choices=["campaign", "touch", "look", "reach"])
     parser.add_argument("--robot", required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--poses", type=int, default=60)
     parser.add_argument("--noise-mm", type=float, default=0.05)
     parser.add_argument("--noise-mrad", type=float, default=0.05)
+    parser.add_argument("--noise-px", type=float, default=0.3)
+    parser.add_argument("--wrong-ids", type=float, default=0.0)
+    parser.add_argument("--at-rest", action="store_true", help="the camera; the board is on the arm")
+    parser.add_argument("--fisheye", action="store_true")
     parser.add_argument("--other-poses", action="store_true")
     parser.add_argument("--covariances", action="store_true")
     parser.add_argument("--commands", type=argparse.FileType("r"))
@@ -263,7 +376,7 @@ def main():
         parser.add_argument(effect, type=numbers, action="append", default=[])
     options = parser.parse_args()
     cell = Cell(options)
-    {"campaign": campaign, "touch": touch, "reach": reach}[options.what](cell, options)
+    {"campaign": campaign, "touch": touch, "look": look, "reach": reach}[options.what](cell, options)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,9 @@
 
 namespace armtrue {
 
+/// No error of an arm leaves as much at a contact [m].
+inline constexpr double kFarContact = 0.02;
+
 enum class FitContacts {
   all,      ///< each contact that is touched
   unknown,  ///< of these, contacts without a place in the robot file, and those with a median error
@@ -13,8 +16,8 @@ enum class FitContacts {
 
 /// The robot with contacts placed where its own points, without effects, touch them: a point at
 /// their mean, an artefact by Umeyama's closed form, a plane by the smallest singular vector of the
-/// points, a sphere by |p|^2 = 2 p.c + (radius^2 - |c|^2), linear in c and the bracket. Throws as
-/// match_contacts().
+/// points, a sphere by |p|^2 = 2 p.c + (radius^2 - |c|^2), linear in c and the bracket;
+/// cameras and boards by with_cameras_placed(). Throws as match_contacts().
 Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which);
 
 /// The campaign with each configuration moved, by the smallest change of the joints, so that the

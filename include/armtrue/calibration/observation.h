@@ -36,8 +36,9 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 
 /// The contact, and the point of it, that a name in contact_names stands for.
 struct ContactPoint {
-  int contact = 0;  ///< index into the chain's contacts
-  int point = -1;   ///< index into the points of an artefact; -1 of other kinds
+  int contact = 0;  ///< index into the chain's contacts; of a pixel that of the camera
+  int point = -1;   ///< index into the points of an artefact or a board; -1 of other kinds
+  int board = -1;   ///< of a pixel: index into the chain's contacts
 };
 
 /// For each contact name of the campaign, the contact and point. Throws std::invalid_argument, with
@@ -45,8 +46,10 @@ struct ContactPoint {
 std::vector<ContactPoint> match_contacts(const Campaign& campaign, const KinematicChain& chain);
 
 /// Prepares the touches of a campaign that was just read for a model: the touch of a point becomes
-/// three rows. Throws std::invalid_argument, with file and line, if the robot does not have the
-/// contact, a gauge reads a point, or the campaign has sessions.
+/// three rows, a pixel two, see Campaign::metre_per_pixel. Throws std::invalid_argument, with file
+/// and line, if the robot does not have the contact, a gauge reads a point, camera and board are
+/// both on the arm or both at rest, no image shows enough of a board, or the campaign has
+/// sessions.
 void bind_touches(Campaign& campaign, const KinematicChain& chain);
 
 /// Readings in one R_A against the model of one robot: residuals, measured minus model, and the
@@ -68,6 +71,10 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain);
 ///                       of a point      u_axis - b_axis, b the point of the artefact, or 0
 ///                       of a plane      u_z
 ///                       of a sphere     |u| - radius
+///     pixel         m project(K^T (q - k))_axis, q the point of the board in R_A, k and K the
+///     place
+///                       and the axes of the camera, one of both moved by the arm, and m the length
+///                       that a pixel shows, Campaign::metre_per_pixel
 ///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).
 class ObservationModel {
  public:
@@ -130,6 +137,7 @@ class ObservationModel {
   size_t hash_of_prediction(int row) const;
   void find_replicates();
   void require_bound(const Touch& touch) const;
+  void require_placed(const Contact& contact) const;
   Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
   int anchor_of(int row) const {
     return anchors_[campaign_.anchor.empty() ? 0 : campaign_.anchor[row]];
@@ -187,14 +195,16 @@ class ObservationModel::At {
   // The model's prediction of a row.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
-    Eigen::Vector3d lever;      // from that of the arm to the target; only where there are targets
+    Eigen::Vector3d lever;      // from that of the arm to the target, or to the point of a board;
+                                // only where there are targets or pixels
     Eigen::Vector3d position;   // what the scale multiplies: of a point its place from the
                                 // instrument; of a length that length, as the first component
     Eigen::Vector3d direction;  // unit; derivative of a length by the point
     double scale;
     Eigen::Vector3d off{0, 0, 0};  // shift of the position by errors of range and angles
     double zero = 0;               // error of a distance
-    // Of a touch: the point in the axes of the contact, and the derivative of the reading by it.
+    // Of a touch: the point in the axes of the contact, or of the camera, and the derivative of the
+    // reading by it.
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
   };
   // `jacobian`: that of the arm, or null.
@@ -210,7 +220,9 @@ class ObservationModel::At {
   void write_block(int row, const Prediction& predicted, Turn kind, Jacobian& jacobian,
                    Eigen::Ref<Eigen::MatrixXd> out) const;
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
+  void predict_pixel(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
   double touch_column(int row, int parameter, const Prediction& predicted) const;
+  double pixel_column(int row, int parameter, const Prediction& predicted) const;
   Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;
   // The derivative of the position by a parameter that is none of the chain's, whitened by `sigma`.
   void set_instrument_column(int row, int parameter, const Prediction& predicted, double sigma,

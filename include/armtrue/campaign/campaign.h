@@ -12,6 +12,7 @@
 #include "armtrue/effects/arrival.h"
 #include "armtrue/effects/context.h"
 #include "armtrue/effects/effect.h"
+#include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/joint_rows.h"
 
 namespace armtrue {
@@ -22,13 +23,14 @@ enum class ReadingKind {
                ///< the orientation of the measured frame: a pose
   distance,    ///< the distance of the point from an anchor
   coordinate,  ///< one coordinate of a point; only in a campaign that has distances or touches too
-  touch,       ///< one number that a touch reads, see ContactKind
+  touch,       ///< one number that a touch or an image reads, see ContactKind
 };
 
 /// The contact that a row touches, and the coordinate that it reads.
 struct Touch {
   int contact = -1;  ///< index into contact_names; -1: the row has no touch
-  int axis = -1;     ///< coordinate of a point, 0 to 2; -1 for a plane or a sphere
+  int axis = -1;     ///< coordinate of a point, 0 to 2, or of a pixel, 0 or 1; -1 for a plane or a
+                     ///< sphere
 };
 
 /// One coordinate of a measured point.
@@ -67,6 +69,11 @@ struct Campaign {
   /// reading of a gauge: the gap between the point and the contact, 0 if it touches. The touch of a
   /// point becomes three rows. See touches_to_coordinates().
   std::vector<Touch> touch;
+  /// Only in a campaign of images, all of whose rows are pixels: how much of the board one pixel
+  /// shows, the median over the images. A pixel is a touch whose `distance` is its coordinate times
+  /// this number, so all lengths of readings are lengths at the board. See bind_touches(), before
+  /// which it is 1 and `position` holds the pixels.
+  double metre_per_pixel = 0;
 
   // Optional columns.
   std::vector<int> repeat;
@@ -76,7 +83,9 @@ struct Campaign {
   std::vector<std::string> target_names;
   std::vector<int> anchor;  ///< of a distance: index into anchor_names; of a coordinate: 0
   std::vector<std::string> anchor_names;
-  std::vector<std::string> contact_names;  ///< `table`, or `bar/2`: point 2 of the artefact `bar`
+  /// `table`, or `bar/2`: point 2 of the artefact `bar`, or `left/plate/7`: point 7 of the board
+  /// `plate` in the image of the camera `left`.
+  std::vector<std::string> contact_names;
   std::vector<double> sigma_position;      ///< per axis [m]
   std::vector<double> sigma_orientation;   ///< per axis [rad]
   /// Where rows state covariances: W without unit, its upper right block zero, so that W D^-1 r is
@@ -103,7 +112,9 @@ struct Campaign {
   bool has_distances() const { return !distance.empty(); }
   bool has_coordinates() const { return !coordinate.empty(); }
   bool has_touches() const { return !touch.empty(); }
-  /// Whether all readings are touches: then there is no instrument.
+  /// Whether all readings are pixels.
+  bool has_pixels() const { return metre_per_pixel > 0; }
+  /// Whether all readings are touches or pixels: then there is no instrument.
   bool has_touches_only() const;
   ReadingKind kind(int row) const;
   /// The reading of a row if has_distances(): the distance, the coordinate, or the gauge of a touch
@@ -154,9 +165,13 @@ void require_drivers(const Campaign& campaign, const Effect& effect);
 /// rows.
 void points_to_coordinates(Campaign& campaign);
 
-/// Replaces each touch of a point by three rows, one per coordinate. `is_point`: for each name in
-/// contact_names, whether it is a point or a point of an artefact.
+/// Replaces each touch of a point by three rows, one per coordinate, and each pixel by two.
+/// `is_point`: for each name in contact_names, whether it is a point or a point of an artefact.
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point);
+
+/// The noise that a robot file states for the readings of a campaign, per axis [m]; 0 without any.
+/// Of images it is that of a pixel, at the board.
+double stated_position_noise(const Robot& robot, const Campaign& campaign);
 
 /// Goes through the visits, in the order of the times or, without times, of the rows, and hands over
 /// the motion of the joints, from visit to visit of a session, that led to each.

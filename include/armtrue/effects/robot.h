@@ -22,6 +22,7 @@ struct Body {
 struct InstrumentNoise {
   double position = 0;     ///< [m]
   double orientation = 0;  ///< [rad]
+  double pixel = 0;        ///< of a corner in an image [px]
 };
 
 /// Parameters of one session of a campaign, such as one station of the instrument or one day.

@@ -91,21 +91,41 @@ struct Anchor {
 ///               known: a scale bar, a ball plate
 ///     plane     the height above z = 0
 ///     sphere    the distance from the origin, less the radius
-enum class ContactKind { point, artefact, plane, sphere };
+/// What an image shows is read as well: a camera sees points of a board, one of both on the arm and
+/// the other at rest. In the axes of the camera, x to the right of the image, y down and z along
+/// its line of sight, it reads the pixel of the point, two numbers.
+enum class ContactKind { point, artefact, plane, sphere, board, camera };
 
-/// A point of an artefact, in the axes of the artefact [m].
+/// Whether images are read of it: it may be on the arm.
+constexpr bool is_of_images(ContactKind kind) {
+  return kind == ContactKind::board || kind == ContactKind::camera;
+}
+
+/// How a lens distorts, see project().
+enum class Lens { pinhole, fisheye };
+
+/// The numbers of a camera: focal lengths and centre [px], then coefficients of the distortion.
+inline constexpr int kIntrinsics = 10;
+using Intrinsics = Eigen::Matrix<double, kIntrinsics, 1>;
+enum IntrinsicIndex { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3, kK4 };
+
+/// A point of an artefact or a board, in its axes [m]; those of a board have z = 0.
 struct ArtefactPoint {
   std::string name;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-/// A thing at rest in R_A that the point of the tool touches. Its place may be unknown.
+/// A thing at rest in R_A that the point of the tool touches, or a camera or a board, at rest or on
+/// the arm. Its place may be unknown.
 struct Contact {
   std::string name;
   ContactKind kind = ContactKind::point;
-  Pose place;                         ///< R_A from the contact
+  Pose place;                         ///< R_A from the contact; measured frame from it if on_arm
   double radius = 0;                  ///< of a sphere [m]
-  std::vector<ArtefactPoint> points;  ///< of an artefact
+  std::vector<ArtefactPoint> points;  ///< of an artefact or a board
+  bool on_arm = false;                ///< fixed in the measured frame; a camera or a board
+  Lens lens = Lens::pinhole;          ///< of a camera, and its numbers
+  Intrinsics intrinsics = Intrinsics::Zero();
   /// False: place and radius are unknown; a calibration finds them.
   bool is_placed = true;
 };

@@ -6,6 +6,25 @@
 
 namespace armtrue {
 
+/// The pixel of a point at `u` in the axes of a camera [px], and its derivatives.
+struct PixelReading {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Matrix<double, 2, 3> by_point = Eigen::Matrix<double, 2, 3>::Zero();  ///< [px/m]
+  Eigen::Matrix<double, 2, kIntrinsics> by_intrinsics =
+      Eigen::Matrix<double, 2, kIntrinsics>::Zero();
+};
+
+/// OpenCV's models of a lens, whose names these are. With x = u_x / u_z, y = u_y / u_z,
+/// r^2 = x^2 + y^2:
+///     pixel    (fx x' + cx, fy y' + cy)
+///     pinhole  x' = x g + 2 p1 x y + p2 (r^2 + 2 x^2),  y' = y g + p1 (r^2 + 2 y^2) + 2 p2 x y,
+///              g = 1 + k1 r^2 + k2 r^4 + k3 r^6  (Brown 1971)
+///     fisheye  x' = x d / r,  y' = y d / r,  d = a (1 + k1 a^2 + k2 a^4 + k3 a^6 + k4 a^8),
+///              a = atan(r)  (Kannala, Brandt 2006)
+/// A point behind the camera, or less than 1 mm before it, has no image; it is projected as if it
+/// were 1 mm before it, which no reading resembles.
+PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vector3d& u);
+
 /// Whether a touch of the contact reads three coordinates, not one distance.
 constexpr bool reads_point(ContactKind kind) {
   return kind == ContactKind::point || kind == ContactKind::artefact;

@@ -22,7 +22,8 @@ namespace armtrue {
 ///     then       instrument.range .azimuth .elevation (errors along and across its line of sight)
 ///     then       targets, x y z each
 ///     then       anchors, x y z zero each
-///     then       contacts, x y z rx ry rz radius each; each kind uses some (of_contact)
+///     then       contacts, x y z rx ry rz radius, then the numbers of a camera, fx fy cx cy k1 k2
+///                p1 p2 k3 k4, each; each kind uses some (of_contact)
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
 /// Those of a contact change its place in its own axes: t <- t + R (x, y, z), R <- R exp([r]x).
@@ -105,7 +106,8 @@ inline int first_anchor_parameter(const KinematicChain& chain) {
 }
 
 /// Index of the first contact's x.
-inline constexpr int kParametersOfContact = 7;
+inline constexpr int kFirstIntrinsic = 7;
+inline constexpr int kParametersOfContact = kFirstIntrinsic + kIntrinsics;
 inline int first_contact_parameter(const KinematicChain& chain) {
   return first_anchor_parameter(chain) + 4 * static_cast<int>(chain.anchors.size());
 }
@@ -116,10 +118,10 @@ inline int parameter_count(const KinematicChain& chain) {
          kParametersOfContact * static_cast<int>(chain.contacts.size());
 }
 
-/// Those of the seven parameters that change what a contact of this kind reads: place of a point,
-/// place and rotation of an artefact, height and tilts of a plane (z rx ry), centre and radius of a
-/// sphere.
-std::vector<int> of_contact(ContactKind kind);
+/// Those of the parameters of a contact that change what it reads: place of a point, place and
+/// rotation of an artefact, a board and a camera, height and tilts of a plane (z rx ry), centre and
+/// radius of a sphere, and the numbers of a camera that its lens has.
+std::vector<int> of_contact(const Contact& contact);
 
 /// The name of a coupling as a parameter: `A5.follows.A2`.
 std::string coupling_name(const KinematicChain& chain, const Coupling& coupling);
@@ -128,14 +130,14 @@ std::string coupling_name(const KinematicChain& chain, const Coupling& coupling)
 double coefficient_unit(const KinematicChain& chain, const Coupling& coupling);
 
 /// SI unit of a parameter; of a coefficient `one`, also where it is m/rad or rad/m.
-enum class ParameterUnit { metre, radian, one };
+enum class ParameterUnit { metre, radian, one, pixel };
 ParameterUnit parameter_unit(const KinematicChain& chain, int index);
 /// Unit of the encoder value of a joint (0-based).
 inline ParameterUnit joint_unit(const KinematicChain& chain, int joint) {
   return is_prismatic(joint_link(chain, joint)) ? ParameterUnit::metre : ParameterUnit::radian;
 }
 
-/// Unit in which values of a parameter are displayed: mm, mrad, or ppm if it has no unit.
+/// Unit in which values of a parameter are displayed: mm, mrad, px, or ppm if it has no unit.
 struct DisplayUnit {
   double si;  ///< one display unit in SI units
   std::string name;
@@ -143,14 +145,27 @@ struct DisplayUnit {
 DisplayUnit display_unit(ParameterUnit unit);
 
 /// What a parameter belongs to. `several`: no single thing; of the effects of a family.
-enum class Owner { link, anchor, base, contact, coupling, instrument, several, target, tool };
+/// `board` and `camera`: contacts of these kinds.
+enum class Owner {
+  link,
+  anchor,
+  base,
+  board,
+  camera,
+  contact,
+  coupling,
+  instrument,
+  several,
+  target,
+  tool
+};
 
 /// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
 /// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
-/// 2.x`, `anchor 1.zero`, `contact table.z`, `A5.follows.A2` for the coefficient of a coupling;
-/// `base`, `tool`, `target 2` for all of them and `instrument.point` for the three coordinates of
-/// every reading. The owner has a name and no number, because a catalogue names parameters of links
-/// that not every chain has.
+/// 2.x`, `anchor 1.zero`, `contact table.z`, `camera left.fx`, `A5.follows.A2` for the coefficient
+/// of a coupling; `base`, `tool`, `target 2` for all of them and `instrument.point` for the three
+/// coordinates of every reading. The owner has a name and no number, because a catalogue names
+/// parameters of links that not every chain has.
 struct Parameter {
   static constexpr int kWhole = -1;
 

@@ -30,7 +30,16 @@ namespace {
 double file_unit(const KinematicChain& chain, int parameter) {
   if (const ParameterLayout layout = layout_of(chain); layout.is_of_couplings(parameter))
     return coefficient_unit(chain, chain.couplings[parameter - layout.couplings]);
-  return parameter_unit(chain, parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
+  switch (parameter_unit(chain, parameter)) {
+    case ParameterUnit::metre:
+      return kMillimetre;
+    case ParameterUnit::radian:
+      return kDegree;
+    case ParameterUnit::one:
+    case ParameterUnit::pixel:
+      break;
+  }
+  return 1;
 }
 
 }  // namespace

@@ -46,6 +46,8 @@ const char* si_name(ParameterUnit unit) {
       return "m";
     case ParameterUnit::radian:
       return "rad";
+    case ParameterUnit::pixel:
+      return "px";
     case ParameterUnit::one:
       break;
   }
@@ -134,7 +136,13 @@ YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaig
                                     ? std::nullopt
                                     : std::optional(summarize(evaluation.orientation)));
   node["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
+  if (campaign.has_pixels()) add_pixels(evaluation, campaign, node);
   return node;
+}
+
+void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node) {
+  node["pixel_px"] = error_node(summarize(evaluation.reading_errors()), campaign.metre_per_pixel);
+  node["mm_per_px"] = rounded(campaign.metre_per_pixel / kMillimetre);
 }
 
 YAML::Node unseen_scale_node(const UnseenScale& scale) {

@@ -53,6 +53,8 @@ YAML::Node errors_node(const ErrorSummary& position,
 YAML::Node axes_node(const std::vector<AxisErrors>& axes);
 /// Lengths, and each axis.
 YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign);
+/// Of images: the errors in pixels, beside those in mm at the board, and how much a pixel shows.
+void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node);
 /// What an unseen error of scale would cost.
 YAML::Node unseen_scale_node(const UnseenScale& scale);
 

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+
+/// Fits to all of `count`, then twice to the half of them with the smaller errors: fit(indices) and
+/// miss(found, index).
+template <typename Fit, typename Miss>
+auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
+  std::vector<int> chosen(static_cast<size_t>(count));
+  std::iota(chosen.begin(), chosen.end(), 0);
+  auto found = fit(chosen);
+  for (int round = 0; round < 2; ++round) {
+    std::vector<double> misses;
+    for (int k = 0; k < count; ++k) misses.push_back(miss(found, k));
+    const double limit = median(misses);
+    chosen.clear();
+    for (int k = 0; k < count; ++k)
+      if (misses[k] <= limit) chosen.push_back(k);
+    found = fit(chosen);
+  }
+  return found;
+}
+
+}  // namespace armtrue

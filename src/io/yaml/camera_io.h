@@ -1,0 +1,23 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+
+#include "armtrue/kinematics/chain.h"
+#include "io/yaml/yaml_map.h"
+
+namespace armtrue {
+
+/// The section of the robot file that cameras and boards stand in.
+inline const char* section_of_images(ContactKind kind) {
+  return kind == ContactKind::camera ? "cameras" : "boards";
+}
+
+/// One entry of `cameras` or `boards`. Throws InputError.
+Contact read_camera(const std::string& name, YamlMap map);
+Contact read_board(const std::string& name, YamlMap map);
+
+YAML::Node node_of_images(const Contact& contact);
+
+}  // namespace armtrue
