@@ -266,6 +266,27 @@ class OneArm(unittest.TestCase):
         self.assertEqual(rows["arm-01", "2026-11-26", "check"]["verdict"], "not-read")
         self.assertEqual(rows["arm-01", "2026-11-26", "check"]["message"], "the same readings as arm-01, 2026-11-25")
 
+    def test_what_one_of_many_arms_shows_by_chance_is_no_alarm(self):
+        """Twenty arms in one night: the limit is 0.01 / 20. Results as `check` writes them, numbers chosen here."""
+        fleet(self.folder, "check", "arm-01", "2026-11-25")
+        written = json.loads((self.folder / "results/arm-01/check-2026-11-25.json").read_text())
+        shutil.rmtree(self.folder / "results")
+        for k in range(20):
+            p = {3: 0.0004, 4: 0.0006}.get(k, 0.5)
+            written["row"].update(arm=f"arm-{k:02}", readings_sha256=str(k), p_value=p, verdict="moved" if p < 0.01 else "holds",
+                                  message="A2.theta +0.01 deg")
+            path = self.folder / f"results/arm-{k:02}/check-2026-11-25.json"
+            path.parent.mkdir(parents=True)
+            path.write_text(json.dumps(written))
+        for _ in range(2):  # a second time changes nothing
+            self.assertEqual(fleet(self.folder, "record").returncode, 0)
+            verdicts = {key[0]: row["verdict"] for key, row in history(self.folder).items() if row["verdict"] != "holds"}
+            self.assertEqual(verdicts, {"arm-03": "moved", "arm-04": "suspect"})
+        self.assertEqual(fleet(self.folder, "page").returncode, 0)
+        page = Page((self.folder / "index.html").read_text())
+        self.assertEqual(page.arms[:2], ["arm-03", "arm-04"])
+        self.assertIn("May have moved, or chance (p = 0.0006)", page.words)
+
     def test_a_damaged_table_is_named_with_its_line(self):
         table = self.home / "check-2026-11-25.csv"
         lines = table.read_text().splitlines(keepends=True)
