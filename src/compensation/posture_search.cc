@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "compensation/all_postures.h"
 #include "compensation/joint_correction.h"
 
 namespace armtrue {
@@ -36,8 +37,9 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
       reference_(arm.branch_at(joints_.whole(stated.reference, context.q))) {
   if (before) try_from(joints_.whole(joints_.arm_of(*before), context.q));
   if (!found_) try_from(joints_.whole(stated.reference, context.q));
+  const bool is_done = found_.has_value() || look_at_all();
   const KinematicChain& chain = arm.robot().chain;
-  for (int k = 1; k <= kStarts && !found_; ++k) {
+  for (int k = 1; k <= kStarts && !found_ && !is_done; ++k) {
     JointVector start(kProgramAxes);
     for (int j = 0; j < kProgramAxes; ++j) {
       const auto [min, max] = travel(joint_link(chain, joint(j)));
@@ -53,14 +55,35 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
 
 void PostureSearch::try_from(const JointVector& start) {
   const JointCorrection solution = joints_of_pose(arm_, context_, wanted_, start);
-  if (!solution.is_reached) return;
+  if (solution.is_reached) take(solution.q);
+}
+
+void PostureSearch::take(const JointVector& solution) {
   is_reached_ = true;
-  if (const auto q = in_ranges(solution.q, true)) {
+  if (const auto q = in_ranges(solution, true)) {
     (has_sides(*q) ? found_ : in_ranges_only_) = q;
   } else if (!beyond_travel_) {
-    beyond_travel_ = in_ranges(solution.q, false);
+    beyond_travel_ = in_ranges(solution, false);
     if (beyond_travel_ && !has_sides(*beyond_travel_)) beyond_travel_.reset();
   }
+}
+
+// Starts would find the same, but some hundred of them, each of some steps, are needed to say that
+// there is none. Of several postures that the configuration allows, the starts choose.
+bool PostureSearch::look_at_all() {
+  if (stated_.sides_are_weak) return false;
+  const auto all = all_postures(arm_, context_, wanted_);
+  if (!all) return false;
+  const auto fitting = [&](bool in_travel) {
+    return std::ranges::count_if(*all, [&](const JointVector& solution) {
+      const auto q = in_ranges(solution, in_travel);
+      return q && has_sides(*q);
+    });
+  };
+  const auto within = fitting(true);
+  if (within > 1 || (within == 0 && !beyond_travel_ && fitting(false) > 1)) return false;
+  for (const JointVector& solution : *all) take(solution);
+  return true;
 }
 
 std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_travel) const {

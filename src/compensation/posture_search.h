@@ -11,7 +11,8 @@ namespace armtrue {
 
 /// Looks for the joint angles at which an arm of six axes, perhaps with external ones that stay,
 /// has a pose in a stated configuration: from the posture before, from the reference of the
-/// configuration, then from other starts in a fixed order. One within the travel is preferred.
+/// configuration, then among all postures if they are known, else from other starts in a fixed
+/// order. One within the travel is preferred.
 class PostureSearch {
  public:
   /// `wanted`: R_0 from TCP. `context`: its q holds the external axes, if there are some. The
@@ -27,6 +28,8 @@ class PostureSearch {
 
  private:
   void try_from(const JointVector& start);
+  void take(const JointVector& solution);
+  bool look_at_all();  // whether all_postures() settles it
   /// The same posture, turned so that each joint stands in its range and, if asked for, in its
   /// travel; nothing if that cannot be.
   std::optional<JointVector> in_ranges(JointVector q, bool in_travel) const;
