@@ -115,6 +115,9 @@ void warn_of_repeats(app::Command& command, const Campaign& training, const Camp
 Measured read_measured(app::Command& command, const Arguments& arguments, const Robot& robot) {
   Measured measured;
   measured.all = command.read_campaign(command.input, robot);
+  if (measured.all.has_pixels() && !arguments.next_poses.empty())
+    throw InputError(measured.all.source +
+                     ": poses are not planned for images; leave out --next-poses");
   app::refuse_mistakes(command, robot, measured.all);
   command.warn_if_needless(robot, measured.all);
   if (arguments.test.empty()) {

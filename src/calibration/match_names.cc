@@ -218,7 +218,7 @@ void require_arm_between(const Campaign& campaign, const KinematicChain& chain,
 // are.
 double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
                        const std::vector<ContactPoint>& matched) {
-  constexpr int kFewest = 4;  // corners from which the place of a board follows
+  constexpr int kFewestCorners = 4;  // corners from which the place of a board follows
   struct Sums {
     int count = 0;
     double squares = 0;
@@ -242,7 +242,7 @@ double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
   }
   std::vector<double> lengths;
   for (const auto& [image, sums] : images)
-    if (sums.first.count >= kFewest && sums.second.spread() > 0 && sums.first.spread() > 0)
+    if (sums.first.count >= kFewestCorners && sums.second.spread() > 0 && sums.first.spread() > 0)
       lengths.push_back(sums.first.spread() / sums.second.spread());
   if (lengths.empty())
     fail_at(campaign, 0,

@@ -70,12 +70,12 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
     add(residual[0], kMillimetre);
   else if (columns.of_distances)
     text += ",";
-  if (columns.of_pixels)
-    for (int i = 0; i < 2; ++i)
-      if (campaign.has_pixels() && i == axis)
-        add(residual[0], campaign.metre_per_pixel);
-      else
-        text += ",";
+  for (int i = 0; columns.of_pixels && i < 2; ++i) {
+    if (campaign.has_pixels() && i == axis)
+      add(residual[0], campaign.metre_per_pixel);
+    else
+      text += ",";
+  }
   if (!predictions.empty()) {
     const Prediction& prediction = predictions[row];
     add(prediction.deviation, kMillimetre);

@@ -64,7 +64,9 @@ struct NoiseFloor {
 
   Source source = Source::none;
   int axes = 3;       ///< numbers per row: 3 of a point, 1 of a distance or coordinate
-  double points = 1;  ///< share of the readings that are points, in one row or three
+  /// Share of the readings that are points, in one row or three; of pixels the share whose mean
+  /// error is that of two numbers.
+  double points = 1;
   /// Standard deviation per axis [m]; if rows state their own sigma, that of a row with the median
   /// sigma.
   double position = 0;

@@ -19,6 +19,8 @@ const char* kind_word(ContactKind kind) {
     case ContactKind::sphere:
       return "sphere";
     case ContactKind::point:
+    case ContactKind::board:  // of images, see camera_io.h
+    case ContactKind::camera:
       break;
   }
   return "point";
