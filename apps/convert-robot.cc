@@ -15,6 +15,7 @@ namespace {
 
 // A base or tool that moves farther was hardly identified as part of the arm.
 constexpr double kNoticeable = 0.01 * kMillimetre;  // more than angles that are written as 3.1416
+constexpr double kNoticeableTurn = 0.01 * kMilliradian;
 constexpr double kLargeShift = 10 * kMillimetre, kLargeTurn = 1 * kDegree;
 
 struct Arguments {
@@ -108,6 +109,14 @@ std::string into_urdf(app::Command& command, const Robot& robot, const Arguments
           : write_into_urdf(robot, document, source.name(), arguments.ends, arguments.kept);
   warn_of_shift(command, "base", "instrument", patched.base);
   warn_of_shift(command, "tool", "reflector", patched.tool);
+  const FrameShift& left = patched.tool_left_out;
+  if (left.distance > kNoticeable || left.angle > kNoticeableTurn)
+    command.warn(fmt::format(
+        "{}: '{}' turns with the last joint, so no origin can hold the tool: {:.4g} mm and {:.3g} deg "
+        "of it are not written; if they belong to the robot, add a link that is fixed behind '{}' and "
+        "name it by --tip, else give --keep-tool",
+        source.name(), left.of_link, left.distance / kMillimetre, left.angle / kDegree,
+        left.of_link));
   return patched.text;
 }
 

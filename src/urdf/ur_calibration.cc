@@ -70,7 +70,7 @@ PatchedUrdf write_into_ur_calibration(const Robot& robot, const std::string& doc
                                       const std::string& file, const UrdfKept& kept) {
   const UrdfChain chain = read_ur_chain(document, file);
   const ChainPatch patch = patch_of(chain, robot_of(chain, "", file), robot, kept, file);
-  PatchedUrdf result{"", patch.base, patch.tool};
+  PatchedUrdf result{"", patch.base, patch.tool, patch.tool_left_out};
   size_t copied = 0;
   for (const auto& [begin, change] : changes(document, patch.origins)) {
     result.text.append(document, copied, begin - copied);

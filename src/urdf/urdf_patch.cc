@@ -193,7 +193,7 @@ std::map<std::string, Pose> changed_origins(const UrdfChain& chain, const Robot&
 }
 
 FrameShift shift_of(const Pose& from, const Pose& to) {
-  return {(from.translation - to.translation).norm(), angle_between(from, to)};
+  return {(from.translation - to.translation).norm(), angle_between(from, to), {}};
 }
 
 bool same_frame(const Pose& a, const Pose& b) {
@@ -205,22 +205,24 @@ bool same_frame(const Pose& a, const Pose& b) {
 ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& robot,
                     const UrdfKept& kept, const std::string& file) {
   const RobotOfDocument own = with_frames_of_document(robot, nominal, file);
-  ChainPatch patch{own.robot, {}, {}, {}};
+  ChainPatch patch{own.robot, {}, {}, {}, {}};
   KinematicChain& wanted = patch.robot.chain;
   if (kept.base) wanted.base = own.nominal_base;
+  const Pose old_tool = tool_behind_joints(nominal.chain);
+  // A link that turns with the last joint stands on its axis: no origin moves it from there.
+  const bool has_no_place = chain.joints.back().is_driven();
+  if (has_no_place && !kept.tool) {
+    patch.tool_left_out = shift_of(old_tool, tool_behind_joints(wanted));
+    patch.tool_left_out.of_link = chain.joints.back().link;
+  }
   // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
-  if (kept.tool) {
+  if (kept.tool || has_no_place) {
     const int last = link_of_joint(wanted, joint_count(wanted) - 1);
     for (size_t j = static_cast<size_t>(last) + 1; j < wanted.links.size(); ++j)
       wanted.links[j] = nominal.chain.links[j];
     wanted.tool = nominal.chain.tool;
   }
-  const Pose tool = tool_behind_joints(wanted), old_tool = tool_behind_joints(nominal.chain);
-  const bool ends_driven = chain.joints.back().is_driven();
-  if (ends_driven && !same_frame(tool, old_tool))
-    throw InputError(file + ": '" + chain.joints.back().link +
-                     "' turns with the last joint, so no origin can hold the tool; --tip names a "
-                     "link that is fixed behind it, or --keep-tool leaves the tool out");
+  const Pose tool = tool_behind_joints(wanted);
   patch.origins = changed_origins(chain, patch.robot, nominal);
   patch.base = shift_of(own.nominal_base, wanted.base);
   patch.tool = shift_of(old_tool, tool);
@@ -245,7 +247,8 @@ PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
                      ": joints follow others (mimic), and the origins of a document hold no "
                      "errors of these; write a document of its own: --to urdf alone");
   const ChainPatch patch = patch_of(chain, robot_of(chain, document, file), robot, kept, file);
-  PatchedUrdf result{with_origins(document, patch.origins, file), patch.base, patch.tool};
+  PatchedUrdf result{with_origins(document, patch.origins, file), patch.base, patch.tool,
+                     patch.tool_left_out};
   require_same_arm(patch.robot, parse_urdf(result.text, file, ends), file);
   return result;
 }

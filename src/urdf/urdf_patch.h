@@ -11,11 +11,11 @@ namespace armtrue {
 struct ChainPatch {
   Robot robot;                          ///< with what is kept of the chain
   std::map<std::string, Pose> origins;  ///< that change, by joint
-  FrameShift base, tool;
+  FrameShift base, tool, tool_left_out;
 };
 
 /// `nominal` is the arm that robot_of() makes of the chain. Throws InputError if `robot` is another
-/// arm, or if its tool fits nowhere.
+/// arm.
 ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& robot,
                     const UrdfKept& kept, const std::string& file);
 

@@ -252,15 +252,25 @@ TEST(Urdf, BaseAndToolMayStay) {
   EXPECT_EQ(patched.tool.distance, 0);
 }
 
-TEST(Urdf, AnotherArmOrToolThatFitsNowhereIsAnError) {
+TEST(Urdf, AnotherArmIsAnError) {
   const Robot robot = calibrated(parse_urdf(kBranched, "r.urdf", kToTool));
   Robot longer = robot;
   longer.chain.links[3].d += 0.1;
   EXPECT_THROW(write_into_urdf(longer, kBranched, "r.urdf", kToTool, {}), InputError);
+}
+
+// A link that turns with the last joint stands on its axis.
+TEST(Urdf, AToolThatFitsNowhereIsLeftOut) {
   const UrdfEnds to_link{"base_link", "l6"};
-  const Robot to_l6 = calibrated(parse_urdf(kBranched, "r.urdf", to_link));
-  EXPECT_THROW(write_into_urdf(to_l6, kBranched, "r.urdf", to_link, {}), InputError);
-  EXPECT_NO_THROW(write_into_urdf(to_l6, kBranched, "r.urdf", to_link, {false, true}));
+  const Robot nominal = parse_urdf(kBranched, "r.urdf", to_link);
+  Robot robot = calibrated(nominal);
+  const PatchedUrdf left = write_into_urdf(robot, kBranched, "r.urdf", to_link, {});
+  const PatchedUrdf kept = write_into_urdf(robot, kBranched, "r.urdf", to_link, {false, true});
+  EXPECT_EQ(left.text, kept.text);
+  EXPECT_GT(left.tool_left_out.distance, 1e-5);
+  EXPECT_EQ(left.tool_left_out.of_link, "l6");
+  EXPECT_EQ(left.tool.distance, 0);
+  EXPECT_EQ(kept.tool_left_out.distance, 0);
 }
 
 TEST(Urdf, MacrosThatNobodyExpandedAreAnError) {

@@ -69,19 +69,22 @@ struct UrdfKept {
 struct FrameShift {
   double distance = 0;  ///< [m]
   double angle = 0;     ///< [rad]
+  std::string of_link;  ///< where the frame is, if the name matters
 };
 
 struct PatchedUrdf {
   std::string text;
   FrameShift base, tool;  ///< 0 if kept
+  /// Of a tool for which the document has no place because its tip turns with the last joint, and so
+  /// stands on the axis: the tool is kept, and this is not written.
+  FrameShift tool_left_out;
 };
 
 /// The document with the geometry of `robot`: the frame from base to tip is that of the robot at
 /// all joint angles, to 1e-9 m. Only `xyz` and `rpy` of the origins of joints change, every other
 /// byte stays. The robot comes from parse_urdf() of this document, calibrated or not, or is any
 /// other model of the same arm whose R_0 is fixed to the base of `ends`. Throws InputError as
-/// parse_urdf(), and if the robot is another arm, or if the document has no fixed joint after the
-/// last driven one that could hold the tool.
+/// parse_urdf(), and if the robot is another arm.
 PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
                             const std::string& file, const UrdfEnds& ends, const UrdfKept& kept);
 
