@@ -59,6 +59,7 @@ double ObservationModel::At::touch_column(int row, int parameter,
   const int contact = k / kParametersOfContact, which = k % kParametersOfContact;
   if (contact != model_.contacts_[model_.campaign_.touch[row].contact].contact) return 0;
   if (which == 6) return robot_.chain.contacts[contact].kind == ContactKind::sphere ? -1.0 : 0.0;
+  if (which >= kFirstIntrinsic) return 0;  // of a camera
   if (which < 3) {
     const Eigen::Vector3d along = model_.robot_.chain.contacts[contact].place.rotation.col(which);
     return -predicted.direction.dot(model_.common_from_own_.rotation * along);

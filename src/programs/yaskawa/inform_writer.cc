@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/yaskawa/inform_positions.h"
@@ -31,7 +32,9 @@ class InformWriter : public MoveWriter {
          inform_positions(std::string_view(plain).substr(0, line_that_begins(plain, "//INST")))) {
       heads_[position.begin] = position.heads;
       if (name[0] != 'C') continue;
-      number_ = std::max(number_, std::stoul(name.substr(1)));
+      constexpr double kHighest = 1e9;  // of a number that is read; controllers stop far below
+      const double number = std::min(read_number(name.substr(1)).value_or(0), kHighest);
+      number_ = std::max(number_, static_cast<unsigned long>(number));
       if (position.begin < last_) continue;
       last_ = position.begin;
       width_ = text_.find('=', position.begin) - position.begin - 1;
