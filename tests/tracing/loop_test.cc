@@ -424,6 +424,28 @@ TEST(Nothing, IsInPosesThatErrAsAWhole) {
   EXPECT_LE(below_twentieth, 5);  // 2 expected, more than 5 in 1.4 % of such runs
 }
 
+// Programs are corrected for what the arm does. A station that drifts makes the arm alone err more than the readings
+// are left with; sag is the arm's, and the arm alone is the result.
+TEST(ArmAlone, ErrsByWhatTheStationDoes) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 41;
+  const LoopResult drift = closed(HiddenCampaign(kNominal, "drift", 0.3, plan));
+  const LoopResult sag = closed(HiddenCampaign(kNominal, "compliance", 0.3, plan));
+  ASSERT_FALSE(drift.parts.empty());
+  EXPECT_FALSE(drift.parts.front().of_arm);
+  ASSERT_TRUE(drift.after_arm);
+  EXPECT_GT(*drift.after_arm, 1.2 * drift.after);
+  ASSERT_FALSE(sag.parts.empty());
+  EXPECT_TRUE(sag.parts.front().of_arm);
+  EXPECT_FALSE(sag.after_arm);
+  // The effects take off what the geometry left more than the result.
+  const auto square = [](const Stage& stage) { return std::pow(stage.training.position.rms, 2); };
+  double taken = 0;
+  for (size_t k = 0; k < sag.trace.effects.size(); ++k) taken += std::pow(sag.parts[k].position, 2);
+  const Stage& named = sag.stages[sag.stages.size() - (sag.applied ? 2 : 1)];
+  EXPECT_NEAR(taken, square(sag.stages[1]) - square(named), 0.02 * square(sag.stages[1]));
+}
+
 // Draw-wires from three anchors, whose places and zero errors the file only knows roughly.
 armtrue_oracle::CampaignPlan three_wires(unsigned seed) {
   armtrue_oracle::CampaignPlan plan;
