@@ -105,6 +105,9 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
     app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
+  if (std::ranges::any_of(truth.chain.contacts,
+                          [](const Contact& contact) { return is_of_images(contact.kind); }))
+    command.warn("the robot has cameras and boards, and simulated readings are points, not pixels");
   command.progress("simulating");
   write_output(command.output, write_campaign(arguments.targets.empty()
                                                   ? simulate(robot, truth, options)

@@ -42,7 +42,7 @@ void read_grid(YamlMap& map, Contact& contact) {
   const double pitch = map.number("pitch_mm") * kMillimetre;
   for (const auto& [key, count] : {std::pair("columns", columns), std::pair("rows", rows)})
     if (count < 2 || count != std::floor(count) || count > kMostCorners)
-      map.fail(key, "must be a whole number of corners, 2 or more");
+      map.fail(key, fmt::format("must be a whole number of corners, from 2 to {:.0f}", kMostCorners));
   if (columns * rows > kMostCorners) map.fail("rows", "times columns is more than a board has");
   if (pitch <= 0) map.fail("pitch_mm", "must be above zero");
   for (int row = 0; row < static_cast<int>(rows); ++row)
