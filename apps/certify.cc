@@ -7,7 +7,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/certification/certificate.h"
 #include "armtrue/certification/doubts.h"
-#include "armtrue/io/certificate_io.h"
+#include "armtrue/io/products/certificate_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"

@@ -9,7 +9,7 @@
 #include "armtrue/compensation/program_findings.h"
 #include "armtrue/compensation/program_targets.h"
 #include "armtrue/compensation/target_doubts.h"
-#include "armtrue/io/compensation_io.h"
+#include "armtrue/io/products/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/compensation_page.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "armtrue/compensation/error_map.h"
-#include "armtrue/io/error_map_io.h"
+#include "armtrue/io/products/error_map_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"

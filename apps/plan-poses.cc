@@ -10,7 +10,7 @@
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/ranking_io.h"
+#include "armtrue/io/products/ranking_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/planning/planning.h"
 #include "armtrue/planning/separation.h"

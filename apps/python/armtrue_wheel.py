@@ -53,7 +53,7 @@ def files_of(stage):
         files[f"armtrue/pages/{page.name}"] = page
     stage = pathlib.Path(stage)
     for path in sorted([*(stage / "lib" / "armtrue").rglob("*"), *(stage / "share" / "armtrue").rglob("*")]):
-        is_twice = re.fullmatch(r"libarmtrue\.so(\.\d+){3}", path.name)  # the file behind the link that is loaded
+        is_twice = re.fullmatch(r"libarmtrue(_base)?\.so(\.\d+){3}", path.name)  # the file behind the link that is loaded
         if path.is_file() and not is_twice:
             files[f"armtrue/commands/{path.relative_to(stage).as_posix()}"] = path
     return files

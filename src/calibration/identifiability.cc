@@ -18,7 +18,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "calibration/column_choice.h"
-#include "calibration/identify_entry.h"
+#include "armtrue/effects/identify.h"
 #include "calibration/prior.h"
 
 namespace armtrue {

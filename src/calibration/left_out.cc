@@ -5,6 +5,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/effects/identify.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/summary.h"
 

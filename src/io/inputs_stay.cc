@@ -24,7 +24,7 @@ struct Register {
 };
 
 // Sources are opened deep inside the readers, so that none can be forgotten.
-std::optional<Register>& files() {
+std::optional<Register>& opened() {
   static std::optional<Register> all;
   return all;
 }
@@ -62,30 +62,30 @@ bool is_lost(const NamedFile& input, const NamedFile& output) {
 
 }  // namespace
 
-InputsStay::InputsStay() { files().emplace(); }
-InputsStay::~InputsStay() { files().reset(); }
+InputsStay::InputsStay() { opened().emplace(); }
+InputsStay::~InputsStay() { opened().reset(); }
 
 void refuse_input(const std::string& path) {
-  if (!files()) return;
+  if (!opened()) return;
   const std::optional<NamedFile> output = find_output(path);
   if (!output) return;
-  for (const NamedFile& input : files()->inputs)
+  for (const NamedFile& input : opened()->inputs)
     if (is_lost(input, *output)) refuse(input, *output);
 }
 
 void expect_output(const std::string& path) {
-  if (!files()) return;
+  if (!opened()) return;
   refuse_input(path);
-  if (const auto output = find_output(path)) files()->outputs.push_back(*output);
+  if (const auto output = find_output(path)) opened()->outputs.push_back(*output);
 }
 
 void note_input(const std::string& path) {
-  if (!files()) return;
+  if (!opened()) return;
   const std::optional<NamedFile> input = find_input(path);
   if (!input) return;
-  for (const NamedFile& output : files()->outputs)
+  for (const NamedFile& output : opened()->outputs)
     if (is_lost(*input, output)) refuse(*input, output);
-  files()->inputs.push_back(*input);
+  opened()->inputs.push_back(*input);
 }
 
 }  // namespace armtrue

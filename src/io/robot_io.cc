@@ -8,7 +8,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "armtrue/calibration/identifiability.h"
+#include "armtrue/effects/identify.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"

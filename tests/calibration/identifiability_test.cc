@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "armtrue/campaign/simulation.h"
+#include "armtrue/effects/identify.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "kinematics/six_axes.h"

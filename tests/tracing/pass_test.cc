@@ -13,7 +13,7 @@
 
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
-#include "armtrue/io/deviation_io.h"
+#include "armtrue/io/products/deviation_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"

@@ -89,12 +89,4 @@ std::string not_shown(const KinematicChain& chain, int parameter);
 /// for an entry that is wrong, see why_not_identified().
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
 
-/// Why an entry of `identify` names nothing of a robot, with the names that are near; empty if all
-/// are right.
-std::string why_not_identified(const KinematicChain& chain,
-                               const std::vector<std::string>& identify);
-
-/// Whether these entries of `identify` allow all that the readings show.
-bool identifies_all(const std::vector<std::string>& identify);
-
 }  // namespace armtrue

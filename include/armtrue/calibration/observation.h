@@ -8,16 +8,11 @@
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/campaign/grouped_rows.h"
+#include "armtrue/campaign/reading_sigma.h"
 #include "armtrue/effects/line_of_sight.h"
 #include "armtrue/effects/robot_model.h"
 
 namespace armtrue {
-
-/// Standard deviation of the readings about the model, per axis.
-struct ReadingSigma {
-  double position = 1;     ///< [m]
-  double orientation = 1;  ///< [rad]
-};
 
 /// The numbers of one reading: 1 or 3 of position, and 3 or none of orientation.
 using NumbersOfRow = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;

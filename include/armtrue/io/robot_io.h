@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/reading_sigma.h"
 #include "armtrue/campaign/training_rows.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/io/document.h"

@@ -7,12 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/calibration/evaluation.h"
-#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/io/document.h"
 #include "armtrue/io/provenance.h"
-#include "armtrue/statistics/summary.h"
 #include "armtrue/text/number_text.h"
 
 namespace armtrue {
@@ -44,21 +41,6 @@ YAML::Node flow_list(const std::vector<double>& values);
 
 /// null for what is unknown or not finite, such as the score of an effect that nothing shows.
 YAML::Node rounded_or_null(const std::optional<double>& value);
-
-YAML::Node error_node(const ErrorSummary& errors, double unit);
-/// Of positions [m] and, where there are some, of orientations [rad].
-YAML::Node errors_node(const ErrorSummary& position,
-                       const std::optional<ErrorSummary>& orientation);
-/// Of each axis.
-YAML::Node axes_node(const std::vector<AxisErrors>& axes);
-/// Lengths, and each axis.
-YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign);
-/// Of images: the errors in pixels, beside those in mm at the board, and how much a pixel shows.
-void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node);
-/// What an unseen error of scale would cost.
-YAML::Node unseen_scale_node(const UnseenScale& scale);
-
-YAML::Node noise_node(const NoiseFloor& noise);
 
 /// Null for "".
 YAML::Node text_or_null(const std::string& text);

@@ -1,7 +1,7 @@
 #include <chrono>
 #include <cstdio>
 
-#include "armtrue/io/certificate_io.h"
+#include "armtrue/io/products/certificate_io.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/yaml_map.h"

@@ -1,10 +1,11 @@
-#include "armtrue/io/loop_io.h"
+#include "armtrue/io/products/loop_io.h"
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/intervals.h"
 #include "armtrue/tracing/description.h"
-#include "io/yaml/gross_poses_text.h"
-#include "io/yaml/traced_effect_text.h"
+#include "io/products/error_nodes.h"
+#include "io/products/gross_poses_text.h"
+#include "io/products/traced_effect_text.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
@@ -50,25 +51,19 @@ YAML::Node before_after_node(const LoopResult& result) {
   if (result.after_arm) before_after["after_arm_mm"] = rounded(*result.after_arm / kMillimetre);
   before_after["floor_mm"] = rounded(result.floor / kMillimetre);
   before_after["reducible_removed"] = if_held_out(result.reducible_removed);
-  const auto interval = [](const std::array<double, 2>& bounds, double unit) {
-    YAML::Node node;
-    for (const double bound : bounds) node.push_back(rounded(bound / unit));
-    return flow(node);
-  };
-  if (held_out) before_after["gain_ci95_mm"] = interval(result.gain_ci95, kMillimetre);
+  if (held_out) before_after["gain_ci95_mm"] = interval_node(result.gain_ci95, kMillimetre);
   if (result.noise.source == NoiseFloor::Source::replicates)
-    before_after["floor_ci95_mm"] = interval(
+    before_after["floor_ci95_mm"] = interval_node(
         deviation_ci95(result.floor, result.noise.degrees_of_freedom), kMillimetre);
-  if (held_out) before_after["reducible_removed_ci95"] = interval(result.removed_ci95, 1);
+  if (held_out) before_after["reducible_removed_ci95"] = interval_node(result.removed_ci95, 1);
   return flow(before_after);
 }
 
 YAML::Node rejected_node(const RejectedModel& rejected) {
-  YAML::Node node, interval, effects;
-  for (double bound : rejected.gain_ci95) interval.push_back(rounded(bound / kMillimetre));
+  YAML::Node node, effects;
   for (const std::string& effect : rejected.effects) effects.push_back(effect);
   node["after_mm"] = rounded(rejected.after / kMillimetre);
-  node["gain_ci95_mm"] = flow(interval);
+  node["gain_ci95_mm"] = interval_node(rejected.gain_ci95, kMillimetre);
   node["effects"] = effects;
   return node;
 }

@@ -1,4 +1,4 @@
-#include "armtrue/io/change_io.h"
+#include "armtrue/io/products/change_io.h"
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"

@@ -1,4 +1,4 @@
-#include "armtrue/io/calibration_io.h"
+#include "armtrue/io/products/calibration_io.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,8 @@
 #include "armtrue/campaign/training_rows.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "io/yaml/gross_poses_text.h"
+#include "io/products/error_nodes.h"
+#include "io/products/gross_poses_text.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {

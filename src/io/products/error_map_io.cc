@@ -1,4 +1,4 @@
-#include "armtrue/io/error_map_io.h"
+#include "armtrue/io/products/error_map_io.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/csv_cell.h"
+#include "io/products/error_nodes.h"
 #include "io/yaml/yaml_text.h"
 #include "statistics/ordered_blocks.h"
 

@@ -1,4 +1,4 @@
-#include "armtrue/io/residuals_io.h"
+#include "armtrue/io/products/residuals_io.h"
 
 #include <algorithm>
 #include <cmath>

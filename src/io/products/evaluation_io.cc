@@ -1,9 +1,10 @@
-#include "armtrue/io/evaluation_io.h"
+#include "armtrue/io/products/evaluation_io.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "io/products/error_nodes.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {

@@ -1,4 +1,4 @@
-#include "armtrue/io/ranking_io.h"
+#include "armtrue/io/products/ranking_io.h"
 #include "armtrue/io/source.h"
 #include "io/yaml/effect_io.h"
 #include "io/yaml/yaml_map.h"

@@ -1,4 +1,4 @@
-#include "io/yaml/traced_effect_text.h"
+#include "io/products/traced_effect_text.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +7,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/description.h"
+#include "io/products/error_nodes.h"
 #include "io/yaml/effect_io.h"
 
 namespace armtrue {
@@ -96,16 +97,12 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   if (gain) evidence.emplace_back("held_out_gain_mm", rounded(gain->position / kMillimetre));
   YAML::Node evidence_node = flow_map(evidence);
   if (gain) {
-    YAML::Node interval;
-    for (double bound : gain->ci95) interval.push_back(rounded(bound / kMillimetre));
-    evidence_node["held_out_gain_ci95_mm"] = flow(interval);
+    evidence_node["held_out_gain_ci95_mm"] = interval_node(gain->ci95, kMillimetre);
   }
   node["evidence"] = evidence_node;
   const VarianceShare& share = traced.variance_share;
-  YAML::Node share_interval;
-  for (double bound : share.ci95) share_interval.push_back(rounded(bound));
   node["variance_share"] = rounded(share.value);
-  node["variance_share_ci95"] = flow(share_interval);
+  node["variance_share_ci95"] = interval_node(share.ci95, 1);
   node["may_lead"] = boolean(share.may_lead);
   node["indistinguishable"] = rivals_node(traced.indistinguishable, robot.chain);
   if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out, robot.chain);

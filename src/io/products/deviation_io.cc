@@ -1,4 +1,4 @@
-#include "armtrue/io/deviation_io.h"
+#include "armtrue/io/products/deviation_io.h"
 
 #include <fmt/format.h>
 

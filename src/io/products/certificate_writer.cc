@@ -1,7 +1,8 @@
 #include <cmath>
 
-#include "armtrue/io/certificate_io.h"
+#include "armtrue/io/products/certificate_io.h"
 #include "armtrue/kinematics/units.h"
+#include "io/products/error_nodes.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
@@ -30,19 +31,13 @@ YAML::Node largest_node(const Largest& largest, double unit,
   return node;
 }
 
-YAML::Node interval_node(const std::array<double, 2>& interval) {
-  YAML::Node node;
-  for (const double bound : interval) node.push_back(rounded(bound / kMillimetre));
-  return flow(node);
-}
-
 YAML::Node set_node(const SetFigures& set, const Budget& budget) {
   YAML::Node node;
   node["poses"] = whole_number(set.poses);
   node["fewest_visits"] = whole_number(set.fewest_visits);
   node["ap_mm"] = largest_node(set.ap, kMillimetre, budget.expanded);
   node["rp_mm"] = largest_node(set.rp, kMillimetre, set.rp_expanded());
-  if (set.rp_ci95) node["rp_mm"]["ci95"] = interval_node(*set.rp_ci95);
+  if (set.rp_ci95) node["rp_mm"]["ci95"] = interval_node(*set.rp_ci95, kMillimetre);
   const auto add = [&](const char* key, const std::optional<Largest>& largest, double unit) {
     if (largest) node[key] = largest_node(*largest, unit);
   };
@@ -81,7 +76,7 @@ YAML::Node path_node(const PathFigures& path, const Budget& budget) {
     node["at_of_scatter_mm"] = rounded(path.at_of_scatter / kMillimetre);
     if (const auto expanded = path.rt_expanded()) {
       node["rt_expanded_mm"] = rounded(*expanded / kMillimetre);
-      node["rt_ci95_mm"] = interval_node(*path.rt_ci95);
+      node["rt_ci95_mm"] = interval_node(*path.rt_ci95, kMillimetre);
     }
   }
   node["budget"] = budget_node(budget);

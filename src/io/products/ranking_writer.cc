@@ -1,5 +1,5 @@
-#include "armtrue/io/ranking_io.h"
-#include "io/yaml/traced_effect_text.h"
+#include "armtrue/io/products/ranking_io.h"
+#include "io/products/traced_effect_text.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {

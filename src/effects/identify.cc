@@ -1,10 +1,9 @@
-#include "calibration/identify_entry.h"
+#include "armtrue/effects/identify.h"
 
 #include <algorithm>
 #include <cctype>
 #include <limits>
 
-#include "armtrue/calibration/identifiability.h"
 #include "armtrue/effects/effect.h"
 #include "armtrue/kinematics/parameters.h"
 

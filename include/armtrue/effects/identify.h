@@ -24,4 +24,12 @@ bool is_pattern(const KinematicChain& chain, const std::string& name);
 /// Whether all of a text is as the pattern says.
 bool matches(std::string_view pattern, std::string_view text);
 
+/// Why an entry of `identify` names nothing of a robot, with the names that are near; empty if all
+/// are right.
+std::string why_not_identified(const KinematicChain& chain,
+                               const std::vector<std::string>& identify);
+
+/// Whether these entries of `identify` allow all that the readings show.
+bool identifies_all(const std::vector<std::string>& identify);
+
 }  // namespace armtrue

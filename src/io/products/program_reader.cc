@@ -7,7 +7,7 @@
 #include <set>
 #include <span>
 
-#include "armtrue/io/compensation_io.h"
+#include "armtrue/io/products/compensation_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"

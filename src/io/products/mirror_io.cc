@@ -1,4 +1,4 @@
-#include "armtrue/io/mirror_io.h"
+#include "armtrue/io/products/mirror_io.h"
 
 #include <fmt/format.h>
 
@@ -7,18 +7,13 @@
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
+#include "io/products/error_nodes.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 namespace {
 
 NumberText millimetres(double value) { return rounded(value / kMillimetre); }
-
-YAML::Node interval_node(const std::array<double, 2>& interval) {
-  YAML::Node node;
-  for (const double bound : interval) node.push_back(millimetres(bound));
-  return flow(node);
-}
 
 YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vector<int>& lines) {
   const ClockFit& clock = pass.clock;
@@ -62,7 +57,7 @@ YAML::Node accuracy_node(const PassAccuracy& accuracy, const FormError& form, do
     node[std::string(1, "xyz"[axis]) + "_mm"] = error_node(accuracy.errors.axis[axis], kMillimetre);
   node["whole_mm"] = error_node(accuracy.errors.whole, kMillimetre);
   node["form_rms_mm"] = millimetres(form.rms);
-  node["form_rms_ci95_mm"] = interval_node(form.ci95);
+  node["form_rms_ci95_mm"] = interval_node(form.ci95, kMillimetre);
   node["goal_rms_mm"] = millimetres(goal);
   const std::optional<bool> held = form.holds(goal);
   node["goal_held"] = held ? boolean(*held) : YAML::Node("undecided");
@@ -179,7 +174,7 @@ Document write_mirror(const MirrorFindings& findings, const Provenance& provenan
   root["noise"] = flow_map({{"sample_mm", millimetres(deviation.noise)}});
   if (files.size() > 1) {
     root["noise"]["pass_to_pass_mm"] = millimetres(deviation.spread);
-    root["noise"]["pass_to_pass_ci95_mm"] = interval_node(deviation.spread_ci95);
+    root["noise"]["pass_to_pass_ci95_mm"] = interval_node(deviation.spread_ci95, kMillimetre);
   }
   root["deviation_mm"] = error_node(result.before, kMillimetre);
   if (result.uncorrected) root["uncorrected_mean_mm"] = millimetres(*result.uncorrected);

@@ -1,4 +1,4 @@
-#include "armtrue/io/parameters_io.h"
+#include "armtrue/io/products/parameters_io.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "armtrue/io/compensation_io.h"
+#include "armtrue/io/products/compensation_io.h"
 
 #include <fmt/format.h>
 
@@ -11,6 +11,7 @@
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
 #include "io/csv_cell.h"
+#include "io/products/error_nodes.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {

@@ -1,0 +1,67 @@
+#include "io/products/error_nodes.h"
+
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+
+YAML::Node interval_node(const std::array<double, 2>& bounds, double unit) {
+  YAML::Node node;
+  for (const double bound : bounds) node.push_back(rounded(bound / unit));
+  return flow(node);
+}
+
+YAML::Node error_node(const ErrorSummary& errors, double unit) {
+  return flow_map({{"mean", rounded(errors.mean / unit)},
+                   {"rms", rounded(errors.rms / unit)},
+                   {"p95", rounded(errors.p95 / unit)},
+                   {"max", rounded(errors.max / unit)}});
+}
+
+YAML::Node errors_node(const ErrorSummary& position,
+                       const std::optional<ErrorSummary>& orientation) {
+  YAML::Node node;
+  node["position_mm"] = error_node(position, kMillimetre);
+  if (orientation) node["orientation_mrad"] = error_node(*orientation, kMilliradian);
+  return node;
+}
+
+YAML::Node axes_node(const std::vector<AxisErrors>& axes) {
+  YAML::Node node;
+  for (const AxisErrors& axis : axes)
+    node[std::string(1, axis.axis)] = flow_map({{"mean", rounded(axis.mean / kMillimetre)},
+                                                {"min", rounded(axis.min / kMillimetre)},
+                                                {"max", rounded(axis.max / kMillimetre)}});
+  return node;
+}
+
+YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign) {
+  YAML::Node node = errors_node(summarize(evaluation.reading_errors()),
+                                evaluation.orientation.empty()
+                                    ? std::nullopt
+                                    : std::optional(summarize(evaluation.orientation)));
+  node["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
+  if (campaign.has_pixels()) add_pixels(evaluation, campaign, node);
+  return node;
+}
+
+void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node) {
+  node["pixel_px"] = error_node(summarize(evaluation.reading_errors()), campaign.metre_per_pixel);
+  node["mm_per_px"] = rounded(campaign.metre_per_pixel / kMillimetre);
+}
+
+YAML::Node unseen_scale_node(const UnseenScale& scale) {
+  return flow_map({{"mean_mm_per_100_ppm", rounded(scale.mean_cost() / kMillimetre)},
+                   {"max_mm_per_100_ppm", rounded(scale.max_cost() / kMillimetre)}});
+}
+
+YAML::Node noise_node(const NoiseFloor& noise) {
+  static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
+  std::vector<FlowEntry> entries{
+      {"source", kSources[static_cast<int>(noise.source)]},
+      {"position_mm", rounded(noise.position / kMillimetre)}};
+  if (noise.orientation > 0)
+    entries.emplace_back("orientation_mrad", rounded(noise.orientation / kMilliradian));
+  return flow_map(entries);
+}
+
+}  // namespace armtrue
