@@ -128,16 +128,20 @@ class GridPictures {
     const auto [low, high] = limits(is_before);
     Points centres;
     std::vector<int> classes;
+    std::vector<std::string> texts;
     for (Eigen::Index v : evenly(count(up_), kCellsPerSide))
       for (Eigen::Index u : evenly(count(right_), kCellsPerSide)) {
         const MapPoint& point = at(slice, u, v);
         if (!point.is_predicted) continue;
         const double value = is_before ? point.error.norm() : *left_of(point);
         centres.emplace_back(mm(right_, u), mm(up_, v));
+        const Eigen::Vector3d place = point.position / kMillimetre;
+        texts.push_back(fmt::format("{:.3g} mm at {:g}, {:g}, {:g} mm", value / kMillimetre,
+                                    place.x(), place.y(), place.z()));
         classes.push_back(std::min(kHeatClasses - 1,
                                    static_cast<int>(kHeatClasses * (value - low) / (high - low))));
       }
-    panel.cells(centres, classes, step(right_), step(up_));
+    panel.cells(centres, classes, step(right_), step(up_), texts);
     Points from, to;
     for (Eigen::Index v : evenly(count(up_), kArrowsPerSide))
       for (Eigen::Index u : evenly(count(right_), kArrowsPerSide)) {
@@ -166,20 +170,23 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
   }
   std::vector<Eigen::Vector3d> places, errors;
   const auto rows = static_cast<Eigen::Index>(map.points.size());
+  std::vector<std::string> predicted;  // names of the places
   const double none = std::numeric_limits<double>::quiet_NaN();
   Eigen::VectorXd before = Eigen::VectorXd::Constant(rows, none), after = before;
   for (Eigen::Index k = 0; k < rows; ++k) {
     const MapPoint& point = map.points[k];
     if (!point.is_predicted) continue;
     places.push_back(point.position);
+    predicted.push_back(map.names[k]);
     errors.push_back(point.error);
     before[k] = point.error.norm() / kMillimetre;
     after[k] = *left_of(point) / kMillimetre;
   }
   std::vector<Drawing> pictures = field_maps(places, {{"error as it is", Look::before, errors}},
                                              {"map", "Predicted error", "the program's frame",
-                                              "Error of each point.", "errors", kPathArrows});
-  pictures.push_back(rows_picture(before, after, {.after = left_name(map)}));
+                                              "Error of each point.", "errors", kPathArrows,
+                                              predicted});
+  pictures.push_back(rows_picture(before, after, {.after = left_name(map), .names = map.names}));
   return pictures;
 }
 

@@ -10,6 +10,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/tracing/description.h"
+#include "report/curve_pictures.h"
 #include "report/evaluation_parts.h"
 #include "report/parameters_table.h"
 #include "report/readings_left_out.h"
@@ -100,68 +101,6 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   tiles.push_back({"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
                    "what a perfect model would show"});
   page.tiles(tiles);
-}
-
-Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
-                      const Robot& robot, size_t number) {
-  if (curve.empty()) return nullptr;
-  const DisplayUnit unit = display_unit(robot.chain, traced.effect.parameter);
-  const bool is_angle = traced.effect.driver.kind == DriverKind::joint_angle;
-  const bool travels = is_travel(traced.effect.driver, robot.chain);
-  const double si_of_driver = travels ? kMillimetre : is_angle ? kDegree : 1.0;
-  const char* of_driver = travels                                         ? ", mm"
-                          : is_angle                                      ? ", deg"
-                          : traced.effect.driver.kind == DriverKind::time ? ", s"
-                                                                          : ", deg C";
-  Points low, middle, high;
-  double least = 0, most = 0;
-  for (const CurvePoint& point : curve) {
-    const double x = point.driver / si_of_driver;
-    low.emplace_back(x, (point.value - point.half_width) / unit.si);
-    middle.emplace_back(x, point.value / unit.si);
-    high.emplace_back(x, (point.value + point.half_width) / unit.si);
-    least = std::min(least, low.back().y());
-    most = std::max(most, high.back().y());
-  }
-  auto picture = std::make_shared<Picture>(
-      fmt::format("effect-{}", number + 1),
-      to_string(traced.effect.parameter) + " over " + to_string(traced.effect.driver),
-      "What the parameter departs by; the band is the 95 % interval.",
-      exact_axis(middle.front().x(), middle.back().x(),
-                 to_string(traced.effect.driver) + of_driver));
-  Panel& panel =
-      picture->panel(round_axis(least, most, to_string(traced.effect.parameter) + ", " + unit.name, 4), 110);
-  panel.band(low, high, Look::after, "95 %");
-  panel.line(middle, Look::after, "found");
-  return picture;
-}
-
-// The curve of a joint in the arm that is applied, its named part in it.
-Drawing joint_picture(const JointCurve& curve, const KinematicChain& chain) {
-  const std::string parameter = parameter_name(chain, zero_offset(chain, curve.joint));
-  const JointName name = joint_names(chain)[curve.joint];
-  const DisplayUnit unit = display_unit(chain, parameter);
-  Points low, middle, high, named;
-  double least = 0, most = 0;
-  for (size_t k = 0; k < curve.points.size(); ++k) {
-    const CurvePoint& point = curve.points[k];
-    const double x = point.driver / name.si();
-    low.emplace_back(x, (point.value - point.half_width) / unit.si);
-    middle.emplace_back(x, point.value / unit.si);
-    high.emplace_back(x, (point.value + point.half_width) / unit.si);
-    named.emplace_back(x, curve.named[k] / unit.si);
-    least = std::min({least, low.back().y(), named.back().y()});
-    most = std::max({most, high.back().y(), named.back().y()});
-  }
-  auto picture = std::make_shared<Picture>(
-      "joint-" + name.axis, "Axis " + name.words + " over its own angle",
-      "What the zero offset departs by in the arm that is applied; the band is the 95 % interval.",
-      exact_axis(middle.front().x(), middle.back().x(), "axis " + name.words + ", " + name.unit()));
-  Panel& panel = picture->panel(round_axis(least, most, parameter + ", " + unit.name, 4), 110);
-  panel.band(low, high, Look::after, "95 %");
-  panel.line(middle, Look::after, "applied");
-  panel.line(named, Look::mark, "with a name");
-  return picture;
 }
 
 void add_joints(Page& page, const LoopResult& result) {
@@ -260,7 +199,7 @@ void add_effects(Page& page, const LoopResult& result) {
                        keyed(to_string(traced.effect.parameter), key + "parameter") + " follows " +
                        keyed(to_string(traced.effect.driver), key + "driver") + " (" +
                        keyed(to_string(traced.effect.shape), key + "shape") + ")" + ")</span>"));
-    page.pictures({curve_picture(traced, result.curves[k], robot, k)});
+    page.pictures({effect_picture(traced, result.curves[k], robot, k)});
     page.add(folded("Statistics", statistics_of(result, k)) + "</div>\n");
   }
   page.add(folds ? "</div></details>\n" : "</div>\n");
@@ -404,7 +343,7 @@ Report loop_page(const LoopResult& result, const std::optional<FitToAll>& to_all
   add_joints(page, result);
   add_owners(page, result);
   add_next(page, result, next_poses);
-  add_error_pictures(page, models, by.campaign, {}, by.words);
+  add_error_pictures(page, models, by.campaign, {}, by.words, upwards(nominal));
   add_readings_left_out(page, result.gross_poses, result.excluded_rows, "data/");
   add_rest(page, result, by);
   add_parameters(page, result, to_all, nominal, sound);

@@ -158,7 +158,7 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
   if (const auto& force = findings.force) {
     page.section("Deviation against force");
     page.add(force_text(*force));
-    page.pictures({force_picture(result.deviation, *force)});
+    page.pictures({force_picture(result.deviation, *force), force_over_time(result.deviation)});
   }
   add_mirror_next(page, findings);
   page.folded_section("Details");

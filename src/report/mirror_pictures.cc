@@ -155,11 +155,28 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
       points.emplace_back(time, trend[std::clamp<Eigen::Index>(place, 0, trend.size() - 1)]);
     }
     Points drawn;
-    for (Eigen::Index k : evenly(static_cast<Eigen::Index>(points.size()), kMostPoints))
+    std::vector<std::string> texts;
+    for (Eigen::Index k : evenly(static_cast<Eigen::Index>(points.size()), kMostPoints)) {
       drawn.push_back(points[k]);
+      texts.push_back(fmt::format("{:.4g} s: {:.3g} mm along {}", points[k].x(), points[k].y(),
+                                  "xyz"[axis]));
+    }
     Panel& panel = picture->panel(axis_of(trend, fmt::format("{}, mm", "xyz"[axis]), 4), 80);
     panel.line(curve(deviation.time, trend), Look::after, "trend");
-    panel.points(drawn, Look::mark, "correction point");
+    panel.points(drawn, Look::mark, "correction point", texts);
+  }
+  return picture;
+}
+
+Drawing force_over_time(const PathDeviation& deviation) {
+  auto picture = std::make_shared<Picture>(
+      "force-time", "Force on the tool",
+      "Along each axis, as recorded with the passes." + thinned_samples(deviation.time.size()),
+      exact_axis(deviation.time[0], deviation.time[deviation.time.size() - 1], kTime));
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::VectorXd values = deviation.force.row(axis).transpose();
+    Panel& panel = picture->panel(axis_of(values, fmt::format("{}, N", "xyz"[axis]), 4), 80);
+    panel.line(curve(deviation.time, values), Look::before, "measured");
   }
   return picture;
 }

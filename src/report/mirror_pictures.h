@@ -18,6 +18,9 @@ Drawing correction_picture(const Path& programmed, const MirrorResult& result,
 /// Trend of each axis with the points of the correction (figure 10).
 Drawing trend_picture(const Path& programmed, const MirrorResult& result);
 
+/// Force on the tool of each axis against the time of the program (figure 6).
+Drawing force_over_time(const PathDeviation& deviation);
+
 /// Deviation against force with the fitted line, if there is one (figure 8).
 Drawing force_picture(const PathDeviation& deviation, const ForceLaw& law);
 

@@ -7,9 +7,11 @@
 #include <cmath>
 #include <map>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "report/curve_pictures.h"
 #include "report/error_map_pictures.h"
 #include "report/prediction_parts.h"
 #include "report/residual_pictures.h"
@@ -164,6 +166,26 @@ TEST(HeatLegend, GoesFromTheLowestValueToTheHighest) {
 
 // ---- errors of readings ----
 
+// Points in a row, of poses P0, P1 ...
+Campaign campaign_of(int rows) {
+  Campaign campaign;
+  for (int row = 0; row < rows; ++row) {
+    campaign.pose.push_back(row);
+    campaign.line.push_back(row + 2);
+    campaign.q.push_back(JointVector::Zero(6));
+    campaign.position.emplace_back(1, 2, 3);
+    campaign.pose_ids.push_back("P" + std::to_string(row));
+  }
+  return campaign;
+}
+
+// What a pointer is told, in the order of the marks.
+std::vector<std::string> tips(const std::string& panel) {
+  std::vector<std::string> texts;
+  for (const auto& match : all_of(panel, "<title>([^<]*)</title>")) texts.push_back(match[1]);
+  return texts;
+}
+
 // Residuals of 0.1, 0.2 ... mm along x; the model after errs by a tenth of that.
 Evaluation errors(int rows, double unit) {
   Evaluation evaluation;
@@ -209,7 +231,7 @@ TEST(Histogram, CountsEachReadingInItsBin) {
 TEST(Campaign, EachReadingStandsAtItsErrorInMillimetres) {
   std::vector<bool> left_out(12, false);
   left_out[4] = true;
-  const std::string svg = campaign_picture(models(12), left_out)->svg();
+  const std::string svg = campaign_picture(models(12), campaign_of(12), left_out)->svg();
   const std::string panel = panels(svg).front();
   const Ruler x = horizontal(svg), y = vertical(panel);
   const Points before = starts(panel, "point before"), after = starts(panel, "point after");
@@ -222,18 +244,14 @@ TEST(Campaign, EachReadingStandsAtItsErrorInMillimetres) {
   }
   ASSERT_EQ(starts(panel, "point mark").size(), 1u);
   EXPECT_NEAR(x.at(starts(panel, "point mark").front().x()), 5, 0.05);
+  ASSERT_EQ(tips(panel).size(), 24u);  // the mark of a reading left out is the third at its place
+  EXPECT_EQ(tips(panel)[2], "pose P2: 0.3 mm, nominal");
+  EXPECT_EQ(tips(panel)[12 + 6], "pose P6: 0.07 mm, found");
   EXPECT_NE(svg.find("left out of the fit"), std::string::npos);
 }
 
 TEST(Axes, ShowSmallestMeanAndLargestOfEachAxis) {
-  Campaign campaign;
-  for (int row = 0; row < 8; ++row) {
-    campaign.pose.push_back(row);
-    campaign.line.push_back(row + 2);
-    campaign.q.push_back(JointVector::Zero(6));
-    campaign.position.emplace_back(1, 2, 3);
-    campaign.pose_ids.push_back(std::to_string(row));
-  }
+  const Campaign campaign = campaign_of(8);
   std::vector<Judged> judged = {{"nominal", Look::before, errors(8, 1e-4)}};
   for (size_t row = 0; row < 8; ++row)
     judged[0].evaluation.residuals[row].head<3>() << (row == 0 ? -8e-4 : 1e-4), 2e-4, 3e-4;
@@ -258,7 +276,7 @@ TEST(Field, ArrowsHaveTheLengthThatTheTextSays) {
   const std::vector<Eigen::Vector3d> vectors{{2e-4, 0, 0}, {0, 1e-3, 0}, {0, 0, -5e-4}};
   const auto pictures = field_maps(places, {{"errors", Look::before, vectors}},
                                    {"map", "Errors", "the frame", "Here."});
-  ASSERT_EQ(pictures.size(), 3u);
+  ASSERT_EQ(pictures.size(), 4u);  // the fourth in three dimensions
   const std::string description = pictures[0]->description();
   std::smatch words;
   ASSERT_TRUE(std::regex_search(
@@ -273,6 +291,125 @@ TEST(Field, ArrowsHaveTheLengthThatTheTextSays) {
   EXPECT_NEAR(x.at(heads[0].x()), factor * 0.2, 15);
   EXPECT_NEAR(x.at(heads[1].x()), 1000, 15);
   EXPECT_NEAR(y.at(heads[1].y()), factor * 1.0, 15);
+}
+
+// Names of the pictures of a field whose vertical is `up`, with what they are seen from.
+std::vector<std::pair<std::string, std::string>> views_of(const Eigen::Vector3d& up) {
+  const std::vector<Eigen::Vector3d> places{{0, 0, 0}, {1, 0, 0.5}, {1, 1, 1}};
+  std::vector<std::pair<std::string, std::string>> views;
+  for (const Drawing& picture :
+       field_maps(places, {{"errors", Look::before, places}},
+                  {.file = "map", .title = "Errors", .frame = "F", .note = "", .up = up}))
+    views.emplace_back(picture->name(), picture->title());
+  return views;
+}
+
+TEST(Field, IsSeenFromAboveAlongTheVertical) {
+  // From above, x and y of the picture and the vertical are right-handed.
+  EXPECT_EQ(views_of({0, 0, 1})[0], std::pair(std::string("map-xy"), std::string("Errors, from above")));
+  EXPECT_EQ(views_of({0, 0, -1})[0].first, "map-yx");
+  EXPECT_EQ(views_of({0, 1, 0})[0], std::pair(std::string("map-zx"), std::string("Errors, from above")));
+  EXPECT_EQ(views_of({0, 1, 0})[1], std::pair(std::string("map-zy"), std::string("Errors, from the side")));
+  EXPECT_EQ(views_of({-1, 0, 0.1})[0].first, "map-zy");
+  EXPECT_EQ(views_of({1, 0, 1})[0].second, "Errors, along z");
+}
+
+// The parts of a space: class, both ends within the ball, and both ends as drawn.
+struct Segment {
+  std::string css;
+  std::array<Eigen::Vector3d, 2> ends;
+  std::array<Eigen::Vector2d, 2> drawn;
+};
+
+std::vector<Segment> segments(const std::string& panel) {
+  std::vector<Segment> found;
+  for (const auto& path :
+       all_of(panel, "class=\"([a-z ]+)\" data-place=\"([-0-9. ]+)\" d=\"M([-0-9. ]+)L([-0-9. ]+)\"")) {
+    Segment& segment = found.emplace_back();
+    segment.css = path[1];
+    std::istringstream ends(path[2]);
+    for (Eigen::Vector3d& end : segment.ends) ends >> end.x() >> end.y() >> end.z();
+    for (size_t k = 0; k < 2; ++k) {
+      std::istringstream drawn(path[3 + k]);
+      drawn >> segment.drawn[k].x() >> segment.drawn[k].y();
+    }
+  }
+  return found;
+}
+
+TEST(Space, HoldsPlacesAndVectorsWithTheVerticalUpwards) {
+  const std::vector<Eigen::Vector3d> places{{2, 0, 1}, {3, 0, 1.5}, {3, 1, 2}};
+  const std::vector<Eigen::Vector3d> vectors{{2e-4, 0, 0}, {0, 1e-3, 0}, {0, 0, -5e-4}};
+  const Drawing picture =
+      field_maps(places, {{"errors", Look::before, vectors}},
+                 {.file = "map", .title = "Errors", .frame = "F", .note = "",
+                  .names = {"P0", "P1", "P2"}, .up = Eigen::Vector3d::UnitX()})
+          .back();
+  const std::string panel = panels(picture->svg()).front();
+  std::vector<Segment> of_field;
+  for (const Segment& segment : segments(panel)) {
+    for (const Eigen::Vector3d& end : segment.ends) EXPECT_LE(end.norm(), 1.0005);
+    if (segment.css == "line before") of_field.push_back(segment);
+  }
+  ASSERT_EQ(of_field.size(), 3u);
+  EXPECT_EQ(tips(panel), (std::vector<std::string>{"P0: 0.2 mm, errors", "P1: 1 mm, errors",
+                                                   "P2: 0.5 mm, errors"}));
+  // One turn and one scale take all of them into the ball; x becomes the vertical.
+  const double scale = (of_field[2].ends[0] - of_field[0].ends[0]).norm() / (places[2] - places[0]).norm();
+  EXPECT_NEAR(of_field[1].ends[0].z() - of_field[0].ends[0].z(), scale, 2e-3);
+  EXPECT_NEAR((of_field[1].ends[0] - of_field[0].ends[0]).norm(), std::sqrt(1.25) * scale, 2e-3);
+  const auto arrow = [&](size_t k) -> Eigen::Vector3d { return of_field[k].ends[1] - of_field[k].ends[0]; };
+  EXPECT_NEAR(arrow(1).norm() / arrow(0).norm(), 5, 0.1);
+  EXPECT_GT(arrow(0).z(), 0);
+  EXPECT_NEAR(arrow(1).z(), 0, 2e-3);
+  // Seen from above a corner: what is higher stands higher, along the vertical lines are upright.
+  const Segment& upright = of_field[0];
+  EXPECT_NEAR(upright.drawn[0].x(), upright.drawn[1].x(), 0.11);
+  EXPECT_LT(upright.drawn[1].y(), upright.drawn[0].y());
+  // The ball keeps lengths: across the eye's direction none is longer than in space.
+  for (const Segment& a : of_field)
+    for (const Segment& b : of_field) {
+      const double in_space = (a.ends[0] - b.ends[0]).norm();
+      const double on_paper = (a.drawn[0] - b.drawn[0]).norm();
+      EXPECT_LE(on_paper, in_space * 150 + 0.2);  // half the height of the panel
+    }
+}
+
+TEST(JointCurve, ShowsCurveNamedPartAndBandOverItsAngle) {
+  KinematicChain chain;
+  chain.links.resize(2);
+  chain.links[0].name = "A1";
+  chain.links[1].name = "A2";
+  JointCurve curve;
+  curve.joint = 1;
+  for (int k = 0; k <= 4; ++k) {
+    curve.points.push_back({0.1 * k, 1e-4 * k, 5e-5});
+    curve.named.push_back(5e-5 * k);
+  }
+  const std::string svg = joint_picture(curve, chain)->svg(), panel = panels(svg).front();
+  const Ruler x = horizontal(svg), y = vertical(panel);
+  EXPECT_NE(svg.find("A2.theta, mrad"), std::string::npos);
+  constexpr double kMrad = 1e3;
+  const auto points = [&](const std::string& css, size_t which) {
+    const auto paths = all_of(panel, "class=\"" + css + "\" d=\"M([^\"]*)\"");
+    Points read;
+    for (const auto& match : all_of(paths.at(which)[1], "([-0-9.]+) ([-0-9.]+)"))
+      read.emplace_back(x.at(std::stod(match[1])), y.at(std::stod(match[2])));
+    return read;
+  };
+  const Points applied = points("line after", 0), named = points("line mark", 0), band = points("band after", 0);
+  ASSERT_EQ(applied.size(), 5u);
+  ASSERT_EQ(named.size(), 5u);
+  ASSERT_EQ(band.size(), 10u);  // there below and back above
+  for (size_t k = 0; k < 5; ++k) {
+    const double angle = 0.1 * static_cast<double>(k), value = 1e-4 * static_cast<double>(k);
+    EXPECT_NEAR(applied[k].x(), angle * 180 / M_PI, 0.05);
+    EXPECT_NEAR(applied[k].y(), value * kMrad, 5e-6 * kMrad);
+    EXPECT_NEAR(named[k].y(), 0.5 * value * kMrad, 5e-6 * kMrad);
+    EXPECT_NEAR(band[k].y(), (value - 5e-5) * kMrad, 5e-6 * kMrad);
+    EXPECT_NEAR(band[9 - k].y(), (value + 5e-5) * kMrad, 5e-6 * kMrad);
+  }
+  EXPECT_EQ(tips(panel).size(), 5u);
 }
 
 TEST(Rows, ShowBothErrorsAlongTheProgram) {

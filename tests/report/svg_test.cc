@@ -77,7 +77,7 @@ TEST(Picture, DrawsWithinItsViewBox) {
   Panel& panel = picture.panel(round_axis(-0.001, 0.001, "error, mm"), 120);
   panel.line({{0, -0.001}, {2500, 0.001}}, Look::before, "one");
   panel.points({{0, 0}, {2500, 0}}, Look::after, "two");
-  panel.range(1250, -0.001, 0, 0.001, Look::nominal, "three");
+  panel.range(1250, -0.001, 0, 0.001, Look::nominal, "three", "0 mm");
   const std::string svg = picture.svg();
   std::smatch box;
   ASSERT_TRUE(std::regex_search(svg, box, std::regex("viewBox=\"0 0 ([0-9.]+) ([0-9.]+)\"")));
