@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "armtrue/compensation/error_map.h"
-#include "armtrue/io/products/error_map_io.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/products/error_map_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/error_map_page.h"

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
+#include "armtrue/io/output.h"
 #include "armtrue/io/products/deviation_io.h"
 #include "armtrue/io/products/mirror_io.h"
-#include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror/findings.h"

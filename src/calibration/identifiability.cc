@@ -14,11 +14,11 @@
 #include "armtrue/calibration/contacts.h"
 #include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/selection.h"
+#include "armtrue/effects/identify.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "calibration/column_choice.h"
-#include "armtrue/effects/identify.h"
 #include "calibration/prior.h"
 
 namespace armtrue {

@@ -74,14 +74,15 @@ std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets
   const bool has_points = between && !between->points.empty();
   if (has_points) std::ranges::for_each(between->points, add);
   names.resize(places.size(), "inserted point");
-  return field_maps(places, {{"correction", Look::after, moved}},
-                    {.file = "map",
-                     .title = "Corrections",
-                     .frame = "the program's frame",
-                     .note = has_points ? "What the command of each target and inserted point is moved by."
-                                : "What the command of each target is moved by.",
-                     .what = "corrections",
-                     .names = std::move(names)});
+  return field_maps(
+      places, {{"correction", Look::after, moved}},
+      {.file = "map",
+       .title = "Corrections",
+       .frame = "the program's frame",
+       .note = has_points ? "What the command of each target and inserted point is moved by."
+                          : "What the command of each target is moved by.",
+       .what = "corrections",
+       .names = std::move(names)});
 }
 
 Drawing targets_picture(const std::vector<CorrectedTarget>& targets,
@@ -92,10 +93,10 @@ Drawing targets_picture(const std::vector<CorrectedTarget>& targets,
     before[k] = targets[k].before.position / kMillimetre;
     after[k] = targets[k].expected() / kMillimetre;
   }
-  return rows_picture(before, after,
-                      {.after = targets.front().deviation ? "corrected, standard deviation included"
-                                                          : "corrected",
-                       .names = names});
+  return rows_picture(
+      before, after,
+      {.after = targets.front().deviation ? "corrected, standard deviation included" : "corrected",
+       .names = names});
 }
 
 // Straight and circular moves between their points.

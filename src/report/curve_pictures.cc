@@ -22,7 +22,7 @@ std::string point_text(double x, const std::string& unit_of_x, const CurvePoint&
 }  // namespace
 
 Drawing effect_picture(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
-                      const Robot& robot, size_t number) {
+                       const Robot& robot, size_t number) {
   if (curve.empty()) return nullptr;
   const DisplayUnit unit = display_unit(robot.chain, traced.effect.parameter);
   const bool is_angle = traced.effect.driver.kind == DriverKind::joint_angle;
@@ -50,8 +50,8 @@ Drawing effect_picture(const TracedEffect& traced, const std::vector<CurvePoint>
       "What the parameter departs by; the band is the 95 % interval.",
       exact_axis(middle.front().x(), middle.back().x(),
                  to_string(traced.effect.driver) + of_driver));
-  Panel& panel =
-      picture->panel(round_axis(least, most, to_string(traced.effect.parameter) + ", " + unit.name, 4), 110);
+  Panel& panel = picture->panel(
+      round_axis(least, most, to_string(traced.effect.parameter) + ", " + unit.name, 4), 110);
   panel.band(low, high, Look::after, "95 %");
   panel.line(middle, Look::after, "found", texts);
   return picture;

@@ -182,10 +182,10 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
     before[k] = point.error.norm() / kMillimetre;
     after[k] = *left_of(point) / kMillimetre;
   }
-  std::vector<Drawing> pictures = field_maps(places, {{"error as it is", Look::before, errors}},
-                                             {"map", "Predicted error", "the program's frame",
-                                              "Error of each point.", "errors", kPathArrows,
-                                              predicted});
+  std::vector<Drawing> pictures =
+      field_maps(places, {{"error as it is", Look::before, errors}},
+                 {"map", "Predicted error", "the program's frame", "Error of each point.", "errors",
+                  kPathArrows, predicted});
   pictures.push_back(rows_picture(before, after, {.after = left_name(map), .names = map.names}));
   return pictures;
 }

@@ -158,8 +158,8 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
     std::vector<std::string> texts;
     for (Eigen::Index k : evenly(static_cast<Eigen::Index>(points.size()), kMostPoints)) {
       drawn.push_back(points[k]);
-      texts.push_back(fmt::format("{:.4g} s: {:.3g} mm along {}", points[k].x(), points[k].y(),
-                                  "xyz"[axis]));
+      texts.push_back(
+          fmt::format("{:.4g} s: {:.3g} mm along {}", points[k].x(), points[k].y(), "xyz"[axis]));
     }
     Panel& panel = picture->panel(axis_of(trend, fmt::format("{}, mm", "xyz"[axis]), 4), 80);
     panel.line(curve(deviation.time, trend), Look::after, "trend");

@@ -75,7 +75,9 @@ const char* page_style() {
          ".effects{grid-template-columns:1fr 1fr}.effect figure{width:100%}.pictures{display:block}"
          "figure{display:inline-block;width:47%;margin:0 2% 1rem 0;vertical-align:top}"
          ".screen{display:none}"
-         "figure button,#tip{display:none}.scroll{overflow:visible;background:none}.verdict,.tile,.effect,.bar,.badge{print-color-adjust:exact}"
+         "figure "
+         "button,#tip{display:none}.scroll{overflow:visible;background:none}.verdict,.tile,.effect,"
+         ".bar,.badge{print-color-adjust:exact}"
          "details:not([open])>summary{display:none}}";
 }
 

@@ -131,11 +131,10 @@ Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign
       const double place = static_cast<double>(k) +
                            (static_cast<double>(m) + 1) / (static_cast<double>(models.size()) + 1);
       const AxisErrors& axis = axes[m][k];
-      panel.range(place, in_mm(axis.min), in_mm(axis.mean), in_mm(axis.max), models[m].look,
-                  models[m].name,
-                  fmt::format("{}, {}: mean {:.3g}, from {:.3g} to {:.3g} mm", models[m].name,
-                              words.back().second, in_mm(axis.mean), in_mm(axis.min),
-                              in_mm(axis.max)));
+      panel.range(
+          place, in_mm(axis.min), in_mm(axis.mean), in_mm(axis.max), models[m].look, models[m].name,
+          fmt::format("{}, {}: mean {:.3g}, from {:.3g} to {:.3g} mm", models[m].name,
+                      words.back().second, in_mm(axis.mean), in_mm(axis.min), in_mm(axis.max)));
     }
   }
   picture->words(std::move(words));
@@ -180,8 +179,8 @@ Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& camp
       const auto r = static_cast<size_t>(row);
       const Eigen::Vector2d point(static_cast<double>(row) + 1, in_mm(errors[r]));
       points.push_back(point);
-      texts.push_back(fmt::format("{}: {:.3g} mm, {}", reading_name(campaign, first, r),
-                                  point.y(), model.name));
+      texts.push_back(fmt::format("{}: {:.3g} mm, {}", reading_name(campaign, first, r), point.y(),
+                                  model.name));
       if (&model == &models.back() && !left_out.empty() && left_out[r]) out.push_back(point);
     }
     panel.points(points, model.look, model.name, texts);
@@ -342,16 +341,17 @@ std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Camp
   std::vector<VectorField> fields;
   for (size_t m = 0; m < models.size(); ++m)
     fields.push_back({models[m].name, models[m].look, placed.residuals[m]});
-  return field_maps(placed.places, fields,
-                    {.file = "map",
-                     .title = "Errors in the workspace",
-                     .frame = "the instrument's frame",
-                     .note = campaign.session_names.size() > 1
-                         ? "Mean error of each pose, measured minus model, at its place in the "
-                           "frame of its session."
-                         : "Mean error of each pose, measured minus model, at its place.",
-                     .names = placed.names,
-                     .up = up});
+  return field_maps(
+      placed.places, fields,
+      {.file = "map",
+       .title = "Errors in the workspace",
+       .frame = "the instrument's frame",
+       .note = campaign.session_names.size() > 1
+                   ? "Mean error of each pose, measured minus model, at its place in the "
+                     "frame of its session."
+                   : "Mean error of each pose, measured minus model, at its place.",
+       .names = placed.names,
+       .up = up});
 }
 
 }  // namespace armtrue

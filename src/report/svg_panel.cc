@@ -108,7 +108,7 @@ void Panel::vectors(const Points& from, const Points& to, Look look, const std::
     const Eigen::Vector2d along = (b - a) / length, across(-along.y(), along.x());
     const Eigen::Vector2d neck = b - std::min(kHead, 0.7 * length) * along;
     shaft += "M" + coordinate_text(a.x()) + " " + coordinate_text(a.y()) + "L" +
-              coordinate_text(neck.x()) + " " + coordinate_text(neck.y());
+             coordinate_text(neck.x()) + " " + coordinate_text(neck.y());
     heads += "M" + coordinate_text(b.x()) + " " + coordinate_text(b.y());
     for (double side : {kHalfHead, -kHalfHead}) {
       const Eigen::Vector2d corner = neck + std::min(side * side, length) / side * across;
@@ -189,8 +189,8 @@ void Panel::segments(const Places& from, const Places& to, std::optional<Look> l
   const std::string of = look ? std::string("line ") + class_of(*look) : "grid";
   for (size_t k = 0; k < from.size(); ++k) {
     const Eigen::Vector2d a = projected(from[k]), b = projected(to[k]);
-    body_ += fmt::format("<path class=\"{}\" data-place=\"{} {}\" d=\"M{} {}L{} {}\">{}</path>\n", of,
-                         place_text(from[k]), place_text(to[k]), coordinate_text(a.x()),
+    body_ += fmt::format("<path class=\"{}\" data-place=\"{} {}\" d=\"M{} {}L{} {}\">{}</path>\n",
+                         of, place_text(from[k]), place_text(to[k]), coordinate_text(a.x()),
                          coordinate_text(a.y()), coordinate_text(b.x()), coordinate_text(b.y()),
                          title_of(texts, k));
   }
@@ -199,8 +199,8 @@ void Panel::segments(const Places& from, const Places& to, std::optional<Look> l
 void Panel::dots(const Places& places) {
   for (const Eigen::Vector3d& place : places) {
     const Eigen::Vector2d at = projected(place);
-    body_ += fmt::format("<path class=\"dot\" data-place=\"{}\" d=\"M{} {}h0\"/>\n", place_text(place),
-                         coordinate_text(at.x()), coordinate_text(at.y()));
+    body_ += fmt::format("<path class=\"dot\" data-place=\"{}\" d=\"M{} {}h0\"/>\n",
+                         place_text(place), coordinate_text(at.x()), coordinate_text(at.y()));
   }
 }
 
@@ -214,10 +214,11 @@ void Panel::label(const Eigen::Vector3d& place, const std::string& text) {
 std::string Panel::frame(bool is_last) const {
   if (is_space_)
     return fmt::format(
-        "<path class=\"turned\" data-turn=\"{} {}\" data-ball=\"{} {} {}\" d=\"M0 0h{}v{}h-{}z\"/>\n",
-        kViewTurn, kViewTilt, coordinate_text(0.5 * Picture::panel_width()), coordinate_text(0.5 * height_),
-        coordinate_text(ball_radius()), coordinate_text(Picture::panel_width()), height_,
-        coordinate_text(Picture::panel_width()));
+        "<path class=\"turned\" data-turn=\"{} {}\" data-ball=\"{} {} {}\" d=\"M0 "
+        "0h{}v{}h-{}z\"/>\n",
+        kViewTurn, kViewTilt, coordinate_text(0.5 * Picture::panel_width()),
+        coordinate_text(0.5 * height_), coordinate_text(ball_radius()),
+        coordinate_text(Picture::panel_width()), height_, coordinate_text(Picture::panel_width()));
   std::string grid, texts;
   const std::string width = coordinate_text(Picture::panel_width());
   const double first = std::ceil(y_.low / y_.step - 1e-9);

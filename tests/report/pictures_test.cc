@@ -306,10 +306,13 @@ std::vector<std::pair<std::string, std::string>> views_of(const Eigen::Vector3d&
 
 TEST(Field, IsSeenFromAboveAlongTheVertical) {
   // From above, x and y of the picture and the vertical are right-handed.
-  EXPECT_EQ(views_of({0, 0, 1})[0], std::pair(std::string("map-xy"), std::string("Errors, from above")));
+  EXPECT_EQ(views_of({0, 0, 1})[0],
+            std::pair(std::string("map-xy"), std::string("Errors, from above")));
   EXPECT_EQ(views_of({0, 0, -1})[0].first, "map-yx");
-  EXPECT_EQ(views_of({0, 1, 0})[0], std::pair(std::string("map-zx"), std::string("Errors, from above")));
-  EXPECT_EQ(views_of({0, 1, 0})[1], std::pair(std::string("map-zy"), std::string("Errors, from the side")));
+  EXPECT_EQ(views_of({0, 1, 0})[0],
+            std::pair(std::string("map-zx"), std::string("Errors, from above")));
+  EXPECT_EQ(views_of({0, 1, 0})[1],
+            std::pair(std::string("map-zy"), std::string("Errors, from the side")));
   EXPECT_EQ(views_of({-1, 0, 0.1})[0].first, "map-zy");
   EXPECT_EQ(views_of({1, 0, 1})[0].second, "Errors, along z");
 }
@@ -324,7 +327,8 @@ struct Segment {
 std::vector<Segment> segments(const std::string& panel) {
   std::vector<Segment> found;
   for (const auto& path :
-       all_of(panel, "class=\"([a-z ]+)\" data-place=\"([-0-9. ]+)\" d=\"M([-0-9. ]+)L([-0-9. ]+)\"")) {
+       all_of(panel,
+              "class=\"([a-z ]+)\" data-place=\"([-0-9. ]+)\" d=\"M([-0-9. ]+)L([-0-9. ]+)\"")) {
     Segment& segment = found.emplace_back();
     segment.css = path[1];
     std::istringstream ends(path[2]);
@@ -340,11 +344,14 @@ std::vector<Segment> segments(const std::string& panel) {
 TEST(Space, HoldsPlacesAndVectorsWithTheVerticalUpwards) {
   const std::vector<Eigen::Vector3d> places{{2, 0, 1}, {3, 0, 1.5}, {3, 1, 2}};
   const std::vector<Eigen::Vector3d> vectors{{2e-4, 0, 0}, {0, 1e-3, 0}, {0, 0, -5e-4}};
-  const Drawing picture =
-      field_maps(places, {{"errors", Look::before, vectors}},
-                 {.file = "map", .title = "Errors", .frame = "F", .note = "",
-                  .names = {"P0", "P1", "P2"}, .up = Eigen::Vector3d::UnitX()})
-          .back();
+  const Drawing picture = field_maps(places, {{"errors", Look::before, vectors}},
+                                     {.file = "map",
+                                      .title = "Errors",
+                                      .frame = "F",
+                                      .note = "",
+                                      .names = {"P0", "P1", "P2"},
+                                      .up = Eigen::Vector3d::UnitX()})
+                              .back();
   const std::string panel = panels(picture->svg()).front();
   std::vector<Segment> of_field;
   for (const Segment& segment : segments(panel)) {
@@ -355,10 +362,13 @@ TEST(Space, HoldsPlacesAndVectorsWithTheVerticalUpwards) {
   EXPECT_EQ(tips(panel), (std::vector<std::string>{"P0: 0.2 mm, errors", "P1: 1 mm, errors",
                                                    "P2: 0.5 mm, errors"}));
   // One turn and one scale take all of them into the ball; x becomes the vertical.
-  const double scale = (of_field[2].ends[0] - of_field[0].ends[0]).norm() / (places[2] - places[0]).norm();
+  const double scale =
+      (of_field[2].ends[0] - of_field[0].ends[0]).norm() / (places[2] - places[0]).norm();
   EXPECT_NEAR(of_field[1].ends[0].z() - of_field[0].ends[0].z(), scale, 2e-3);
   EXPECT_NEAR((of_field[1].ends[0] - of_field[0].ends[0]).norm(), std::sqrt(1.25) * scale, 2e-3);
-  const auto arrow = [&](size_t k) -> Eigen::Vector3d { return of_field[k].ends[1] - of_field[k].ends[0]; };
+  const auto arrow = [&](size_t k) -> Eigen::Vector3d {
+    return of_field[k].ends[1] - of_field[k].ends[0];
+  };
   EXPECT_NEAR(arrow(1).norm() / arrow(0).norm(), 5, 0.1);
   EXPECT_GT(arrow(0).z(), 0);
   EXPECT_NEAR(arrow(1).z(), 0, 2e-3);
@@ -397,7 +407,8 @@ TEST(JointCurve, ShowsCurveNamedPartAndBandOverItsAngle) {
       read.emplace_back(x.at(std::stod(match[1])), y.at(std::stod(match[2])));
     return read;
   };
-  const Points applied = points("line after", 0), named = points("line mark", 0), band = points("band after", 0);
+  const Points applied = points("line after", 0), named = points("line mark", 0),
+               band = points("band after", 0);
   ASSERT_EQ(applied.size(), 5u);
   ASSERT_EQ(named.size(), 5u);
   ASSERT_EQ(band.size(), 10u);  // there below and back above

@@ -59,8 +59,7 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   for (size_t k = 0; k < result.observability.size(); ++k)
     observability["O" + std::to_string(k + 1)] = rounded(result.observability[k]);
   node["observability"] = flow(observability);
-  std::vector<FlowEntry> spread{
-      {"position_mm", rounded(result.spread.position / kMillimetre)}};
+  std::vector<FlowEntry> spread{{"position_mm", rounded(result.spread.position / kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.spread.orientation / kMilliradian));
   node["residual_spread"] = flow_map(spread);

@@ -58,8 +58,7 @@ Document write_change(const ChangeResult& result, const Robot& previous, const C
   YAML::Node excluded(YAML::NodeType::Sequence);
   for (int row : result.blunders) excluded.push_back(whole_number(campaign.line[row]));
   root["excluded_rows"] = flow(excluded);
-  std::vector<FlowEntry> spread{
-      {"position_mm", rounded(result.sigma.position / kMillimetre)}};
+  std::vector<FlowEntry> spread{{"position_mm", rounded(result.sigma.position / kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.sigma.orientation / kMilliradian));
   root["spread"] = flow_map(spread);

@@ -200,8 +200,7 @@ Document write_compensation(const std::vector<CorrectedTarget>& targets, const P
   if (!conditions.moves.empty()) root["moves"] = conditions.moves;
   root["sentence"] = compensation_sentence(targets);
   root["targets"] = whole_number(targets.size());
-  root["corrected"] =
-      whole_number(std::ranges::count_if(targets, &CorrectedTarget::is_corrected));
+  root["corrected"] = whole_number(std::ranges::count_if(targets, &CorrectedTarget::is_corrected));
   root["before_mm"] =
       error_node(summary_of(targets, [](const auto& t) { return t.before.position; }), kMillimetre);
   root["before_mrad"] = error_node(

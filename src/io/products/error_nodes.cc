@@ -56,9 +56,8 @@ YAML::Node unseen_scale_node(const UnseenScale& scale) {
 
 YAML::Node noise_node(const NoiseFloor& noise) {
   static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
-  std::vector<FlowEntry> entries{
-      {"source", kSources[static_cast<int>(noise.source)]},
-      {"position_mm", rounded(noise.position / kMillimetre)}};
+  std::vector<FlowEntry> entries{{"source", kSources[static_cast<int>(noise.source)]},
+                                 {"position_mm", rounded(noise.position / kMillimetre)}};
   if (noise.orientation > 0)
     entries.emplace_back("orientation_mrad", rounded(noise.orientation / kMilliradian));
   return flow_map(entries);

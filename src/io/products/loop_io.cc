@@ -53,8 +53,8 @@ YAML::Node before_after_node(const LoopResult& result) {
   before_after["reducible_removed"] = if_held_out(result.reducible_removed);
   if (held_out) before_after["gain_ci95_mm"] = interval_node(result.gain_ci95, kMillimetre);
   if (result.noise.source == NoiseFloor::Source::replicates)
-    before_after["floor_ci95_mm"] = interval_node(
-        deviation_ci95(result.floor, result.noise.degrees_of_freedom), kMillimetre);
+    before_after["floor_ci95_mm"] =
+        interval_node(deviation_ci95(result.floor, result.noise.degrees_of_freedom), kMillimetre);
   if (held_out) before_after["reducible_removed_ci95"] = interval_node(result.removed_ci95, 1);
   return flow(before_after);
 }
@@ -132,8 +132,8 @@ Document write_loop(const LoopResult& result, const TraceOptions& options,
   root["before_after"] = before_after_node(result);
   if (held_out) root["before_after"]["outside_p"] = rounded(result.outside_p);
   if (result.worst)
-    root["worst_held_out"] = flow_map({{"pose", result.worst->pose},
-                                       {"after_mm", rounded(result.worst->error / kMillimetre)}});
+    root["worst_held_out"] = flow_map(
+        {{"pose", result.worst->pose}, {"after_mm", rounded(result.worst->error / kMillimetre)}});
   if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));

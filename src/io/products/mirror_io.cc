@@ -164,8 +164,7 @@ Document write_mirror(const MirrorFindings& findings, const Provenance& provenan
   for (size_t p = 0; p < files.size(); ++p)
     root["passes"].push_back(pass_node(result.passes[p], files[p], lines[p]));
   const bool spline = options.points == CorrectionPoints::spline;
-  std::vector<FlowEntry> filter{
-      {"kind", spline ? "smoothing-spline" : "butterworth"}};
+  std::vector<FlowEntry> filter{{"kind", spline ? "smoothing-spline" : "butterworth"}};
   if (!spline) filter.emplace_back("order", whole_number(options.order));
   filter.emplace_back("cut_off_hz", rounded(result.cutoff));
   filter.emplace_back("chosen", options.cutoff ? "given" : "auto");

@@ -53,7 +53,7 @@ class ProgramReader {
   // The columns may have other names, or stand in another file.
   void refuse_corrections() const {
     struct Written {
-      double unit;    // of what compensate wrote, in SI
+      double unit;  // of what compensate wrote, in SI
       int decimals;
       const char* as;  // if the file has another unit
       CheckDigits digits{CheckSize::digits, Corrector::compensate};

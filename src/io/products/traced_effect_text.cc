@@ -47,12 +47,12 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
   node["value_" + unit.name] = flow(values);
   node["half_width_" + unit.name] = flow(half_widths);
   if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
-    node["strongest_cycle"] = flow_map(
-        {travels ? FlowEntry{"length_mm", rounded(kTurn / cycle->per_turn / kMillimetre)}
-                 : FlowEntry{"per_turn", number_in_form("{:.5g}", cycle->per_turn)},
-         {"resolution", rounded(cycle->resolution)},
-         {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
-         {"share", rounded(cycle->share)}});
+    node["strongest_cycle"] =
+        flow_map({travels ? FlowEntry{"length_mm", rounded(kTurn / cycle->per_turn / kMillimetre)}
+                          : FlowEntry{"per_turn", number_in_form("{:.5g}", cycle->per_turn)},
+                  {"resolution", rounded(cycle->resolution)},
+                  {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
+                  {"share", rounded(cycle->share)}});
   return node;
 }
 
