@@ -232,7 +232,7 @@ int run(app::Command& command, const Arguments& arguments) {
   report_fit(command, result, campaign, evaluation);
   write_output(command.output, write_calibration(result, campaign, std::move(evaluation),
                                                  command.provenance(), findings));
-  if (command.output != "-") command.report("wrote " + command.output + "\n");
+  command.report_written(command.output);
   report_near_nominal(command, result, campaign);
   report_not_shown(command, result);
   if (arguments.page.is_wanted())

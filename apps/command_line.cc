@@ -376,6 +376,10 @@ void Command::report(const std::string& message) const {
   if (verbose || (terminal && !quiet)) print_error((terminal ? "\r\033[K" : "") + without_controls(message));
 }
 
+void Command::report_written(const std::string& path, const std::string& note) const {
+  if (!path.empty() && path != "-") report("wrote " + path + note + "\n");
+}
+
 void Command::progress(const std::string& message) {
   if (quiet || !isatty(STDERR_FILENO) || seconds() - started_ < 1.0) return;
   print_error("\r\033[K" + name_ + ": " + printable(message) + " ...");

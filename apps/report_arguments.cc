@@ -32,7 +32,7 @@ PageHead page_head(const Command& command, const std::optional<About>& about) {
 void write_report(const Command& command, const ReportArguments& arguments, const Report& report) {
   if (!arguments.report.empty()) {
     write_output(arguments.report, report.html);
-    if (arguments.report != "-") command.report("wrote " + arguments.report + "\n");
+    command.report_written(arguments.report);
   }
   if (arguments.plots.empty()) return;
   std::vector<Product> pictures;

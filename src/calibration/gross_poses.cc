@@ -383,4 +383,13 @@ Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& g
   return campaign.select(rows);
 }
 
+Campaign without_gross(const Campaign& all, const std::vector<int>& training,
+                       const std::vector<GrossPose>& gross) {
+  std::vector<GrossPose> in_all = gross;
+  if (!training.empty())
+    for (GrossPose& pose : in_all)
+      for (int& row : pose.rows) row = training[row];
+  return without_gross(all, in_all);
+}
+
 }  // namespace armtrue

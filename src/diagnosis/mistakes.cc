@@ -98,4 +98,27 @@ RepeatedPoses repeated_poses(const Campaign& training, const Campaign& test) {
   return poses;
 }
 
+std::string why_not_apart(const Campaign& training, const Campaign& test) {
+  const auto shared = shared_reading(training, test);
+  if (!shared) return "";
+  const bool is_one_file = training.source == test.source;
+  return fmt::format(
+      "{}:{}: this reading stands in {} too{}", test.source, test.line[shared->test],
+      is_one_file ? fmt::format("line {}", training.line[shared->training]) : training.source,
+      is_one_file ? ", as another pose; a copy shows nothing new: remove it, or give both the "
+                    "same pose"
+                  : "; --test needs poses that no fit uses");
+}
+
+std::string repeats_in_words(const Campaign& training, const Campaign& test) {
+  const RepeatedPoses poses = repeated_poses(training, test);
+  if (poses.repeated == 0) return "";
+  return fmt::format(
+      "{}: {} of {} held-out poses stand at the joint angles of training poses (pose {} at those "
+      "of {}): they are repeats, and their error says nothing of other poses; {}",
+      test.source, poses.repeated, poses.of, poses.test, poses.training,
+      training.source == test.source ? "give the repeats of a pose one name"
+                                     : "give --test other poses");
+}
+
 }  // namespace armtrue

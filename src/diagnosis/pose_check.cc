@@ -263,4 +263,18 @@ std::vector<std::string> find_unseen_signs(const Robot& robot, const JointVector
   return unseen;
 }
 
+std::vector<std::string> joints_beyond_travel(const KinematicChain& chain, const JointVector& q) {
+  std::vector<std::string> sentences;
+  int joint = 0;
+  for (const JointName& name : joint_names(chain)) {
+    const Link& link = joint_link(chain, joint);
+    const double value = q[joint++];
+    if (value < link.min || value > link.max)
+      sentences.push_back(fmt::format(
+          "{0} stands at {1:g} {4}, beyond its travel of {2:g} to {3:g} {4}", link.name,
+          value / name.si(), link.min / name.si(), link.max / name.si(), name.unit()));
+  }
+  return sentences;
+}
+
 }  // namespace armtrue

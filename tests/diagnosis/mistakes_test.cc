@@ -46,6 +46,19 @@ TEST(SharedReading, IsACopyAndNoRepeat) {
   EXPECT_FALSE(shared_reading(training, again));
 }
 
+TEST(SharedReading, IsNamedByItsLines) {
+  Campaign training = measured(1);
+  training.source = "a.csv";
+  Campaign copy = training.select({17, 3});
+  EXPECT_EQ(why_not_apart(training, measured(2)), "");
+  const std::string lines = std::to_string(training.line[17]);
+  EXPECT_EQ(why_not_apart(training, copy), "a.csv:" + lines + ": this reading stands in line " + lines +
+                                               " too, as another pose; a copy shows nothing new: "
+                                               "remove it, or give both the same pose");
+  copy.source = "b.csv";
+  EXPECT_THAT(why_not_apart(training, copy), HasSubstr("b.csv:" + lines + ": this reading stands in a.csv too"));
+}
+
 TEST(RepeatedPoses, StandAtTheSameAngles) {
   const Campaign training = measured(1), other = measured(2);
   EXPECT_EQ(repeated_poses(training, other).repeated, 0);
@@ -57,6 +70,8 @@ TEST(RepeatedPoses, StandAtTheSameAngles) {
   EXPECT_EQ(poses.of, 2);
   EXPECT_EQ(poses.test, near.pose_ids[near.pose[0]]);
   EXPECT_EQ(poses.training, training.pose_ids[training.pose[4]]);
+  EXPECT_THAT(repeats_in_words(training, near), HasSubstr("1 of 2 held-out poses"));
+  EXPECT_EQ(repeats_in_words(training, other), "");
 }
 
 TEST(BeyondAnyArm, SaysHowMuchAnArmCanErr) {

@@ -45,5 +45,8 @@ std::vector<int> rows_of(const std::vector<GrossPose>& gross);
 
 /// The campaign without the rows of gross poses.
 Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross);
+/// The same of a campaign whose rows `training`, or all if that is empty, `gross` counts.
+Campaign without_gross(const Campaign& all, const std::vector<int>& training,
+                       const std::vector<GrossPose>& gross);
 
 }  // namespace armtrue

@@ -33,6 +33,9 @@ struct SharedReading {
 /// model that was fitted to it is not tested by it.
 std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test);
 
+/// That a reading stands in both, and what to do, with file and line; empty if none does.
+std::string why_not_apart(const Campaign& training, const Campaign& test);
+
 /// Poses of a test that stand at the joint angles of training poses (to 0.1 deg or 0.1 deg in m of
 /// a travel), under other names. They are repeats: their readings share the errors of the arm
 /// there, which are no errors at unseen poses.
@@ -41,5 +44,7 @@ struct RepeatedPoses {
   std::string test, training;  ///< names of the first
 };
 RepeatedPoses repeated_poses(const Campaign& training, const Campaign& test);
+/// That there are some, and what to do; empty if there are none.
+std::string repeats_in_words(const Campaign& training, const Campaign& test);
 
 }  // namespace armtrue

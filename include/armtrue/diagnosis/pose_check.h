@@ -48,4 +48,7 @@ std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
 std::vector<std::string> find_unseen_signs(const Robot& robot, const JointVector& q,
                                            const PendantPose& pose, double distance, double angle);
 
+/// For each joint that stands beyond its travel, where it stands, as a sentence.
+std::vector<std::string> joints_beyond_travel(const KinematicChain& chain, const JointVector& q);
+
 }  // namespace armtrue

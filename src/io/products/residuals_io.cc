@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/csv_cell.h"
@@ -114,6 +115,17 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
         text);
   }
   return text;
+}
+
+std::string write_residuals(const Robot& robot, const Campaign& all, const Split& split,
+                            const Campaign& test) {
+  std::vector<std::string> part(all.rows(), "training");
+  for (int row : split.held_out) part[row] = "held-out";
+  std::vector<Residuals> parts{{all, evaluate(robot, all).residuals, part}};
+  if (test.rows() > 0)
+    parts.push_back({test, evaluate(robot, test).residuals,
+                     std::vector<std::string>(test.rows(), "held-out")});
+  return write_residuals(parts);
 }
 
 }  // namespace armtrue

@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/campaign/split.h"
 
 namespace armtrue {
 
@@ -20,5 +21,10 @@ struct Residuals {
 /// Measured minus model, in R_A; the residual of a distance stands in the column dl_mm. The rows of
 /// the campaigns follow one another.
 std::string write_residuals(const std::vector<Residuals>& campaigns);
+
+/// Those of a robot on a campaign that was split, then on poses of another file, which may have
+/// none: all of them held out.
+std::string write_residuals(const Robot& robot, const Campaign& all, const Split& split,
+                            const Campaign& test);
 
 }  // namespace armtrue

@@ -1,0 +1,88 @@
+#include "loop_inputs.h"
+
+#include "armtrue/diagnosis/mistakes.h"
+#include "columns.h"
+
+namespace armtrue::app {
+
+bool LoopArguments::wants_fit() const {
+  return !robot_out.empty() || !predictor_out.empty() || !parameters.empty() ||
+         !correlations.empty();
+}
+
+bool LoopArguments::uses_all_poses() const {
+  return nested_folds > 0 || wants_fit() || !residuals.empty() || !next_poses.empty();
+}
+
+void add_loop_options(Command& command, LoopArguments& arguments) {
+  command.add_input("Measured poses");
+  command.add_output(ProductKind::document);
+  command.add_seed();
+  command.add_new_sessions();
+  command.file("--robot", arguments.robot, "The nominal robot").required();
+  command.identify(arguments.identify);
+  const Option share = command
+                                .option("--held-out", arguments.held_out,
+                                        "Share of the poses that is held out: no fit uses them")
+                                .check(in_range(0.0, 0.9))
+                                .default_shown();
+  const Option region = command.flag(
+      "--held-out-region", arguments.held_out_region,
+      "Hold out one end of the measured region and not random poses, to see how well the "
+      "result holds elsewhere; --seed 1 to 6 chooses the end, the farthest first");
+  command.file("--test", arguments.test, "Held-out poses from a separate file")
+      .excludes(share)
+      .excludes(region);
+  command
+      .option("--nested", arguments.nested_folds,
+              "Number of folds of a nested cross-validation, beside the held-out error: repeat the "
+              "whole search in each fold of all measured poses, evaluate it on the poses left out, "
+              "and count how often each effect is found again; takes about that many times as long")
+      .check(in_range(2, 1000));
+  command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here",
+                     ProductKind::document);
+  command.add_output("--predictor-out", arguments.predictor_out,
+                     "Write the same robot here too: the name of an option that scripts may have",
+                     ProductKind::document);
+  command.add_output("--residuals", arguments.residuals,
+                     "Write the final residual of every reading here");
+  add_parameter_tables(command, arguments.parameters, arguments.correlations);
+  add_report(command, arguments.page, "with verdict, causes, errors and pictures");
+  command.add_output("--next-poses", arguments.next_poses,
+                     "Write 15 poses here that separate the causes that these readings cannot, if "
+                     "poses can; plan-poses --separate plans others");
+  command.file("--catalogue", arguments.catalogue, "Effects to look for");
+  command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
+  command.flag("--no-priors", arguments.no_priors,
+               "Least squares without priors: the readings alone determine the links");
+  command.add_columns(kMeasuredPoseColumns);
+}
+
+MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments,
+                                const Robot& robot) {
+  MeasuredLoop measured;
+  measured.all = command.read_campaign(command.input, robot);
+  if (measured.all.has_pixels() && !arguments.next_poses.empty())
+    throw InputError(measured.all.source +
+                     ": poses are not planned for images; leave out --next-poses");
+  refuse_mistakes(command, robot, measured.all);
+  command.warn_if_needless(robot, measured.all);
+  if (arguments.test.empty()) {
+    measured.split = arguments.held_out_region
+                         ? split_by_region(robot, measured.all, arguments.held_out, command.seed)
+                         : split_by_pose(measured.all, arguments.held_out, command.seed);
+    measured.training = measured.all.select(measured.split.training);
+    measured.held_out = measured.all.select(measured.split.held_out);
+    if (!arguments.uses_all_poses()) measured.all = {};
+  } else {
+    measured.training = measured.all;
+    measured.held_out = command.read_campaign(arguments.test, robot);
+    refuse_mistakes(command, robot, measured.held_out);
+  }
+  if (const std::string why = why_not_apart(measured.training, measured.held_out); !why.empty())
+    throw InputError(why);
+  warn_of_all(command, {repeats_in_words(measured.training, measured.held_out)});
+  return measured;
+}
+
+}  // namespace armtrue::app
