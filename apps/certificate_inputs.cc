@@ -64,11 +64,11 @@ void add_certificate_options(Command& command, CertificateArguments& arguments) 
       command.file("--path", arguments.path,
                    "Commanded path: path accuracy of its recorded passes is certified too");
   Option pass = command
-                         .file("--pass", arguments.passes,
-                               "A pass of the path as the instrument recorded it, with its own "
-                               "clock; may be given several times")
-                         .one_each()
-                         .needs(path);
+                    .file("--pass", arguments.passes,
+                          "A pass of the path as the instrument recorded it, with its own "
+                          "clock; may be given several times")
+                    .one_each()
+                    .needs(path);
   path.needs(pass);
   command
       .flag("--fit-frame", arguments.fit_frame,
@@ -84,8 +84,8 @@ std::optional<PathFigures> certified_path(Command& command, const CertificateArg
   if (arguments.path.empty()) return std::nullopt;
   const PathFile commanded = command.read_path(arguments.path);
   refuse_corrected(commanded,
-                        "the path as it should be as --path: AT is the distance of the tool from "
-                        "that, not from what the controller was told");
+                   "the path as it should be as --path: AT is the distance of the tool from "
+                   "that, not from what the controller was told");
   std::vector<PathFile> passes;
   for (const std::string& file : arguments.passes) passes.push_back(command.read_path(file));
   std::vector<const PathFile*> all{&commanded};

@@ -98,8 +98,8 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   });
   std::optional<Comparison> comparison;
   if (before)
-    comparison =
-        app::about_file(arguments.against, [&] { return compare(*before, values_of(certificate)); });
+    comparison = app::about_file(arguments.against,
+                                 [&] { return compare(*before, values_of(certificate)); });
   for (const std::string& doubt : certificate.doubts)
     command.warn(campaign.source + ": " + doubt);
   for (const std::string& doubt : doubts_of(about)) command.warn(arguments.about + ": " + doubt);

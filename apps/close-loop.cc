@@ -25,8 +25,7 @@ LoopResult search(app::Command& command, const app::LoopArguments& arguments, co
   app::warn_of_all(command, off_as_wholes(result.gross_poses));
   if (arguments.nested_folds > 0) {
     command.progress(fmt::format("repeating the search in {} folds", arguments.nested_folds));
-    const Campaign sound =
-        without_gross(measured.all, measured.split.training, result.gross_poses);
+    const Campaign sound = without_gross(measured.all, measured.split.training, result.gross_poses);
     result.nested = nested_validation(robot, sound, catalogue, arguments.nested_folds,
                                       result.trace.effects, options);
   }
@@ -52,7 +51,8 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
 // The result fitted to all poses of the campaign, if a product holds it. With --test no pose of it
 // was held out.
 std::optional<FitToAll> fit_for_products(app::Command& command, const app::LoopArguments& arguments,
-                                         const app::MeasuredLoop& measured, const LoopResult& result) {
+                                         const app::MeasuredLoop& measured,
+                                         const LoopResult& result) {
   if (!arguments.wants_fit()) return std::nullopt;
   if (measured.split.held_out.empty())
     return FitToAll{result_of(result), result.gross_poses,
@@ -65,7 +65,8 @@ void write_fit(const app::LoopArguments& arguments, const Robot& nominal, const 
                const Provenance& provenance) {
   for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
     if (!path.empty())
-      write_output(path, write_calibration(fit.fit, fit.sound, provenance, {.gross = fit.gross_poses}));
+      write_output(path,
+                   write_calibration(fit.fit, fit.sound, provenance, {.gross = fit.gross_poses}));
   app::write_parameter_tables(arguments.parameters, arguments.correlations, nominal, fit.fit,
                               static_cast<int>(fit.sound.pose_ids.size()));
 }
@@ -103,7 +104,8 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
           : fmt::format(", fitted to all {} poses", measured.all.pose_ids.size());
   for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
     command.report_written(path, to_all);
-  for (const std::string& path : {arguments.residuals, command.output}) command.report_written(path);
+  for (const std::string& path : {arguments.residuals, command.output})
+    command.report_written(path);
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       loop_page(result, fit, robot, measured.training, measured.held_out,

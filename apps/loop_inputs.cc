@@ -22,10 +22,10 @@ void add_loop_options(Command& command, LoopArguments& arguments) {
   command.file("--robot", arguments.robot, "The nominal robot").required();
   command.identify(arguments.identify);
   const Option share = command
-                                .option("--held-out", arguments.held_out,
-                                        "Share of the poses that is held out: no fit uses them")
-                                .check(in_range(0.0, 0.9))
-                                .default_shown();
+                           .option("--held-out", arguments.held_out,
+                                   "Share of the poses that is held out: no fit uses them")
+                           .check(in_range(0.0, 0.9))
+                           .default_shown();
   const Option region = command.flag(
       "--held-out-region", arguments.held_out_region,
       "Hold out one end of the measured region and not random poses, to see how well the "

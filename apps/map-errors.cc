@@ -22,7 +22,8 @@ ErrorMap map_program(const Robot& robot, const Robot& controller, const Program&
 }
 
 // One row, with what the command line says of all points.
-Campaign conditions_of(const app::MapArguments& arguments, const std::vector<const Robot*>& robots) {
+Campaign conditions_of(const app::MapArguments& arguments,
+                       const std::vector<const Robot*>& robots) {
   Campaign one;
   one.source = "--box-mm";
   one.pose = {0};

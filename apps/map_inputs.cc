@@ -16,9 +16,8 @@ std::string why_no_picture(const std::string& file) {
 
 void add_places(Command& command, MapArguments& arguments) {
   OptionGroup where = command.group("Where");
-  const Option box =
-      where.numbers("--box-mm,--box", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
-                    "A grid in this box of the program's frame, x0,x1,y0,y1,z0,z1");
+  const Option box = where.numbers("--box-mm,--box", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
+                                   "A grid in this box of the program's frame, x0,x1,y0,y1,z0,z1");
   const Option targets =
       where.file("--targets", arguments.targets, "Targets of a program; - is standard input");
   where.file("--path", arguments.path,
@@ -88,8 +87,8 @@ Grid grid_of(const MapArguments& arguments, const Robot& controller,
     spacing.count = {arguments.grid[0], arguments.grid[1], arguments.grid[2]};
   if (arguments.step_mm) spacing.step = *arguments.step_mm * kMillimetre;
   Grid grid = grid_of_box(box.low, box.high, spacing);
-  grid.orientation = stated_orientation(arguments)
-                         .value_or(tcp_in_program(controller, options, *options.start).rotation);
+  grid.orientation = stated_orientation(arguments).value_or(
+      tcp_in_program(controller, options, *options.start).rotation);
   return grid;
 }
 

@@ -81,8 +81,8 @@ std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>
 }
 
 // What only a measured pass gives.
-void write_findings(app::Command& command, const app::MirrorArguments& arguments, const app::MirrorInputs& inputs,
-                    MirrorFindings& findings) {
+void write_findings(app::Command& command, const app::MirrorArguments& arguments,
+                    const app::MirrorInputs& inputs, MirrorFindings& findings) {
   app::warn_of_gaps(command, inputs.programmed, findings.result);
   app::warn_of_clipping(command, findings.result, findings.options);
   if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {

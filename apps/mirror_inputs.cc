@@ -38,9 +38,9 @@ void add_correction_options(Command& command, MirrorArguments& arguments, Option
       .default_shown();
   command.option("--max-mm", arguments.max_mm, "Longest correction").check(above_zero());
   const Option fit_frame = command
-                                    .flag("--fit-frame", arguments.fit_frame,
-                                          "The instrument's frame is not the program's: fit it too")
-                                    .excludes(from_force);
+                               .flag("--fit-frame", arguments.fit_frame,
+                                     "The instrument's frame is not the program's: fit it too")
+                               .excludes(from_force);
   command
       .option("--offset-s", arguments.offset_s,
               "The instrument's clock is this far ahead of the program's; not fitted")
@@ -66,8 +66,8 @@ void add_mirror_options(Command& command, MirrorArguments& arguments) {
   source.file("--measured", arguments.measured,
               "One or more recorded passes, each with its own clock; - is standard input");
   const Option from_force = source.flag("--from-force", arguments.from_force,
-                                             "Without a measured pass: correct the deviation of "
-                                             "--robot under the forces in the file of the program");
+                                        "Without a measured pass: correct the deviation of "
+                                        "--robot under the forces in the file of the program");
   source.require_one();
   from_force.needs(command.file(
       "--robot", arguments.robot,

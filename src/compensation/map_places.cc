@@ -41,8 +41,8 @@ Grid grid_of_box(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
   double points = 1;
   std::array<double, 3> count{};
   for (int axis = 0; axis < 3; ++axis) {
-    count[axis] = spacing.count ? (*spacing.count)[axis]
-                                : std::ceil(side[axis] / step - kStepsAlike) + 1;
+    count[axis] =
+        spacing.count ? (*spacing.count)[axis] : std::ceil(side[axis] / step - kStepsAlike) + 1;
     if (!(count[axis] >= 1) || count[axis] != std::floor(count[axis]))
       throw std::invalid_argument(
           fmt::format("--grid: '{:g}' is no number of points; give three whole numbers from 1 on",

@@ -270,9 +270,9 @@ std::vector<std::string> joints_beyond_travel(const KinematicChain& chain, const
     const Link& link = joint_link(chain, joint);
     const double value = q[joint++];
     if (value < link.min || value > link.max)
-      sentences.push_back(fmt::format(
-          "{0} stands at {1:g} {4}, beyond its travel of {2:g} to {3:g} {4}", link.name,
-          value / name.si(), link.min / name.si(), link.max / name.si(), name.unit()));
+      sentences.push_back(
+          fmt::format("{0} stands at {1:g} {4}, beyond its travel of {2:g} to {3:g} {4}", link.name,
+                      value / name.si(), link.min / name.si(), link.max / name.si(), name.unit()));
   }
   return sentences;
 }

@@ -45,13 +45,13 @@ std::string frame_text(const ShownFrame& frame) {
       "  A, B, C [deg] (Doosan)          {:.4f}, {:.4f}, {:.4f}\n"
       "  q1 to q4 (ABB)                  {:.6f}, {:.6f}, {:.6f}, {:.6f}\n"
       "  RX, RY, RZ [rad] (UR)           {:.5f}, {:.5f}, {:.5f}\n",
-      frame.name, frame.what, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2], abc[1], abc[0],
-      xyz[0], xyz[1], xyz[2], zyz[0], zyz[1], zyz[2], q.w(), q.x(), q.y(), q.z(), vector.x(),
-      vector.y(), vector.z());
+      frame.name, frame.what, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2],
+      abc[1], abc[0], xyz[0], xyz[1], xyz[2], zyz[0], zyz[1], zyz[2], q.w(), q.x(), q.y(), q.z(),
+      vector.x(), vector.y(), vector.z());
 }
 
-std::string agreements_text(const std::vector<Agreement>& agreements, int links,
-                            double within, double within_angle) {
+std::string agreements_text(const std::vector<Agreement>& agreements, int links, double within,
+                            double within_angle) {
   if (agreements.empty())
     return fmt::format(
         "The pose agrees with no frame within {:g} mm and {:g} deg, and no one or two changes of "
@@ -70,7 +70,8 @@ std::string agreements_text(const std::vector<Agreement>& agreements, int links,
   if (agreements.front().changes.empty() && !agreements.front().is_flange)
     text += fmt::format(
         "This is with `tool` of the robot file, and compensate takes R_{} as the flange. If the "
-        "pendant showed its flange, tool 0, the flange stands in `tool`: convert the URDF again, so "
+        "pendant showed its flange, tool 0, the flange stands in `tool`: convert the URDF again, "
+        "so "
         "that the last link ends at the flange (convert-robot(1)), or see the flange in "
         "compensate(1).\n",
         links);

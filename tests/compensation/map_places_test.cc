@@ -37,12 +37,12 @@ TEST(Grid, StepsATwentiethOfTheLongestSide) {
 
 TEST(Grid, IsRefusedWithoutWholeNumbersAndBeyondMemory) {
   for (const double count : {0.0, 2.5, -1.0})
-    EXPECT_THAT(refusal<std::invalid_argument>(
-                    [&] { grid_of_box(kLow, kHigh, {.count = {{3, count, 2}}}); }),
+    EXPECT_THAT(refusal<std::invalid_argument>([&] {
+                  grid_of_box(kLow, kHigh, {.count = {{3, count, 2}}});
+                }),
                 HasSubstr("three whole numbers from 1 on"));
-  EXPECT_THAT(
-      refusal<std::invalid_argument>([] { grid_of_box(kLow, kHigh, {.step = 1e-4}); }),
-      HasSubstr("larger --step-mm"));
+  EXPECT_THAT(refusal<std::invalid_argument>([] { grid_of_box(kLow, kHigh, {.step = 1e-4}); }),
+              HasSubstr("larger --step-mm"));
 }
 
 Path line(bool with_joints, const Robot& arm) {
@@ -66,10 +66,10 @@ TEST(TargetsOfPath, HaveTheOrientationThatIsStatedElseThatOfTheJoints) {
   const Program by_joints = targets_of_path(joints, "p.csv", lines, arm, {}, std::nullopt);
   ASSERT_EQ(by_joints.poses.size(), 3u);
   EXPECT_TRUE(by_joints.hinted[1]);
-  EXPECT_LT((by_joints.poses[1].rotation -
-             tcp_in_program(arm, {}, JointVector(joints.q.col(1))).rotation)
-                .norm(),
-            1e-12);
+  EXPECT_LT(
+      (by_joints.poses[1].rotation - tcp_in_program(arm, {}, JointVector(joints.q.col(1))).rotation)
+          .norm(),
+      1e-12);
   EXPECT_EQ(targets_of_path(joints, "p.csv", lines, arm, {}, stated).poses[2].rotation, stated);
   CompensationOptions options;
   options.start = JointVector::Constant(6, 0.25);

@@ -52,11 +52,13 @@ TEST(SharedReading, IsNamedByItsLines) {
   Campaign copy = training.select({17, 3});
   EXPECT_EQ(why_not_apart(training, measured(2)), "");
   const std::string lines = std::to_string(training.line[17]);
-  EXPECT_EQ(why_not_apart(training, copy), "a.csv:" + lines + ": this reading stands in line " + lines +
+  EXPECT_EQ(why_not_apart(training, copy), "a.csv:" + lines + ": this reading stands in line " +
+                                               lines +
                                                " too, as another pose; a copy shows nothing new: "
                                                "remove it, or give both the same pose");
   copy.source = "b.csv";
-  EXPECT_THAT(why_not_apart(training, copy), HasSubstr("b.csv:" + lines + ": this reading stands in a.csv too"));
+  EXPECT_THAT(why_not_apart(training, copy),
+              HasSubstr("b.csv:" + lines + ": this reading stands in a.csv too"));
 }
 
 TEST(RepeatedPoses, StandAtTheSameAngles) {

@@ -28,9 +28,9 @@ Pose tcp_in_program(const Robot& controller, const CompensationOptions& options,
                     const JointVector& q);
 
 /// The path as Cartesian targets, whose hints are its joint angles, if it has some. `orientation`:
-/// of a path that states none; without it that at CompensationOptions::start or at its joint angles.
-/// `source`, `lines`: of the path, for messages. Throws InputError for an orientation that is stated
-/// twice or not at all, and for joint angles that put the tool elsewhere.
+/// of a path that states none; without it that at CompensationOptions::start or at its joint
+/// angles. `source`, `lines`: of the path, for messages. Throws InputError for an orientation that
+/// is stated twice or not at all, and for joint angles that put the tool elsewhere.
 Program targets_of_path(const Path& path, const std::string& source, const std::vector<int>& lines,
                         const Robot& controller, const CompensationOptions& options,
                         const std::optional<Eigen::Matrix3d>& orientation);

@@ -123,8 +123,8 @@ std::string write_residuals(const Robot& robot, const Campaign& all, const Split
   for (int row : split.held_out) part[row] = "held-out";
   std::vector<Residuals> parts{{all, evaluate(robot, all).residuals, part}};
   if (test.rows() > 0)
-    parts.push_back({test, evaluate(robot, test).residuals,
-                     std::vector<std::string>(test.rows(), "held-out")});
+    parts.push_back(
+        {test, evaluate(robot, test).residuals, std::vector<std::string>(test.rows(), "held-out")});
   return write_residuals(parts);
 }
 
