@@ -57,9 +57,6 @@ DisplayUnit display_unit(const KinematicChain& chain, const Parameter& parameter
   return display_unit(unit_of_parameter(chain, parameter));
 }
 
-namespace {
-
-// Whether it changes the reading and moves no part of the arm.
 bool moves_reading_alone(Owner owner) {
   switch (owner) {
     case Owner::instrument:
@@ -78,8 +75,6 @@ bool moves_reading_alone(Owner owner) {
   }
   return false;
 }
-
-}  // namespace
 
 std::string why_invalid(const Parameter& parameter, const Driver& driver, const Shape& shape) {
   const bool of_instrument = parameter.owner == Owner::instrument;

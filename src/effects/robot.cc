@@ -61,25 +61,12 @@ bool knows_instrument(const Robot& robot) {
 
 bool moves_program(const Effect& effect, bool tool_is_measured) {
   if (effect.may_be_instrument) return false;
-  switch (owner_of(effect)) {
-    case Owner::instrument:
-    case Owner::target:
-    case Owner::anchor:
-    case Owner::board:
-    case Owner::camera:
-    case Owner::contact:
-      return false;
-    case Owner::tool:
-      return tool_is_measured;
-    case Owner::base:
-      return is_of_the_arm(effect.driver.kind) ||
-             (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
-    case Owner::link:
-    case Owner::coupling:
-    case Owner::several:
-      break;
-  }
-  return true;
+  const Owner owner = owner_of(effect);
+  if (owner == Owner::tool) return tool_is_measured;
+  if (owner == Owner::base)
+    return is_of_the_arm(effect.driver.kind) ||
+           (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
+  return !moves_reading_alone(owner);
 }
 
 Robot without_station_effects(Robot robot, bool tool_is_measured) {

@@ -6,6 +6,7 @@
 
 #include "armtrue/statistics/check_digits.h"
 #include "programs/insertion.h"
+#include "programs/program_values.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/text_edit.h"
@@ -13,6 +14,20 @@
 // What most makers have in common.
 
 namespace armtrue {
+
+// A, B, C of KUKA in the other order.
+Pose Dialect::pose_of_numbers(const std::vector<double>& n) const {
+  return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
+          Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
+}
+
+std::vector<double> Dialect::numbers_of_pose(const Pose& pose,
+                                             const std::vector<double>& written) const {
+  const Eigen::Vector3d near(written[5], written[4], written[3]);
+  const Eigen::Vector3d mm = pose.translation / kMillimetre,
+                        abc = abc_near(pose.rotation, near * kDegree) / kDegree;
+  return {mm[0], mm[1], mm[2], abc[2], abc[1], abc[0]};
+}
 
 // FANUC shows joint 3 relative to the horizontal; the chain counts it from the upper arm: q3 = J3 +
 // J2 (FANUC, R-30iB operator's manual, joint coordinates).

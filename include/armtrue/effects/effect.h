@@ -94,6 +94,9 @@ std::optional<int> first_parameter(const KinematicChain& chain, const Parameter&
 /// Whose error the effect is; of a whole family, whose all its members are, or `several`.
 Owner owner_of(const Effect& effect);
 
+/// Whether what it owns changes the reading and moves no part of the arm.
+bool moves_reading_alone(Owner owner);
+
 /// Whether the coefficients share one prior standard deviation: those of a group or a whole family.
 inline bool is_shrunken(const Effect& effect) {
   return is_group(effect.parameter) || !effect.members.empty();

@@ -88,11 +88,12 @@ class Dialect {
 
   // Numbers.
 
-  /// The pose of the numbers of a point.
-  virtual Pose pose_of_numbers(const std::vector<double>& numbers) const = 0;
+  /// The pose of the numbers of a point: by default x, y, z [mm] and the angles about the fixed
+  /// axes x, y, z [deg], R = Rz Ry Rx.
+  virtual Pose pose_of_numbers(const std::vector<double>& numbers) const;
   /// The numbers of a pose. Of those that give the same rotation, the ones next to `written`.
   virtual std::vector<double> numbers_of_pose(const Pose& pose,
-                                              const std::vector<double>& written) const = 0;
+                                              const std::vector<double>& written) const;
   /// The encoder angles [rad] of the model, and back; see counts_axis_3_from_arm.
   virtual JointVector joints_of_numbers(const std::vector<double>& numbers) const;
   virtual std::vector<double> numbers_of_joints(const JointVector& q) const;

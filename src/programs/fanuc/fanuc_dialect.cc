@@ -26,11 +26,6 @@ ProgramText lines_with(const ProgramText& program, std::string_view word) {
   return result;
 }
 
-// W P R are the angles about the fixed axes x, y, z: A B C of KUKA in the other order.
-Eigen::Vector3d in_other_order(const Eigen::Vector3d& angles) {
-  return {angles[2], angles[1], angles[0]};
-}
-
 class FanucDialect : public Dialect {
  public:
   FanucDialect()
@@ -45,20 +40,6 @@ class FanucDialect : public Dialect {
 
   void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
     parse_fanuc_program(program, known, parts);
-  }
-
-  // X Y Z W P R
-  Pose pose_of_numbers(const std::vector<double>& n) const override {
-    return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
-            Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
-  }
-  std::vector<double> numbers_of_pose(const Pose& pose,
-                                      const std::vector<double>& written) const override {
-    const Eigen::Vector3d near(written[3], written[4], written[5]);
-    const Eigen::Vector3d mm = pose.translation / kMillimetre;
-    const Eigen::Vector3d wpr =
-        in_other_order(abc_near(pose.rotation, in_other_order(near) * kDegree)) / kDegree;
-    return {mm[0], mm[1], mm[2], wpr[0], wpr[1], wpr[2]};
   }
 
   int decimals(TargetKind, size_t) const override { return 3; }

@@ -26,19 +26,6 @@ class InformDialect : public Dialect {
     parse_inform_program(program, known, parts);
   }
 
-  // X Y Z Rx Ry Rz: R = Rz Ry Rx, about fixed axes.
-  Pose pose_of_numbers(const std::vector<double>& n) const override {
-    return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
-            Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
-  }
-  std::vector<double> numbers_of_pose(const Pose& pose,
-                                      const std::vector<double>& written) const override {
-    const Eigen::Vector3d near(written[5], written[4], written[3]);
-    const Eigen::Vector3d mm = pose.translation / kMillimetre,
-                          zyx = abc_near(pose.rotation, near * kDegree) / kDegree;
-    return {mm[0], mm[1], mm[2], zyx[2], zyx[1], zyx[0]};
-  }
-
   // Micrometres and 0.0001 deg are what the controller keeps.
   int decimals(TargetKind kind, size_t component) const override {
     return kind == TargetKind::cartesian && component < 3 ? 3 : 4;
