@@ -8,7 +8,6 @@
 #include "programs/fanuc/fanuc_registers.h"
 #include "programs/fanuc/fanuc_writer.h"
 #include "programs/path_name.h"
-#include "programs/program_values.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {

@@ -1,7 +1,6 @@
 #include <utility>
 
 #include "programs/dialects.h"
-#include "programs/program_values.h"
 #include "programs/yaskawa/inform_program.h"
 #include "programs/yaskawa/inform_writer.h"
 
