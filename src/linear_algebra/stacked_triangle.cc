@@ -52,8 +52,8 @@ void subtract(const Vectors& v, const Coefficients& w, double* column, Eigen::In
     for (int i = 0; i < kTogether; ++i) column[row] -= v[i][row] * w[i];
 }
 
-// Turns column j of the rows into the vector of a reflection I - tau [1; v] [1; v]^T that takes it to
-// zero; returns tau.
+// Turns a column of the rows into the vector v of a reflection I - tau [1; v] [1; v]^T that takes it
+// to zero; returns tau.
 double reflect(double& corner, Eigen::Ref<Eigen::VectorXd> column) {
   const double squares = column.squaredNorm();
   if (squares == 0) return 0;
@@ -67,8 +67,8 @@ double reflect(double& corner, Eigen::Ref<Eigen::VectorXd> column) {
 
 }  // namespace
 
-// Reflections H_1 .. H_k one after the other are I - V T V^T, with T upper triangular (Schreiber and
-// Van Loan 1989).
+// Reflections H_1 .. H_k one after the other are I - V T V^T, with T upper triangular (Schreiber
+// and Van Loan 1989).
 void fold_rows(Eigen::MatrixXd& triangle, Eigen::Ref<Eigen::MatrixXd> rows) {
   const Eigen::Index n = triangle.cols(), m = rows.rows();
   const Eigen::VectorXd zeros = Eigen::VectorXd::Zero(n % kTogether == 0 ? 0 : m);

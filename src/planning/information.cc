@@ -215,8 +215,8 @@ void Information::set_chosen(int candidate, bool chosen) {
   }
 }
 
-// tr(A M^-1 A^T), `schur` the information of the common unknowns beside the own ones. With K = D^-1 F
-// the common unknowns add tr(S^-1 (A_c^T A_c + sum K^T B)), B = A_o^T A_o K - 2 A_o^T A_c, of each
+// tr(A M^-1 A^T), `schur` the information of the common unknowns beside the own ones. With
+// K = D^-1 F the common unknowns add tr(S^-1 (A_c^T A_c + sum K^T B)), B = A_o^T A_o K - 2 A_o^T A_c, of each
 // group: S^-1 sees the symmetric part alone.
 double Information::variance(const std::vector<Block>& blocks, const Eigen::MatrixXd& schur) const {
   double variance = 0;

@@ -61,7 +61,8 @@ class FlowOfValue {
     return result;
   }
 
-  // Whether a way leads to the end of each routine, in the order of the text, the text outside first.
+  // Whether a way leads to the end of each routine; in the order of the text, the text outside
+  // first.
   std::vector<bool> ends() const {
     std::vector<bool> all;
     for (const Routine& routine : routines_) all.push_back(routine.end != kUnreached);

@@ -69,9 +69,9 @@ class ProgramFlow {
   std::vector<Place> steps_;
 };
 
-/// Follows many variables through one program, whose values at its beginning nobody knows. A routine
-/// that changes a variable neither itself nor by its calls hands on the value with which it is
-/// called, so only the others are followed: the cost of a variable grows with the routines that
+/// Follows many variables through one program, whose values at its beginning nobody knows. A
+/// routine that changes a variable neither itself nor by its calls hands on the value with which it
+/// is called, so only the others are followed: the cost of a variable grows with the routines that
 /// change it and those that call them, not with the program.
 class FlowOfVariables {
  public:
