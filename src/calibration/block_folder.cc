@@ -5,7 +5,7 @@
 #include <span>
 #include <utility>
 
-#include "linear_algebra/decompositions.h"
+#include "linear_algebra/stacked_triangle.h"
 
 namespace armtrue {
 namespace {
@@ -16,14 +16,6 @@ constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in 
 static_assert(kRowsPerFactor % kRowsAtOnce == 0);
 
 }  // namespace
-
-void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& rows) {
-  const Eigen::Index n = factor.cols();
-  Eigen::MatrixXd stacked(n + rows.rows(), n);
-  stacked << factor, rows;
-  Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(stacked);
-  factor = stacked.topRows(n).triangularView<Eigen::Upper>();
-}
 
 void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>& nonzero) {
   nonzero.clear();
@@ -232,9 +224,9 @@ void BlockFolder::add_products_of(const RowMajor& row, Eigen::Index j,
 
 void BlockFolder::empty() {
   if (by_row_) return;
-  const auto rows = rows_.topRows(filled_ * model_.row_size());
+  auto rows = rows_.topRows(filled_ * model_.row_size());
   if (folded_.factor.size() > 0)
-    fold_into(folded_.factor, rows);
+    fold_rows(folded_.factor, rows);
   else
     folded_.products.selfadjointView<Eigen::Upper>().rankUpdate(rows.transpose());
   empty_slopes();

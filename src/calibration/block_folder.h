@@ -10,9 +10,6 @@ namespace armtrue {
 
 inline constexpr int kRowsAtOnce = 32;  ///< evaluated at once
 
-/// Folds `rows` (m x n) into the triangle `factor` (n x n) above it.
-void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& rows);
-
 /// The columns that are not zero, in ascending order.
 void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>& nonzero);
 

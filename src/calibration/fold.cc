@@ -7,6 +7,7 @@
 #include <span>
 
 #include "calibration/block_folder.h"
+#include "linear_algebra/stacked_triangle.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
@@ -67,7 +68,8 @@ Fold folded(const ObservationModel::At& at, const ObservationModel& model, const
       [&](const Fold& block) {
         total.loss += block.loss;
         if (by == FoldBy::qr) {
-          fold_into(total.factor, block.factor);
+          Eigen::MatrixXd rows = block.factor;
+          fold_rows(total.factor, rows);
           return;
         }
         total.products += block.products;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <span>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
@@ -75,9 +75,10 @@ std::vector<int> indices_of(const Robot& robot, const std::vector<std::string>& 
 
 // Number of the pairs of a pose and a quantity that is read of it.
 double count_read(const Campaign& campaign) {
-  std::set<int> read;
-  for (int row = 0; row < campaign.rows(); ++row) read.insert(campaign.pose_by_quantity(row));
-  return static_cast<double>(read.size());
+  std::vector<int> read;
+  for (int row = 0; row < campaign.rows(); ++row) read.push_back(campaign.pose_by_quantity(row));
+  std::ranges::sort(read);
+  return static_cast<double>(std::ranges::unique(read).begin() - read.begin());
 }
 
 // How readings scatter about the model.

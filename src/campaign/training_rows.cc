@@ -49,10 +49,24 @@ TrainingRows training_rows(const Campaign& campaign) {
   TrainingRows training;
   training.rows = campaign.rows();
   std::vector<std::uint32_t>& marks = training.marks;
-  for (int row = 0; row < campaign.rows(); ++row) marks.push_back(mark_of(campaign, row));
-  std::ranges::sort(marks);
-  marks.erase(std::unique(marks.begin(), marks.end()), marks.end());
-  if (marks.size() > TrainingRows::kMostMarks) marks.resize(TrainingRows::kMostMarks);
+  // Marks above the largest that is kept cannot come back.
+  bool is_full = false;
+  const auto keep_least = [&] {
+    std::ranges::sort(marks);
+    marks.erase(std::unique(marks.begin(), marks.end()), marks.end());
+    is_full |= marks.size() >= TrainingRows::kMostMarks;
+    if (is_full) marks.resize(TrainingRows::kMostMarks);
+  };
+  std::uint32_t largest = 0;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const std::uint32_t mark = mark_of(campaign, row);
+    if (is_full && mark >= largest) continue;
+    marks.push_back(mark);
+    if (marks.size() < 2 * TrainingRows::kMostMarks) continue;
+    keep_least();
+    largest = marks.back();
+  }
+  keep_least();
   return training;
 }
 

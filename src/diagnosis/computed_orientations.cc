@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -26,11 +25,14 @@ namespace {
 Campaign some_orientations(const Campaign& campaign) {
   constexpr long kMostPoses = 200;
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
-  std::set<int> seen;
+  std::vector<bool> is_seen(campaign.pose_ids.size(), false);
   std::vector<int> rows;
   const auto size = [](const std::vector<int>& own) { return own.size(); };
   for (int row : *std::ranges::max_element(sessions, {}, size))
-    if (seen.insert(campaign.pose[row]).second) rows.push_back(row);
+    if (!is_seen[campaign.pose[row]]) {
+      is_seen[campaign.pose[row]] = true;
+      rows.push_back(row);
+    }
   return campaign.select(evenly_chosen(rows, kMostPoses));
 }
 

@@ -14,6 +14,7 @@
 #include <tuple>
 #include <vector>
 
+#include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
@@ -40,7 +41,11 @@ auto reading(const Campaign& c, int row, Time time) {
   if (c.has_distances()) *next++ = c.length(row);
   if (c.has_orientation()) next = std::copy_n(c.orientation[row].coeffs().data(), 4, next);
   if (time == Time::counts && !c.time_s.empty()) *next = c.time_s[row];
-  return std::tuple(c.pose[row], c.session.empty() ? 0 : c.session[row], c.channel(row), numbers);
+  return numbers;
+}
+
+std::tuple<int, int, int> place_of(const Campaign& c, int row) {
+  return {c.pose[row], c.session.empty() ? 0 : c.session[row], c.channel(row)};
 }
 
 struct Copies {
@@ -49,18 +54,27 @@ struct Copies {
 };
 
 Copies find_copies(const Campaign& campaign, Time time) {
-  std::vector<int> order(campaign.q.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(
-      order, [&](int a, int b) { return reading(campaign, a, time) < reading(campaign, b, time); });
+  const auto of = [&](int row) { return reading(campaign, row, time); };
   Copies copies;
   copies.second = campaign.rows();
-  for (size_t k = 1; k < order.size(); ++k) {
-    if (reading(campaign, order[k], time) != reading(campaign, order[k - 1], time)) continue;
-    ++copies.count;
-    if (order[k] > copies.second) continue;
-    copies.first = order[k - 1];
-    copies.second = order[k];
+  const GroupedRows by_pose = grouped_rows(campaign.pose);
+  for (int pose = 0; pose < by_pose.groups(); ++pose) {
+    const auto rows = by_pose.rows(pose);
+    if (rows.size() < 2) continue;
+    std::vector<int> order(rows.begin(), rows.end());
+    std::ranges::stable_sort(order, [&](int a, int b) {
+      const auto of_a = place_of(campaign, a), of_b = place_of(campaign, b);
+      return of_a != of_b ? of_a < of_b : of(a) < of(b);
+    });
+    for (size_t k = 1; k < order.size(); ++k) {
+      if (place_of(campaign, order[k]) != place_of(campaign, order[k - 1]) ||
+          of(order[k]) != of(order[k - 1]))
+        continue;
+      ++copies.count;
+      if (order[k] > copies.second) continue;
+      copies.first = order[k - 1];
+      copies.second = order[k];
+    }
   }
   return copies;
 }
@@ -73,8 +87,7 @@ bool has_noise(const Campaign& campaign, const Copies& copies) {
   std::set<std::tuple<int, int, int>> places;
   std::vector<double> coordinates;
   for (int row = 0; row < campaign.rows(); ++row) {
-    places.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
-                   campaign.channel(row));
+    places.insert(place_of(campaign, row));
     if (!campaign.position.empty()) coordinates.push_back(campaign.position[row].x());
   }
   return campaign.rows() - copies.count > std::ssize(places) && !coordinates.empty() &&
@@ -95,8 +108,8 @@ void check_doubled(const Campaign& campaign, Findings& findings) {
       return;
     }
   const Copies copies = find_copies(campaign, Time::is_left_out);
-  if (is_numbered && !has_noise(campaign, copies)) return;
-  if (copies.count > 0 && 4 * copies.count >= campaign.rows())
+  if (copies.count == 0 || (is_numbered && !has_noise(campaign, copies))) return;
+  if (4 * copies.count >= campaign.rows())
     findings.warnings.push_back(what(copies, campaign.time_s.empty() ? "" : ", but for the time") +
                                 "; if they are copies, remove them: they would count as repeats "
                                 "that agree, and the noise would look too small");

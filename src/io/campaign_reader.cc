@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <numeric>
 #include <optional>
 #include <tuple>
 
+#include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/kinematics/units.h"
@@ -335,21 +335,23 @@ class CampaignReader {
   void check_repeats() const {
     const Campaign& c = campaign_;
     if (c.repeat.empty()) return;
-    std::vector<int> order(c.rows());
-    std::iota(order.begin(), order.end(), 0);
     const auto key = [&](int row) {
-      return std::tuple(c.pose[row], c.repeat[row], c.channel(row),
-                        c.session.empty() ? 0 : c.session[row]);
+      return std::tuple(c.repeat[row], c.channel(row), c.session.empty() ? 0 : c.session[row]);
     };
-    std::sort(order.begin(), order.end(),
-              [&](int a, int b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
-    for (size_t i = 1; i < order.size(); ++i)
-      if (key(order[i]) == key(order[i - 1]))
-        throw InputError(fmt::format(
-            "{}:{}: column 'repeat': repeat {} of pose '{}' already stands in line {}; number the "
-            "readings of a pose 1, 2, 3 ...",
-            c.source, c.line[order[i]], c.repeat[order[i]], c.pose_ids[c.pose[order[i]]],
-            c.line[order[i - 1]]));
+    const GroupedRows by_pose = grouped_rows(c.pose);
+    for (int pose = 0; pose < by_pose.groups(); ++pose) {
+      const auto rows = by_pose.rows(pose);
+      if (rows.size() < 2) continue;
+      std::vector<int> order(rows.begin(), rows.end());
+      std::ranges::stable_sort(order, {}, key);
+      for (size_t i = 1; i < order.size(); ++i)
+        if (key(order[i]) == key(order[i - 1]))
+          throw InputError(fmt::format(
+              "{}:{}: column 'repeat': repeat {} of pose '{}' already stands in line {}; number "
+              "the readings of a pose 1, 2, 3 ...",
+              c.source, c.line[order[i]], c.repeat[order[i]], c.pose_ids[c.pose[order[i]]],
+              c.line[order[i - 1]]));
+    }
   }
 
   Source& source_;

@@ -20,12 +20,19 @@ Eigen::MatrixXd with_identity(Eigen::MatrixXd gram) {
   return gram;
 }
 
-// The columns times L^-T, L the lower triangle of the few columns' factor.
-void divide_columns(const Eigen::MatrixXd& lower, Eigen::Ref<Eigen::MatrixXd> columns) {
-  for (Eigen::Index j = 0; j < columns.cols(); ++j) {
-    for (Eigen::Index k = 0; k < j; ++k) columns.col(j) -= lower(j, k) * columns.col(k);
-    columns.col(j) /= lower(j, j);
+// L^-T of the few columns of a factor L.
+Eigen::MatrixXd upper_inverse(const Eigen::LLT<Eigen::MatrixXd>& root) {
+  const Eigen::MatrixXd& lower = root.matrixLLT();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(lower.rows(), lower.cols());
+  for (Eigen::Index j = 0; j < lower.cols(); ++j) {
+    inverse(j, j) = 1 / lower(j, j);
+    for (Eigen::Index i = 0; i < j; ++i) {
+      double sum = 0;
+      for (Eigen::Index k = i; k < j; ++k) sum += lower(j, k) * inverse(i, k);
+      inverse(i, j) = -sum * inverse(j, j);
+    }
   }
+  return inverse;
 }
 
 double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
@@ -208,58 +215,89 @@ void Information::set_chosen(int candidate, bool chosen) {
   }
 }
 
-// tr(A M^-1 A^T), `schur` the information of the common unknowns beside the own ones.
+// tr(A M^-1 A^T), `schur` the information of the common unknowns beside the own ones. With
+// K = D^-1 F the common unknowns add tr(S^-1 (A_c^T A_c + sum K^T B)), B = A_o^T A_o K - 2 A_o^T A_c, of each
+// group: S^-1 sees the symmetric part alone.
 double Information::variance(const std::vector<Block>& blocks, const Eigen::MatrixXd& schur) const {
   double variance = 0;
-  Eigen::MatrixXd common = aim_.common;
+  Eigen::Index owned = 0;
+  for (const Block& block : blocks) owned += block.own.rows();
+  Eigen::MatrixXd k(owned, schur.cols()), b(owned, schur.cols());
+  Eigen::Index first = 0;
   for (size_t g = 0; g < blocks.size(); ++g) {
-    if (blocks[g].own.size() == 0) continue;
+    const Eigen::Index size = blocks[g].own.rows();
+    if (size == 0) continue;
     const Eigen::LLT<Eigen::MatrixXd> own(blocks[g].own);
-    const Eigen::MatrixXd k = own.solve(blocks[g].shared);
-    const Eigen::MatrixXd cross = k.transpose() * aim_.blocks[g].shared;
     variance += own.solve(aim_.blocks[g].own).trace();
-    common += k.transpose() * aim_.blocks[g].own * k - cross - cross.transpose();
+    auto k_of_group = k.middleRows(first, size);
+    k_of_group = own.solve(blocks[g].shared);
+    b.middleRows(first, size) =
+        aim_.blocks[g].own.lazyProduct(k_of_group) - 2 * aim_.blocks[g].shared;
+    first += size;
   }
+  Eigen::MatrixXd common = aim_.common;
+  common.noalias() += k.transpose() * b;
   return variance + Eigen::LLT<Eigen::MatrixXd>(schur).solve(common).trace();
 }
 
 Eigen::VectorXd Information::values_of_adding() const {
   struct Own {
     Eigen::LLT<Eigen::MatrixXd> llt;
-    Eigen::MatrixXd shared;  // D^-1 F
+    Eigen::MatrixXd shared;  // F^T D^-1
   };
   std::vector<Own> own(blocks_.size());
   Eigen::MatrixXd schur = common_;
   for (size_t g = 0; g < blocks_.size(); ++g) {
     if (blocks_[g].own.size() == 0) continue;
     own[g].llt.compute(blocks_[g].own);
-    own[g].shared = own[g].llt.solve(blocks_[g].shared);
-    schur -= blocks_[g].shared.transpose() * own[g].shared;
+    own[g].shared = own[g].llt.solve(blocks_[g].shared).transpose();
+    schur -= own[g].shared * blocks_[g].shared;
   }
   const Eigen::LLT<Eigen::MatrixXd> llt(schur);
+  const double before_adding = log_determinant(llt);
   const bool is_aimed = !aim_.blocks.empty();
-  // G^T of a candidate, group beside group; returns log det of what its groups have of their own.
-  const auto write_beside_own = [&](int candidate, Eigen::Ref<Eigen::MatrixXd> out) {
-    Eigen::Index taken = 0;
-    double determinant = 0;
+  // Writes G^T of the candidates from `begin` on, each at its column `first`, group beside group;
+  // adds log det of what their groups have of their own.
+  const auto write_beside_own = [&](int begin, std::vector<Eigen::Index> first,
+                                    Eigen::Ref<Eigen::MatrixXd> out,
+                                    Eigen::Ref<Eigen::VectorXd> determinants) {
+    const auto count = static_cast<int>(determinants.size());
+    Eigen::MatrixXd beside, p, gram, inverse;
+    Eigen::LLT<Eigen::MatrixXd> root;
     for (size_t g = 0; g < blocks_.size(); ++g) {
-      const auto common = columns_of(candidates_[g].common, g, candidate);
-      auto part = out.middleCols(taken, common.cols());
-      taken += common.cols();
-      part = common;
-      if (blocks_[g].own.size() == 0 || common.cols() == 0) continue;
-      const auto of_own = columns_of(candidates_[g].own, g, candidate);
-      part.noalias() -= own[g].shared.transpose().lazyProduct(of_own);
-      const Eigen::MatrixXd p = own[g].llt.matrixL().solve(of_own);
-      const Eigen::LLT<Eigen::MatrixXd> root(with_identity(p.transpose().lazyProduct(p)));
-      divide_columns(root.matrixLLT(), part);
-      determinant += log_determinant(root);
+      const Eigen::Index start = first_[g][begin];
+      const Eigen::Index columns = first_[g][static_cast<size_t>(begin + count)] - start;
+      beside = candidates_[g].common.middleCols(start, columns);
+      const bool has_own = blocks_[g].own.size() > 0;
+      if (has_own) {
+        const auto of_own = candidates_[g].own.middleCols(start, columns);
+        beside.noalias() -= own[g].shared.lazyProduct(of_own);
+        p = own[g].llt.matrixL().solve(of_own);
+      }
+      for (int k = 0; k < count; ++k) {
+        const Eigen::Index at = first_[g][static_cast<size_t>(begin + k)] - start;
+        const Eigen::Index rows = first_[g][static_cast<size_t>(begin + k) + 1] - start - at;
+        if (rows == 0) continue;
+        auto part = out.middleCols(first[k], rows);
+        first[k] += rows;
+        if (!has_own) {
+          part = beside.middleCols(at, rows);
+          continue;
+        }
+        const auto of_pose = p.middleCols(at, rows);
+        gram = of_pose.transpose().lazyProduct(of_pose);
+        gram.diagonal().array() += 1;
+        root.compute(gram);
+        inverse = upper_inverse(root);
+        part = beside.middleCols(at, rows).lazyProduct(inverse);
+        determinants[k] += log_determinant(root);
+      }
     }
-    return determinant;
   };
   // The information with a candidate, whose G^T is known.
-  const auto variance_with = [&](int candidate, const Eigen::MatrixXd& beside_own) {
-    std::vector<Block> after = blocks_;
+  const auto variance_with = [&](int candidate, const Eigen::MatrixXd& beside_own,
+                                 std::vector<Block>& after) {
+    after = blocks_;
     for (size_t g = 0; g < blocks_.size(); ++g) {
       const auto e = columns_of(candidates_[g].own, g, candidate);
       const auto c = columns_of(candidates_[g].common, g, candidate);
@@ -289,31 +327,43 @@ Eigen::VectorXd Information::values_of_adding() const {
         }
         const auto size_of = [&](int k) { return first[k + 1] - first[k]; };
         Eigen::MatrixXd all(common_.cols(), first.back());
-        for (int k = 0; k < end - begin; ++k)
-          values[begin + k] = write_beside_own(begin + k, all.middleCols(first[k], size_of(k)));
+        auto of_block = values.segment(begin, end - begin);
+        of_block.setZero();
+        write_beside_own(begin, first, all, of_block);
         if (is_aimed && has_own) {
+          std::vector<Block> after;
           for (int k = 0; k < end - begin; ++k)
-            values[begin + k] =
-                before - variance_with(begin + k, all.middleCols(first[k], size_of(k)));
+            of_block[k] =
+                before - variance_with(begin + k, all.middleCols(first[k], size_of(k)), after);
           return 0;
         }
-        llt.matrixL().solveInPlace(all);
-        const Eigen::MatrixXd& p = all;
-        Eigen::MatrixXd seen;
-        if (is_aimed) seen = aimed * p;
+        // A candidate of many rows costs less by log det(S + G^T G), which takes a time that is
+        // linear in them, than by I + G S^-1 G^T. Aimed at a zone, all go the latter way.
+        Eigen::MatrixXd gram;
+        Eigen::LLT<Eigen::MatrixXd> root;
+        std::vector<int> of_few_rows;
         for (int k = 0; k < end - begin; ++k) {
-          const auto one = p.middleCols(first[k], size_of(k));
-          if (is_aimed) {
-            const Eigen::LLT<Eigen::MatrixXd> root(with_identity(one.transpose().lazyProduct(one)));
-            values[begin + k] =
-                root.solve(one.transpose() * seen.middleCols(first[k], size_of(k))).trace();
-          } else if (one.cols() <= one.rows()) {
-            values[begin + k] += log_determinant(
-                Eigen::LLT<Eigen::MatrixXd>(with_identity(one.transpose().lazyProduct(one))));
-          } else {
-            values[begin + k] +=
-                log_determinant(Eigen::LLT<Eigen::MatrixXd>(with_identity(one * one.transpose())));
+          if (is_aimed || 3 * size_of(k) <= all.rows()) {
+            of_few_rows.push_back(k);
+            continue;
           }
+          gram = schur;
+          gram.selfadjointView<Eigen::Lower>().rankUpdate(all.middleCols(first[k], size_of(k)));
+          root.compute(gram);
+          of_block[k] += log_determinant(root) - before_adding;
+        }
+        if (of_few_rows.empty()) return 0;
+        llt.matrixL().solveInPlace(all);
+        Eigen::MatrixXd seen;
+        if (is_aimed) seen = aimed * all;
+        for (const int k : of_few_rows) {
+          const auto one = all.middleCols(first[k], size_of(k));
+          gram = with_identity(one.transpose().lazyProduct(one));
+          root.compute(gram);
+          of_block[k] =
+              is_aimed
+                  ? root.solve(one.transpose() * seen.middleCols(first[k], size_of(k))).trace()
+                  : of_block[k] + log_determinant(root);
         }
         return 0;
       },

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,11 @@ namespace {
 
 constexpr int kUncertain = ProgramFlow::kUncertain;
 constexpr int kUnreached = kUncertain + 1;
+
+int joined(int a, int b) {
+  if (a == kUnreached || a == b) return b;
+  return b == kUnreached ? a : kUncertain;
+}
 
 }  // namespace
 
@@ -21,13 +27,13 @@ constexpr int kUnreached = kUncertain + 1;
 // of calls, each of which has what the one before leaves, is followed once.
 class FlowOfValue {
  public:
-  FlowOfValue(const ProgramFlow& flow, const std::vector<ProgramFlow::Setting>& settings,
-              int initial)
+  FlowOfValue(const std::vector<const ProgramFlow::Place*>& steps,
+              const std::vector<ProgramFlow::Setting>& settings, int initial)
       : initial_(initial) {
-    for (const ProgramFlow::Place& place : flow.steps_) events_.push_back({place, std::nullopt});
+    for (const ProgramFlow::Place* step : steps) events_.push_back({step->at, step});
     for (const ProgramFlow::Setting& setting : settings)
-      events_.push_back({{setting.at, Step::label, ""}, setting.value});
-    std::ranges::stable_sort(events_, {}, [](const Event& event) { return event.place.at; });
+      events_.push_back({setting.at, nullptr, setting.value});
+    std::ranges::stable_sort(events_, {}, &Event::at);
     find_routines();
     find_calls();
     merge(routines_[0].entry, initial);
@@ -47,16 +53,28 @@ class FlowOfValue {
     ProgramFlow::Values result;
     result.initial_ = is_spoiled_ ? kUncertain : initial_;
     if (is_spoiled_) return result;
-    for (size_t i = 0; i < events_.size(); ++i)
-      result.changes_.emplace_back(events_[i].place.at, events_[i].value);
+    int before = initial_;
+    for (const Event& event : events_) {
+      if (event.value != before) result.changes_.emplace_back(event.at, event.value);
+      before = event.value;
+    }
     return result;
+  }
+
+  // Whether a way leads to the end of each routine; in the order of the text, the text outside
+  // first.
+  std::vector<bool> ends() const {
+    std::vector<bool> all;
+    for (const Routine& routine : routines_) all.push_back(routine.end != kUnreached);
+    return all;
   }
 
  private:
   using Step = ProgramFlow::Step;
   struct Event {
-    ProgramFlow::Place place;
-    std::optional<int> setting;
+    size_t at;
+    const ProgramFlow::Place* step;  // null: a setting
+    int setting = 0;
     int value = kUnreached;  // behind it
   };
   struct Routine {
@@ -89,8 +107,8 @@ class FlowOfValue {
   };
 
   static bool begins_routine(const Event& event) {
-    return !event.setting &&
-           (event.place.step == Step::routine || event.place.step == Step::interrupt);
+    return event.step &&
+           (event.step->step == Step::routine || event.step->step == Step::interrupt);
   }
 
   // A routine within another one interrupts the text of the other.
@@ -101,8 +119,8 @@ class FlowOfValue {
       const Event& event = events_[i];
       if (begins_routine(event)) {
         open.push_back(routines_.size());
-        routines_.push_back({event.place.name, event.place.step == Step::interrupt, false});
-      } else if (!event.setting && event.place.step == Step::end_routine && open.size() > 1) {
+        routines_.push_back({event.step->name, event.step->step == Step::interrupt, false});
+      } else if (event.step && event.step->step == Step::end_routine && open.size() > 1) {
         open.pop_back();
       }
       routines_[open.back()].events.push_back(i);
@@ -116,12 +134,12 @@ class FlowOfValue {
     bool is_any_called = false;
     for (size_t i = 0; i < routines_.size(); ++i)
       for (const size_t event : routines_[i].events) {
-        const ProgramFlow::Place& place = events_[event].place;
-        if (events_[event].setting || place.step != Step::call) continue;
-        if (place.name.empty()) {
+        const ProgramFlow::Place* const step = events_[event].step;
+        if (!step || step->step != Step::call) continue;
+        if (step->name.empty()) {
           is_any_called = true;
           callers_of_any_.push_back(i);
-        } else if (const auto meant = named_.find(place.name); meant != named_.end()) {
+        } else if (const auto meant = named_.find(step->name); meant != named_.end()) {
           for (const size_t callee : meant->second) {
             Routine& routine = routines_[callee];
             routine.is_called = true;
@@ -141,11 +159,6 @@ class FlowOfValue {
     into = into == kUnreached ? value : kUncertain;
     return is_changed_ = true;
   }
-  static int joined(int a, int b) {
-    if (a == kUnreached || a == b) return b;
-    return b == kUnreached ? a : kUncertain;
-  }
-
   // What a routine begins with, but for its calls.
   void begin(size_t index) {
     Routine& routine = routines_[index];
@@ -197,10 +210,10 @@ class FlowOfValue {
     Walk walk{index, routine.entry};
     for (const size_t i : routine.events) {
       Event& event = events_[i];
-      if (event.setting)
-        set(*event.setting, walk);
+      if (event.step)
+        take(*event.step, i, walk);
       else
-        take(event, i, walk);
+        set(event.setting, walk);
       see(index, walk.value);
       event.value = walk.value;
     }
@@ -232,17 +245,17 @@ class FlowOfValue {
     walk.value = value;
   }
 
-  void take(const Event& event, size_t index, Walk& walk) {
+  void take(const ProgramFlow::Place& step, size_t index, Walk& walk) {
     Routine& routine = routines_[walk.routine];
     std::vector<Block>& blocks = walk.blocks;
     int& value = walk.value;
-    switch (event.place.step) {
+    switch (step.step) {
       case Step::routine:
       case Step::interrupt:
       case Step::end_routine:
         break;
       case Step::call:
-        call(event, walk);
+        call(step, walk);
         break;
       case Step::branch:
         blocks.push_back({std::nullopt, walk.alive(), kUnreached});
@@ -265,7 +278,7 @@ class FlowOfValue {
         if (merge(routine.jumped, value)) make_stale(walk.routine);
         break;
       case Step::go_to:
-        pass_on(routine.gone_to.try_emplace(event.place.name, kUnreached).first->second, walk);
+        pass_on(routine.gone_to.try_emplace(step.name, kUnreached).first->second, walk);
         break;
       case Step::leave:
         pass_on(routine.left, walk);
@@ -274,7 +287,7 @@ class FlowOfValue {
         exit_loop(walk);
         break;
       case Step::label: {
-        const auto gone = routine.gone_to.find(event.place.name);
+        const auto gone = routine.gone_to.find(step.name);
         const int from = gone == routine.gone_to.end() ? kUnreached : gone->second;
         walk.come_from(joined(joined(walk.alive(), routine.jumped), from));
         break;
@@ -312,13 +325,13 @@ class FlowOfValue {
     walk.blocks.pop_back();
   }
 
-  void call(const Event& event, Walk& walk) {
-    if (event.place.name.empty()) {
+  void call(const ProgramFlow::Place& step, Walk& walk) {
+    if (step.name.empty()) {
       merge(value_of_any_call_, walk.value);
       walk.value = joined(walk.value, end_of_any_);
       return;
     }
-    const auto meant = named_.find(event.place.name);
+    const auto meant = named_.find(step.name);
     if (meant == named_.end()) return;  // it stands in another text
     int after = kUnreached;
     for (const size_t callee : meant->second) {
@@ -343,17 +356,149 @@ class FlowOfValue {
   bool is_changed_ = false, is_spoiled_ = false;
 };
 
-int ProgramFlow::Values::at(size_t place) const {
+int ProgramFlow::Values::behind(size_t place) const {
   const auto behind = std::ranges::upper_bound(changes_, place, {}, &std::pair<size_t, int>::first);
-  const int value = behind == changes_.begin() ? initial_ : std::prev(behind)->second;
+  return behind == changes_.begin() ? initial_ : std::prev(behind)->second;
+}
+
+int ProgramFlow::Values::at(size_t place) const {
+  const int value = behind(place);
   return value == kUnreached ? kUncertain : value;
 }
 
+namespace {
+
+template <class Places>
+auto in_order(const Places& places) {
+  std::vector<decltype(&places.front())> steps;
+  for (const auto& place : places) steps.push_back(&place);
+  std::ranges::stable_sort(steps, {}, [](const auto* step) { return step->at; });
+  return steps;
+}
+
+}  // namespace
+
 ProgramFlow::Values ProgramFlow::follow(const std::vector<Setting>& settings, int initial) const {
-  if (!settings.empty()) return FlowOfValue(*this, settings, initial).run();
+  if (!settings.empty()) return FlowOfValue(in_order(steps_), settings, initial).run();
   Values result;
   result.initial_ = initial;
   return result;
+}
+
+FlowOfVariables::FlowOfVariables(const ProgramFlow& flow)
+    : flow_(flow), steps_(in_order(flow.steps_)) {
+  using Step = ProgramFlow::Step;
+  routines_.push_back({""});  // the text outside
+  std::vector<int> open{0};
+  for (const Place* step : steps_) {
+    const int within = open.back();
+    if (step->step == Step::routine || step->step == Step::interrupt) {
+      is_simple_ &= step->step == Step::routine;
+      open.push_back(static_cast<int>(routines_.size()));
+      if (!step->name.empty()) named_[step->name].push_back(open.back());
+      routines_.push_back({step->name});
+    } else if (step->step == Step::end_routine && open.size() > 1) {
+      open.pop_back();
+    }
+    routine_behind_.push_back(open.back());
+    if (step->step == Step::call) {
+      is_simple_ &= !step->name.empty();
+      calls_[step->name].push_back({step, within});
+    } else {
+      // The end of a routine belongs to it, as its begin does.
+      routines_[std::max(within, open.back())].steps.push_back(step);
+    }
+  }
+  FlowOfValue reached(steps_, {}, 0);
+  reached.run();
+  const std::vector<bool> ends = reached.ends();
+  for (size_t r = 0; r < ends.size(); ++r)
+    if (!ends[r]) endless_.push_back(static_cast<int>(r));
+}
+
+int FlowOfVariables::routine_at(size_t place) const {
+  const auto at = [](const Place* step) { return step->at; };
+  const auto behind = std::ranges::upper_bound(steps_, place, {}, at);
+  return behind == steps_.begin() ? 0 : routine_behind_[behind - steps_.begin() - 1];
+}
+
+// Those that change the variable, those that never end, and all that call them.
+std::vector<int> FlowOfVariables::routines_to_follow(
+    const std::vector<ProgramFlow::Setting>& settings) const {
+  std::vector<int> open = endless_, all;
+  for (const ProgramFlow::Setting& setting : settings) open.push_back(routine_at(setting.at));
+  std::set<int> known(open.begin(), open.end());
+  const auto add = [&](int routine) {
+    if (known.insert(routine).second) open.push_back(routine);
+  };
+  while (!open.empty()) {
+    const std::string& name = routines_[open.back()].name;
+    open.pop_back();
+    if (const auto meant = named_.find(name); meant != named_.end())
+      std::ranges::for_each(meant->second, add);
+    if (const auto calls = calls_.find(name); !name.empty() && calls != calls_.end())
+      for (const Call& call : calls->second) add(call.caller);
+  }
+  return {known.begin(), known.end()};
+}
+
+FlowOfVariables::Values FlowOfVariables::follow(
+    const std::vector<ProgramFlow::Setting>& settings) const {
+  Values result;
+  result.flow_ = this;
+  if (!is_simple_ || settings.empty()) {
+    for (size_t r = 0; r < routines_.size(); ++r) result.followed_.push_back(static_cast<int>(r));
+    result.values_ = flow_.follow(settings, ProgramFlow::kUncertain);
+    return result;
+  }
+  result.followed_ = routines_to_follow(settings);
+  std::vector<const Place*> steps;
+  std::set<std::string> names;
+  for (const int r : result.followed_) {
+    const Routine& routine = routines_[r];
+    steps.insert(steps.end(), routine.steps.begin(), routine.steps.end());
+    if (const auto calls = calls_.find(routine.name);
+        calls != calls_.end() && names.insert(routine.name).second)
+      for (const Call& call : calls->second) steps.push_back(call.step);
+  }
+  std::ranges::sort(steps, {}, [](const Place* step) { return std::pair(step->at, step); });
+  result.values_ = FlowOfValue(steps, settings, ProgramFlow::kUncertain).run();
+  return result;
+}
+
+bool FlowOfVariables::Values::is_followed(int routine) const {
+  return std::ranges::binary_search(followed_, routine);
+}
+
+int FlowOfVariables::Values::at(size_t place) const {
+  if (!flow_) return kUncertain;
+  const int routine = flow_->routine_at(place);
+  const int value = is_followed(routine) ? values_.behind(place) : entry(routine);
+  return value == kUnreached ? kUncertain : value;
+}
+
+// What all calls of a routine hand to it, also those of others that hand on what they are called
+// with. One that nothing calls begins with anything.
+int FlowOfVariables::Values::entry(int routine) const {
+  if (const auto known = entries_.find(routine); known != entries_.end()) return known->second;
+  int all = kUnreached;
+  std::set<int> seen{routine};
+  std::vector<int> open{routine};
+  while (!open.empty() && all != kUncertain) {
+    const std::string& name = flow_->routines_[open.back()].name;
+    open.pop_back();
+    const auto calls = flow_->calls_.find(name);
+    if (name.empty() || calls == flow_->calls_.end()) {
+      all = kUncertain;
+      break;
+    }
+    for (const auto& [step, caller] : calls->second)
+      if (is_followed(caller))
+        all = joined(all, values_.behind(step->at));
+      else if (seen.insert(caller).second)
+        open.push_back(caller);
+  }
+  return entries_[routine] = all;
 }
 
 }  // namespace armtrue

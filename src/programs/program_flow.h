@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,7 +47,10 @@ class ProgramFlow {
 
    private:
     friend class FlowOfValue;
+    friend class FlowOfVariables;
     friend class ProgramFlow;
+    int behind(size_t place) const;  // also that of no way that leads there
+
     int initial_ = 0;
     std::vector<std::pair<size_t, int>> changes_;  // from this place on: this value
   };
@@ -56,12 +60,66 @@ class ProgramFlow {
 
  private:
   friend class FlowOfValue;
+  friend class FlowOfVariables;
   struct Place {
     size_t at;
     Step step;
     std::string name;
   };
   std::vector<Place> steps_;
+};
+
+/// Follows many variables through one program, whose values at its beginning nobody knows. A
+/// routine that changes a variable neither itself nor by its calls hands on the value with which it
+/// is called, so only the others are followed: the cost of a variable grows with the routines that
+/// change it and those that call them, not with the program.
+class FlowOfVariables {
+ public:
+  /// `flow`: all its steps; it must outlive this.
+  explicit FlowOfVariables(const ProgramFlow& flow);
+
+  /// The values of one variable by place.
+  class Values {
+   public:
+    /// ProgramFlow::kUncertain where it has several, or where nothing in the text leads.
+    int at(size_t place) const;
+
+   private:
+    friend class FlowOfVariables;
+    bool is_followed(int routine) const;
+    int entry(int routine) const;
+
+    const FlowOfVariables* flow_ = nullptr;
+    std::vector<int> followed_;  // routines, in ascending order
+    ProgramFlow::Values values_;  // in them
+    mutable std::map<int, int> entries_;  // of the others, as far as they were asked for
+  };
+  /// The values must not outlive this.
+  Values follow(const std::vector<ProgramFlow::Setting>& settings) const;
+
+ private:
+  using Place = ProgramFlow::Place;
+  struct Routine {
+    std::string name;
+    std::vector<const Place*> steps{};  // but for its calls
+    bool ends = true;                   // a way leads to its end
+  };
+  struct Call {
+    const Place* step;
+    int caller;
+  };
+
+  int routine_at(size_t place) const;
+  std::vector<int> routines_to_follow(const std::vector<ProgramFlow::Setting>& settings) const;
+
+  const ProgramFlow& flow_;
+  std::vector<const Place*> steps_;  // in their order
+  std::vector<int> routine_behind_;  // of each step
+  std::vector<Routine> routines_;
+  std::map<std::string, std::vector<int>> named_;  // routines
+  std::map<std::string, std::vector<Call>> calls_;  // by the name that they call
+  std::vector<int> endless_;
+  bool is_simple_ = true;  // no calls without a name, no interrupts
 };
 
 }  // namespace armtrue

@@ -25,14 +25,16 @@ bool is_whole(const KrlValue& value) {
 void KrlVariables::follow() {
   constexpr int kRounds = 8;  // more variables in a chain, of no real program, would take long
   bool is_changed = true;
+  flow_ = std::make_unique<FlowOfVariables>(steps_.flow());
   for (int round = 0; is_changed && round < kRounds; ++round) {
     is_changed = false;
-    for (auto& [name, variable] : variables_) is_changed |= follow(name, variable);
+    for (auto& [name, variable] : variables_) is_changed |= follow(name, *flow_, variable);
   }
   for (auto& [name, variable] : variables_) note_what_is_stated(variable);
 }
 
-bool KrlVariables::follow(const std::string& name, Variable& variable) {
+bool KrlVariables::follow(const std::string& name, const FlowOfVariables& flow,
+                          Variable& variable) {
   std::vector<int> set;
   for (const KrlChange& change : variable.changes) {
     const std::optional<KrlValue> value = set_by(name, change);
@@ -41,7 +43,7 @@ bool KrlVariables::follow(const std::string& name, Variable& variable) {
   if (variable.is_followed && set == variable.set) return false;
   std::vector<ProgramFlow::Setting> settings;
   for (size_t i = 0; i < set.size(); ++i) settings.push_back({variable.changes[i].begin, set[i]});
-  variable.values = steps_.flow().follow(settings, ProgramFlow::kUncertain);
+  variable.values = flow.follow(settings);
   variable.set = std::move(set);
   return variable.is_followed = true;
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -68,7 +69,7 @@ class KrlVariables {
  private:
   struct Variable {
     std::vector<KrlChange> changes;
-    ProgramFlow::Values values;
+    FlowOfVariables::Values values;
     std::vector<int> set;  // by each change; of values_
     KrlFrame declared;
     // What its values state, with that of the data list.
@@ -78,7 +79,7 @@ class KrlVariables {
     bool is_followed = false;
   };
 
-  bool follow(const std::string& name, Variable& variable);
+  bool follow(const std::string& name, const FlowOfVariables& flow, Variable& variable);
   void note_what_is_stated(Variable& variable) const;
   std::optional<KrlValue> set_by(const std::string& name, const KrlChange& change) const;
   std::optional<KrlValue> point(TextCursor& cursor, const std::string& type, size_t place) const;
@@ -91,6 +92,7 @@ class KrlVariables {
 
   std::string_view src_;
   const KrlSteps& steps_;
+  std::unique_ptr<FlowOfVariables> flow_;
   std::map<std::string, KrlValue> constants_;
   std::map<std::string, Variable> variables_;
   std::map<std::string, std::string> types_;
