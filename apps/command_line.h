@@ -80,6 +80,8 @@ class Command : public OptionGroup {
   void tell(const std::string& message) const;
   /// A result on stderr: on a terminal unless -q, elsewhere only with -v.
   void report(const std::string& message) const;
+  /// Whether report() prints: some results take time.
+  bool reports() const;
   /// What the command does now: on stderr, only on a terminal and only after a second of work.
   void progress(const std::string& message);
 

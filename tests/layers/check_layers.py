@@ -25,7 +25,8 @@ USES = {
     "path/mirror": ["path/registration", "path/samples"],
     "programs": ["path", "text"],
     "io": ["certification", "compensation", "diagnosis", "tracing", "path/mirror", "programs"],
-    "import": ["io"],
+    "images": ["kinematics", "text"],
+    "import": ["images", "io"],
     "urdf": ["io"],
     "report": ["certification", "compensation", "planning", "path/mirror"],
 }
@@ -40,6 +41,7 @@ THIRD_PARTY = {
     "openssl/": ["src/io/"],
     "CLI/": ["apps/command_line.cc", "apps/options.cc", "tests/bench/"],  # some 10 s to compile
     "kdl/": ["src/urdf/", "tests/"],
+    "opencv2/": ["src/images/"],
     "boost/": ["src/statistics/", "tests/bench/"],
     # Decompositions are compiled once, in linear_algebra; small ones of fixed size may stand elsewhere.
     "Eigen/SVD": ["src/linear_algebra/", "src/calibration/registration.cc", "tests/"],
