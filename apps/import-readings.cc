@@ -177,8 +177,9 @@ int run(app::Command& command, Arguments arguments) {
   if (!arguments.joints.empty() && !has_images && arguments.points.empty())
     throw app::UsageError("--joints needs --points or --images: what was read there");
   if (has_images && !arguments.import.join.empty())
-    throw app::UsageError("--join is of two tables; images are joined by the column 'image' of "
-                          "--joints or, without it, by the order of their names");
+    throw app::UsageError(
+        "--join is of two tables; images are joined by the column 'image' of "
+        "--joints or, without it, by the order of their names");
   if (!arguments.robot.empty()) arguments.import.robot = command.read_robot(arguments.robot).robot;
   if (!arguments.urdf.empty()) {
     Source source(arguments.urdf);

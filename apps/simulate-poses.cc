@@ -7,6 +7,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
 #include "option_text.h"
@@ -41,8 +42,9 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::not_below_zero());
   command.option("--noise-mrad", arguments.noise_mrad, "Noise of the orientation, per axis")
       .check(app::not_below_zero());
-  command.option("--blunders", arguments.blunders,
-                 "Share of readings with an error of 2 to 20 mm, or of 2 to 20 px")
+  command
+      .option("--blunders", arguments.blunders,
+              "Share of readings with an error of 2 to 20 mm, or of 2 to 20 px")
       .check(app::in_range(0.0, 0.5));
   const app::Option points = command.flag("--points", arguments.points, "Positions only");
   const app::Option images =
@@ -51,8 +53,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                 "What the cameras of the robot file see of its boards, in place of positions; "
                 "random poses show the whole board")
           .excludes(points);
-  command
-      .option("--noise-px", arguments.noise_px, "With --images: noise of a corner, per axis")
+  command.option("--noise-px", arguments.noise_px, "With --images: noise of a corner, per axis")
       .check(app::not_below_zero())
       .needs(images);
   command
@@ -118,7 +119,7 @@ Campaign simulate_targets(app::Command& command, const std::string& path, const 
     command.warn(fmt::format("{}: in {} of {} poses no camera sees a corner of a board", path,
                              targets.size() - campaign.pose_ids.size(), targets.size()));
   for (std::string& id : campaign.pose_ids)  // numbers, from 1
-    id = targets[static_cast<size_t>(std::stoi(id)) - 1].pose;
+    id = targets[static_cast<size_t>(*read_number(id)) - 1].pose;
   return campaign;
 }
 
@@ -128,9 +129,9 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
     app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
-  if (!arguments.images &&
-      std::ranges::any_of(truth.chain.contacts,
-                          [](const Contact& contact) { return is_of_images(contact.kind); }))
+  if (!arguments.images && std::ranges::any_of(truth.chain.contacts, [](const Contact& contact) {
+        return is_of_images(contact.kind);
+      }))
     command.warn(
         "the robot has cameras and boards, and simulated readings are points, not pixels; --images "
         "makes pixels");

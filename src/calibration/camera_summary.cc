@@ -39,8 +39,7 @@ std::string place_in_words(const CalibrationResult& result, int contact, int pos
   double bounds[2] = {0, 0};
   for (int k = 0; k < 6; ++k)
     if (const auto unknown = unknown_of(result, first + k))
-      bounds[k / 3] =
-          std::max(bounds[k / 3], std::sqrt(result.covariance(*unknown, *unknown)));
+      bounds[k / 3] = std::max(bounds[k / 3], std::sqrt(result.covariance(*unknown, *unknown)));
     else
       return "";
   const double wide = student_t_975(std::max(1, poses - 1));

@@ -16,10 +16,10 @@
 namespace armtrue {
 namespace {
 
-constexpr double kEdge = 5;                     // px: a corner is found where its surroundings show
-constexpr double kFewestOfImage = 1.0 / 3;      // the board's share: less shows its place badly
+constexpr double kEdge = 5;                 // px: a corner is found where its surroundings show
+constexpr double kFewestOfImage = 1.0 / 3;  // the board's share: less shows its place badly
 constexpr double kMostOfImage = 0.9;
-constexpr double kMostTilt = 35 * kDegree;      // more blurs and hides corners
+constexpr double kMostTilt = 35 * kDegree;  // more blurs and hides corners
 constexpr int kTriesPerView = 400;
 
 struct Disk {
@@ -125,9 +125,8 @@ bool shows(const KinematicChain& chain, const View& view, const Pose& a_from_mea
            double margin) {
   const Contact &camera = chain.contacts[view.camera], &board = chain.contacts[view.board];
   const Eigen::Vector3d seen = seen_at(chain, view, a_from_measured, point);
-  const Eigen::Matrix3d of_camera = camera.on_arm
-                                        ? a_from_measured.rotation * camera.place.rotation
-                                        : camera.place.rotation;
+  const Eigen::Matrix3d of_camera =
+      camera.on_arm ? a_from_measured.rotation * camera.place.rotation : camera.place.rotation;
   const Eigen::Matrix3d of_board =
       board.on_arm ? a_from_measured.rotation * board.place.rotation : board.place.rotation;
   const Eigen::Vector3d away = of_camera.transpose() * of_board.col(2);  // from the printed side

@@ -46,7 +46,8 @@ bool is_cut_off(const std::string& file) {
   return scan == std::string::npos || bytes.find("\xFF\xD9", scan) == std::string::npos;
 }
 
-// Decoders write to standard error what they think of a file; the caller says what is wrong with it.
+// Decoders write to standard error what they think of a file; the caller says what is wrong with
+// it.
 class Silence {
  public:
   Silence() : saved_(dup(STDERR_FILENO)) {
@@ -177,7 +178,8 @@ std::vector<SeenCorner> find_grid(const cv::Mat& image, const BoardPattern& patt
     const int form = pattern.kind == BoardKind::circles ? cv::CALIB_CB_SYMMETRIC_GRID
                                                         : cv::CALIB_CB_ASYMMETRIC_GRID;
     is_found = cv::findCirclesGrid(image, size, points, form);
-    if (!is_found) is_found = cv::findCirclesGrid(image, size, points, form | cv::CALIB_CB_CLUSTERING);
+    if (!is_found)
+      is_found = cv::findCirclesGrid(image, size, points, form | cv::CALIB_CB_CLUSTERING);
   }
   if (!is_found || std::ssize(points) != size.area()) return {};
   if (pattern.kind == BoardKind::asymmetric_circles) return numbered(points);
@@ -190,17 +192,25 @@ std::vector<SeenCorner> find_grid(const cv::Mat& image, const BoardPattern& patt
 
 struct Family {
   const char* name;
-  int bits;  // of a side, without the black border
+  int bits;                                       // of a side, without the black border
   std::vector<std::pair<int, int>> dictionaries;  // number of codes, OpenCV's number; rising
 };
 
 const std::vector<Family>& families() {
   using namespace cv::aruco;
   static const std::vector<Family> kFamilies{
-      {"4x4", 4, {{50, DICT_4X4_50}, {100, DICT_4X4_100}, {250, DICT_4X4_250}, {1000, DICT_4X4_1000}}},
-      {"5x5", 5, {{50, DICT_5X5_50}, {100, DICT_5X5_100}, {250, DICT_5X5_250}, {1000, DICT_5X5_1000}}},
-      {"6x6", 6, {{50, DICT_6X6_50}, {100, DICT_6X6_100}, {250, DICT_6X6_250}, {1000, DICT_6X6_1000}}},
-      {"7x7", 7, {{50, DICT_7X7_50}, {100, DICT_7X7_100}, {250, DICT_7X7_250}, {1000, DICT_7X7_1000}}},
+      {"4x4",
+       4,
+       {{50, DICT_4X4_50}, {100, DICT_4X4_100}, {250, DICT_4X4_250}, {1000, DICT_4X4_1000}}},
+      {"5x5",
+       5,
+       {{50, DICT_5X5_50}, {100, DICT_5X5_100}, {250, DICT_5X5_250}, {1000, DICT_5X5_1000}}},
+      {"6x6",
+       6,
+       {{50, DICT_6X6_50}, {100, DICT_6X6_100}, {250, DICT_6X6_250}, {1000, DICT_6X6_1000}}},
+      {"7x7",
+       7,
+       {{50, DICT_7X7_50}, {100, DICT_7X7_100}, {250, DICT_7X7_250}, {1000, DICT_7X7_1000}}},
       {"original", 5, {{1024, DICT_ARUCO_ORIGINAL}}},
       {"16h5", 4, {{30, DICT_APRILTAG_16h5}}},
       {"25h9", 5, {{35, DICT_APRILTAG_25h9}}},
@@ -261,8 +271,8 @@ Markers find_markers(const cv::Mat& image, const BoardPattern& pattern, const Fa
   parameters->minMarkerPerimeterRate = 0.01;  // of the image: many small markers in a large one
   std::vector<Points> quads;
   std::vector<int> ids;
-  cv::aruco::detectMarkers(image, cv::aruco::getPredefinedDictionary(dictionary->second), quads, ids,
-                           parameters);
+  cv::aruco::detectMarkers(image, cv::aruco::getPredefinedDictionary(dictionary->second), quads,
+                           ids, parameters);
   Markers markers;
   for (size_t k = 0; k < ids.size(); ++k)
     if (ids[k] < static_cast<int>(places.size()) && std::ranges::count(ids, ids[k]) == 1)
@@ -303,7 +313,8 @@ double median_of(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// The markers that lie as they do on the board. `by_corners`: by those of tags, whose side is known.
+// The markers that lie as they do on the board. `by_corners`: by those of tags, whose side is
+// known.
 Markers those_in_place(const Markers& markers, bool by_corners) {
   static const std::array<cv::Point2f, 4> kCorners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
   const cv::Point2f middle(0.5, 0.5);
@@ -334,9 +345,9 @@ Markers those_in_place(const Markers& markers, bool by_corners) {
   return kept;
 }
 
-// Tags as their makers print them: OpenCV turns AprilTags by half a turn, and boards of Kalibr count
-// rows from below. Which of these it is shows where the tags lie, so each gets the place that it has
-// on the board, and the corner that is its upper left one there.
+// Tags as their makers print them: OpenCV turns AprilTags by half a turn, and boards of Kalibr
+// count rows from below. Which of these it is shows where the tags lie, so each gets the place that
+// it has on the board, and the corner that is its upper left one there.
 Markers tags_in_place(const Markers& seen, const BoardPattern& pattern) {
   const std::vector<cv::Point2f> places = places_of(pattern);
   Markers best;
@@ -376,20 +387,19 @@ struct Line {
 // rounds a corner off, and moves no side.
 std::optional<Line> side_between(const cv::Mat& image, const cv::Point2d& from,
                                  const cv::Point2d& to, int half) {
-  constexpr int kPlaces = 24;                // of a side
+  constexpr int kPlaces = 24;                   // of a side
   constexpr double kBegin = 0.15, kEnd = 0.85;  // of it: the rest is the corners'
-  constexpr double kStep = 0.5;              // px
+  constexpr double kStep = 0.5;                 // px
   const cv::Point2d along = (to - from) / cv::norm(to - from), out(along.y, -along.x);
-  const cv::Rect2d inside(half + 2, half + 2, image.cols - 2 * half - 5,
-                          image.rows - 2 * half - 5);
+  const cv::Rect2d inside(half + 2, half + 2, image.cols - 2 * half - 5, image.rows - 2 * half - 5);
   std::vector<cv::Point2f> edge;
   for (int k = 0; k < kPlaces; ++k) {
     const cv::Point2d at = from + (kBegin + (kEnd - kBegin) * k / (kPlaces - 1)) * (to - from);
     if (!inside.contains(at)) return std::nullopt;
     double sum = 0, moment = 0;
     for (double t = -half; t <= half; t += kStep) {
-      const double rise = std::max(
-          0.0, grey(image, at + (t + kStep) * out) - grey(image, at + (t - kStep) * out));
+      const double rise =
+          std::max(0.0, grey(image, at + (t + kStep) * out) - grey(image, at + (t - kStep) * out));
       sum += rise;
       moment += rise * t;
     }
@@ -413,7 +423,8 @@ Points where_sides_meet(const cv::Mat& image, Points corners, int half) {
     for (size_t k = 0; k < 4; ++k) {
       const Line &a = sides[(k + 3) % 4], &b = sides[k];
       const double parallel = a.along.cross(b.along);
-      const cv::Point2d meet = a.through + (b.through - a.through).cross(b.along) / parallel * a.along;
+      const cv::Point2d meet =
+          a.through + (b.through - a.through).cross(b.along) / parallel * a.along;
       if (!(cv::norm(meet - cv::Point2d(corners[k])) <= half)) return {};
       corners[k] = meet;
     }
@@ -450,8 +461,8 @@ bool lie_on_a_line(const Points& points) {
   return xx * yy - xy * xy <= kFlat * (xx + yy) * (xx + yy);
 }
 
-// The side of the markers in the units of places_of(), as their centres, of which four must lie on no
-// line, and their corners show it; nothing otherwise.
+// The side of the markers in the units of places_of(), as their centres, of which four must lie on
+// no line, and their corners show it; nothing otherwise.
 std::optional<double> side_on_board(const Markers& markers) {
   const cv::Point2f middle(0.5, 0.5);
   Points on_board, in_image;
@@ -465,8 +476,7 @@ std::optional<double> side_on_board(const Markers& markers) {
   std::vector<double> sides;
   for (const auto& [id, marker] : markers)
     for (const cv::Point2f& corner : marker.corners)
-      sides.push_back(std::sqrt(2) *
-                      cv::norm(mapped(to_board, corner) - marker.place - middle));
+      sides.push_back(std::sqrt(2) * cv::norm(mapped(to_board, corner) - marker.place - middle));
   return median_of(sides);
 }
 
@@ -503,8 +513,7 @@ std::vector<SeenCorner> corners_of_charuco(const cv::Mat& image, const BoardPatt
           mapped(local, {static_cast<float>(column), static_cast<float>(row)});
       const int half = window(0.8 * edge / side * shortest);
       if (const auto corner = refined(image, expected, half))
-        corners.push_back(
-            {(row - 1) * (pattern.columns - 1) + column - 1, corner->x, corner->y});
+        corners.push_back({(row - 1) * (pattern.columns - 1) + column - 1, corner->x, corner->y});
     }
   return corners;
 }
@@ -518,8 +527,7 @@ bool has_stated_gap(const BoardPattern& pattern, const Markers& markers) {
 
 // Why an image with markers does not show this board.
 std::string hint_for(const cv::Mat& image, const BoardPattern& pattern, size_t seen, size_t fit) {
-  const std::string size =
-      std::to_string(pattern.columns) + "x" + std::to_string(pattern.rows);
+  const std::string size = std::to_string(pattern.columns) + "x" + std::to_string(pattern.rows);
   if (std::cmp_greater_equal(seen, kFewestCorners) && fit < seen) {
     BoardPattern other = pattern;
     other.is_legacy = !pattern.is_legacy;
@@ -527,15 +535,18 @@ std::string hint_for(const cv::Mat& image, const BoardPattern& pattern, size_t s
       const size_t lie = in_place(find_markers(image, other, family_of(other)), other).size();
       if (lie > fit && lie >= kFewestCorners)
         return pattern.is_legacy
-                   ? "the board begins with black, as OpenCV prints it since 4.6; leave out ':legacy'"
+                   ? "the board begins with black, as OpenCV prints it since 4.6; leave out "
+                     "':legacy'"
                    : "the board begins with white, as OpenCV before 4.6 printed it; add ':legacy'";
     }
-    return "an image shows " + std::to_string(seen) + " of its markers, and they do not lie as on a "
-           "board of " + size +
-           "; count columns and rows again, columns first" +
+    return "an image shows " + std::to_string(seen) +
+           " of its markers, and they do not lie as on a "
+           "board of " +
+           size + "; count columns and rows again, columns first" +
            (pattern.kind == BoardKind::tags ? ", and measure side and gap" : "");
   }
-  if (seen >= kFewestCorners) return "the gap between its tags is not that of the board; measure side and gap";
+  if (seen >= kFewestCorners)
+    return "the gap between its tags is not that of the board; measure side and gap";
   for (const Family& family : families()) {
     if (family.name == pattern.family) continue;
     BoardPattern other = pattern;

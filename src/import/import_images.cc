@@ -22,9 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kNamesTold = 5;       // of images, in a message
-constexpr int kFewestCorners = 4;      // of a board whose place before the camera shows
-constexpr int kImagesExplained = 2;    // why the board is not found takes ten times as long
+constexpr size_t kNamesTold = 5;     // of images, in a message
+constexpr int kFewestCorners = 4;    // of a board whose place before the camera shows
+constexpr int kImagesExplained = 2;  // why the board is not found takes ten times as long
 
 std::string lower_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -33,8 +33,8 @@ std::string lower_case(std::string text) {
 
 // What cameras write, and OpenCV reads.
 bool is_image(const fs::path& path) {
-  static const std::vector<std::string> kEnds{".png", ".jpg", ".jpeg", ".bmp", ".tif",
-                                              ".tiff", ".pgm", ".ppm", ".webp"};
+  static const std::vector<std::string> kEnds{".png",  ".jpg", ".jpeg", ".bmp", ".tif",
+                                              ".tiff", ".pgm", ".ppm",  ".webp"};
   return std::ranges::count(kEnds, lower_case(path.extension().string())) > 0;
 }
 
@@ -54,10 +54,11 @@ std::vector<std::string> image_names(const std::string& folder) {
     throw InputError(folder + ": " + error.message() +
                      "; give the folder in which the images of the campaign stand");
   if (names.empty())
-    throw InputError(fmt::format(
-        "{}: has no image (.png, .jpg, .bmp, .tif, .pgm, .ppm, .webp) among its {} entr{}; give the "
-        "folder in which the images of the campaign stand",
-        folder, others, others == 1 ? "y" : "ies"));
+    throw InputError(
+        fmt::format("{}: has no image (.png, .jpg, .bmp, .tif, .pgm, .ppm, .webp) among its {} "
+                    "entr{}; give the "
+                    "folder in which the images of the campaign stand",
+                    folder, others, others == 1 ? "y" : "ies"));
   std::ranges::sort(names, [](const std::string& a, const std::string& b) {
     const int order = strverscmp(a.c_str(), b.c_str());
     return order != 0 ? order < 0 : a < b;
@@ -130,22 +131,20 @@ class ImageJoin {
       if (found->second.size() > 1)
         throw InputError(fmt::format("{}:{}: column 'image': '{}' may be {}; write the whole name",
                                      table_, line, cell, fmt::join(found->second, " or ")));
-      const auto [place, is_new] =
-          row_of.try_emplace(found->second.front(), static_cast<int>(row));
+      const auto [place, is_new] = row_of.try_emplace(found->second.front(), static_cast<int>(row));
       if (!is_new)
-        throw InputError(fmt::format(
-            "{}:{}: column 'image': '{}' stands in line {} too; an image is of one row", table_,
-            line, cell, stops_.readings.campaign.line[place->second]));
+        throw InputError(
+            fmt::format("{}:{}: column 'image': '{}' stands in line {} too; an image is of one row",
+                        table_, line, cell, stops_.readings.campaign.line[place->second]));
     }
     if (row_of.empty())
       throw InputError(fmt::format(
           "{}: column 'image' names no file of {}, whose images are {}; correct the names", table_,
           folder_, told(images_)));
     if (!missing.empty())
-      warnings_.push_back(fmt::format("{}: {} of {} rows name images that {} does not have ({}); "
-                                      "they are left out",
-                                      table_, missing.size(), stops_.images.size(), folder_,
-                                      told(missing)));
+      warnings_.push_back(
+          fmt::format("{}: left out: {} of {} rows, whose images {} does not have ({})", table_,
+                      missing.size(), stops_.images.size(), folder_, told(missing)));
     std::vector<Pair> pairs;
     std::vector<std::string> alone;
     for (const std::string& image : images_)
@@ -154,7 +153,7 @@ class ImageJoin {
       else
         alone.push_back(image);
     if (!alone.empty())
-      warnings_.push_back(fmt::format("{}: {} of {} images have no row in {} ({}); they are left out",
+      warnings_.push_back(fmt::format("{}: left out: {} of {} images, which have no row in {} ({})",
                                       folder_, alone.size(), images_.size(), table_, told(alone)));
     return pairs;
   }
@@ -207,13 +206,14 @@ SeenImages look(const ImageFolder& folder, const std::vector<Pair>& pairs,
     throw InputError(fmt::format(
         "{}: none of {} image{} shows the board '{}'; {}", folder.folder, pairs.size(),
         pairs.size() == 1 ? "" : "s", folder.pattern.text,
-        !hint.empty() ? hint
-                      : "count its columns and rows again (--board), look whether the board is whole "
-                        "and sharp in the images, with a bright border around it"));
+        !hint.empty()
+            ? hint
+            : "count its columns and rows again (--board), look whether the board is whole "
+              "and sharp in the images, with a bright border around it"));
   if (!empty.empty())
-    warnings.push_back(fmt::format(
-        "{}: {} of {} images show no board '{}' ({}); they are left out", folder.folder,
-        empty.size(), pairs.size(), folder.pattern.text, told(empty)));
+    warnings.push_back(
+        fmt::format("{}: left out: {} of {} images, in which the board '{}' is not found ({})",
+                    folder.folder, empty.size(), pairs.size(), folder.pattern.text, told(empty)));
   return seen;
 }
 
@@ -247,10 +247,14 @@ std::string summary(const ImageFolder& folder, const SeenImages& seen, size_t im
   size_t corners = 0;
   for (const SeenImage& image : seen.images) corners += image.corners.size();
   return fmt::format(
-      "{}: {} of {} images show the board, {} corners; {} x {} px, centre {:g}, {:g}\n"
-      "  boards of the robot file: {{board: {{on: cell, pattern: \"{}\"}}}}\n",
-      folder.folder, seen.images.size(), images, corners, seen.width, seen.height,
-      (seen.width - 1) / 2.0, (seen.height - 1) / 2.0, folder.pattern.text);
+      "{}: {} of {} images show the board, {} corners\n"
+      "  for the robot file, with the focal length in px, and arm or cell as it is:\n"
+      "  cameras: {{{}: {{on: arm, fx_px: , fy_px: , cx_px: {:g}, cy_px: {:g}, width_px: {}, "
+      "height_px: {}}}}}\n"
+      "  boards: {{board: {{on: cell, pattern: \"{}\"}}}}\n",
+      folder.folder, seen.images.size(), images, corners,
+      folder.camera.empty() ? "camera" : folder.camera, (seen.width - 1) / 2.0,
+      (seen.height - 1) / 2.0, seen.width, seen.height, folder.pattern.text);
 }
 
 }  // namespace

@@ -259,8 +259,7 @@ PlainTable read_table(const std::string& path, const ImportNames& names,
 
 Import read_import(const std::string& path, const ImportOptions& options, TableRole role) {
   Import import{ImportNames(options), {}, {}};
-  if (role != TableRole::readings)
-    import.names.set_preset(preset_for(options, !has_points(role)));
+  if (role != TableRole::readings) import.names.set_preset(preset_for(options, !has_points(role)));
   import.table = read_table(path, import.names, options, role);
   import.names.apply_preset(import.table, options);
   if (has_points(role) && !import.names.preset())

@@ -71,8 +71,8 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
   for (const JointName& joint : joints) text += "," + joint.encoder();
   if (campaign.has_pixels()) {
     const PixelName name(campaign.contact_names.at(0));
-    text += std::string(name.camera.empty() ? "" : ",camera") + (name.board.empty() ? "" : ",board") +
-            ",corner,u_px,v_px";
+    text += std::string(name.camera.empty() ? "" : ",camera") +
+            (name.board.empty() ? "" : ",board") + ",corner,u_px,v_px";
   } else {
     text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
   }

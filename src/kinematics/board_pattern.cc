@@ -92,7 +92,8 @@ class PatternReader {
       } else if (has_markers && read_length(part)) {
         fail("'" + part + "' is one length too many; the size of the markers is not needed");
       } else if (has_markers) {
-        fail("'" + part + "' is no family of markers; these are 4x4, 5x5, 6x6, 7x7, original, "
+        fail("'" + part +
+             "' is no family of markers; these are 4x4, 5x5, 6x6, 7x7, original, "
              "16h5, 25h9, 36h10, 36h11");
       } else {
         fail("'" + part + "' is too much");
@@ -112,7 +113,8 @@ class PatternReader {
 
   void read_kind() {
     const std::string kind = parts_.front() == "chessboard" ? "checkerboard" : parts_.front();
-    const auto* const found = std::ranges::find(kKinds, kind, [](const auto& k) { return k.first; });
+    const auto* const found =
+        std::ranges::find(kKinds, kind, [](const auto& k) { return k.first; });
     if (found == kKinds.end()) fail("'" + kind + "' is no kind of board");
     pattern_.kind = found->second;
   }

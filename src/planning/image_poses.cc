@@ -14,8 +14,7 @@ constexpr double kEdge = 5;       // px, in which no corner is found
 
 }  // namespace
 
-std::vector<PlannedPose> random_image_poses(const PoseCloud& cloud, int count,
-                                            std::uint64_t seed) {
+std::vector<PlannedPose> random_image_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
   constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
   std::vector<PlannedPose> poses;
   for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {

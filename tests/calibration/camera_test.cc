@@ -446,12 +446,13 @@ TEST(Camera, SimulatedPixelsAreThoseOfTheOracle) {
       camera.intrinsics.tail<6>() << k[0], k[1], k[2], k[3], k[4], 0;
     camera.image_size = {cell.eye.width, cell.eye.height};
     const OracleArm arm = armtrue_oracle::read_arm(kArm);
-    // Viewpoints show the whole board; a turn of some degrees moves parts of it out of the image.
+    // Viewpoints show the whole board; a turn of some tens of degrees moves parts of it out of the
+    // image.
     std::vector<JointVector> commanded;
     for (const Viewpoint& viewpoint : random_viewpoints(robot.chain, 20, 3)) {
       commanded.push_back(viewpoint.q);
       commanded.push_back(viewpoint.q);
-      commanded.back()[4] += 0.25;
+      commanded.back()[4] += 0.5;
     }
     const Campaign campaign = simulate(commanded, robot, {.images = true});
     std::vector<std::vector<bool>> is_seen(commanded.size(), std::vector<bool>(35, false));
@@ -469,8 +470,7 @@ TEST(Camera, SimulatedPixelsAreThoseOfTheOracle) {
       const KDL::Frame seen = on_arm ? (measured * cell.eye.place).Inverse() * cell.grid.place
                                      : cell.eye.place.Inverse() * measured * cell.grid.place;
       for (int corner = 0; corner < 35; ++corner) {
-        const KDL::Vector point =
-            seen * KDL::Vector(0.03 * (corner % 7), 0.03 * (corner / 7), 0);
+        const KDL::Vector point = seen * KDL::Vector(0.03 * (corner % 7), 0.03 * (corner / 7), 0);
         const auto [u, v] = pixel_of(cell.eye, point);
         const bool is_inside = point.z() > 0.05 && u >= 0 && v >= 0 && u <= cell.eye.width - 1 &&
                                v <= cell.eye.height - 1;
@@ -511,9 +511,10 @@ TEST(Camera, PlannedPosesShowTheWholeBoard) {
   const Cell cell = cell_with(true);
   Robot robot = robot_for(cell);
   Dice dice(13);
-  const Campaign given = images(cell, armtrue_oracle::read_arm(kArm), robot,
-                                {.poses = 12, .noise_px = 0.1}, dice);
+  const Campaign given =
+      images(cell, armtrue_oracle::read_arm(kArm), robot, {.poses = 12, .noise_px = 0.1}, dice);
   robot.chain = calibrate(robot, given).robot.chain;
+  robot.chain.contacts[0].image_size = {cell.eye.width, cell.eye.height};
   PlanOptions options;
   options.images = true;
   const PosePlanner planner(robot, options);

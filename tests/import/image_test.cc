@@ -74,8 +74,8 @@ KDL::Frame sight(const std::vector<ArtefactPoint>& points, double depth, double 
     middle += point.position / static_cast<double>(points.size());
   const KDL::Rotation rotation =
       KDL::Rotation::RotX(0.35) * KDL::Rotation::RotY(-0.3) * KDL::Rotation::RotZ(turn);
-  return {rotation, KDL::Vector(0.01, -0.015, depth) -
-                        rotation * KDL::Vector(middle.x(), middle.y(), 0)};
+  return {rotation,
+          KDL::Vector(0.01, -0.015, depth) - rotation * KDL::Vector(middle.x(), middle.y(), 0)};
 }
 
 struct Misses {
@@ -136,9 +136,10 @@ TEST(Images, CornersAreWhereThePhotographHasThem) {
       EXPECT_EQ(found.width, 640);
       EXPECT_EQ(found.height, 480);
       const Misses miss = misses(found, board.pattern, eye, seen);
-      std::printf("%-30s turn %4.1f: %3d of %3d corners, rms %.3f px, worst %.3f, mean %+.3f %+.3f\n",
-                  board.pattern.c_str(), turn, miss.found, miss.all, miss.rms, miss.worst,
-                  miss.mean_u, miss.mean_v);
+      std::printf(
+          "%-30s turn %4.1f: %3d of %3d corners, rms %.3f px, worst %.3f, mean %+.3f %+.3f\n",
+          board.pattern.c_str(), turn, miss.found, miss.all, miss.rms, miss.worst, miss.mean_u,
+          miss.mean_v);
       EXPECT_EQ(miss.found, miss.all) << board.pattern;
       EXPECT_LT(miss.worst, board.worst) << board.pattern;
     }
@@ -155,8 +156,8 @@ TEST(Images, BoardsOfOtherPrintersAreUnderstood) {
   const std::string pattern = "apriltag:3x2:60mm:22.5mm";
   const KDL::Frame seen = sight(points_of(board_pattern(pattern)), 0.42, 0.4);
   const Print kalibr = tags(3, 2, 0.06, 3, {tag[3], tag[4], tag[5], tag[0], tag[1], tag[2]});
-  const Misses miss =
-      misses(found_in(pattern, photographer.photograph(kalibr, seen, {}, dice)), pattern, eye, seen);
+  const Misses miss = misses(found_in(pattern, photographer.photograph(kalibr, seen, {}, dice)),
+                             pattern, eye, seen);
   EXPECT_EQ(miss.found, 24);
   EXPECT_LT(miss.worst, 0.25);
 
@@ -207,13 +208,14 @@ TEST(Images, FilesThatAreNoImageAreNamed) {
   Dice dice(6);
   const Photographer photographer(camera());
   const std::string image = photographer.photograph(
-      checkerboard(9, 6, 0.025), sight(points_of(board_pattern("checkerboard:9x6:25mm")), 0.42, 0.4),
-      {}, dice);
+      checkerboard(9, 6, 0.025),
+      sight(points_of(board_pattern("checkerboard:9x6:25mm")), 0.42, 0.4), {}, dice);
   EXPECT_EQ(error_of(image), "no error");
   for (const std::string& wrong :
        {std::string(), std::string("no image"), image.substr(0, image.size() / 2),
         image.substr(0, 20), std::string("\x89PNG\r\n\x1a\n"), std::string("\xFF\xD8\xFF\xE0")})
-    EXPECT_THAT(error_of(wrong), testing::HasSubstr("is no image that can be read, or only the begin"));
+    EXPECT_THAT(error_of(wrong),
+                testing::HasSubstr("is no image that can be read, or only the begin"));
   EXPECT_THAT(error_of("P5\n1 1\n255\n\x7F"), testing::HasSubstr("1 x 1 pixels"));
 }
 
@@ -246,15 +248,15 @@ TEST(Images, PhotographsShowWhereCameraAndBoardAre) {
     }
     joints += "\n";
   }
-  const ImportedReadings readings = import_images(
-      {folder, board_pattern(pattern), ""}, TemporaryFile(joints).path, {},
-      [](const BoardPattern& of, const std::string& file, bool explain) {
-        ImageCorners found;
-        std::string error;
-        armtrue_find_corners(of, file, explain, found, error);
-        EXPECT_EQ(error, "");
-        return found;
-      });
+  const ImportedReadings readings =
+      import_images({folder, board_pattern(pattern), ""}, TemporaryFile(joints).path, {},
+                    [](const BoardPattern& of, const std::string& file, bool explain) {
+                      ImageCorners found;
+                      std::string error;
+                      armtrue_find_corners(of, file, explain, found, error);
+                      EXPECT_EQ(error, "");
+                      return found;
+                    });
   std::filesystem::remove_all(folder);
   EXPECT_TRUE(readings.warnings.empty());
   EXPECT_GT(readings.campaign.rows(), 14 * 24 * 9 / 10);  // at the edge markers are cut off
@@ -282,8 +284,7 @@ TEST(Images, PhotographsShowWhereCameraAndBoardAre) {
   };
   std::printf("camera %.3f mm, board %.3f mm off, fx %.2f of %.2f, spread %.3f px\n",
               1e3 * apart(found[0].place, eye.place), 1e3 * apart(found[1].place, grid.place),
-              found[0].intrinsics[kFx], eye.fx,
-              fit.spread.position / campaign.metre_per_pixel);
+              found[0].intrinsics[kFx], eye.fx, fit.spread.position / campaign.metre_per_pixel);
   EXPECT_LT(apart(found[0].place, eye.place), 1e-3);
   EXPECT_LT(apart(found[1].place, grid.place), 1e-3);
   EXPECT_NEAR(found[0].intrinsics[kFx], eye.fx, 1.5);

@@ -1,5 +1,7 @@
 // Images and joint angles joined, with a stand-in for what finds the corners.
 
+#include "armtrue/import/import_images.h"
+
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/import/import_images.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/kinematics/board_pattern.h"
 #include "armtrue/text/input_error.h"
@@ -88,13 +89,14 @@ TEST(ImportImages, RowsBelongToTheNamesInTheOrderOfTheirNumbers) {
 
 TEST(ImportImages, AColumnNamesTheImages) {
   const Folder folder({{"a.png", "4 640"}, {"b.jpg", "4 640"}, {"c.png", "4 640"}});
-  const ImportedReadings readings = import(
-      folder, "image,t_s," + kHeader +
-                  "\n/data/c.png,5,1,0,0,0,0,0\nb,6,2,0,0,0,0,0\nd.png,7,3,0,0,0,0,0\n",
-      "left");
+  const ImportedReadings readings =
+      import(folder,
+             "image,t_s," + kHeader +
+                 "\n/data/c.png,5,1,0,0,0,0,0\nb,6,2,0,0,0,0,0\nd.png,7,3,0,0,0,0,0\n",
+             "left");
   EXPECT_THAT(poses_of(readings), ElementsAre("b", "c"));
   EXPECT_THAT(readings.warnings,
-              ElementsAre(HasSubstr("1 of 3 rows name images that"), HasSubstr("(a.png)")));
+              ElementsAre(HasSubstr("left out: 1 of 3 rows, whose images"), HasSubstr("(a.png)")));
   EXPECT_EQ(readings.campaign.time_s.front(), 6);
   EXPECT_THAT(write_campaign(readings.campaign),
               HasSubstr("pose,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,camera,corner,u_px"));
@@ -102,8 +104,8 @@ TEST(ImportImages, AColumnNamesTheImages) {
 
 TEST(ImportImages, VisitsOfAPoseAreNumbered) {
   const Folder folder({{"1.png", "4 640"}, {"2.png", "4 640"}, {"3.png", "4 640"}});
-  const ImportedReadings readings = import(
-      folder, "pose," + kHeader + "\nP,1,0,0,0,0,0\nQ,2,0,0,0,0,0\nP,1,0,0,0,0,0\n");
+  const ImportedReadings readings =
+      import(folder, "pose," + kHeader + "\nP,1,0,0,0,0,0\nQ,2,0,0,0,0,0\nP,1,0,0,0,0,0\n");
   EXPECT_THAT(poses_of(readings), ElementsAre("P", "Q"));
   EXPECT_EQ(readings.campaign.repeat.front(), 1);
   EXPECT_EQ(readings.campaign.repeat.back(), 2);
@@ -114,8 +116,9 @@ TEST(ImportImages, AnImageWithoutABoardIsNamedAndLeftOut) {
   const std::string joints = kHeader + "\n1,0,0,0,0,0\n2,0,0,0,0,0\n3,0,0,0,0,0\n";
   const ImportedReadings readings = import(folder, joints);
   EXPECT_THAT(poses_of(readings), ElementsAre("1"));
-  EXPECT_THAT(readings.warnings, ElementsAre(HasSubstr("2 of 3 images show no board "
-                                                       "'checkerboard:3x4:20mm' (2.png, 3.png)")));
+  EXPECT_THAT(readings.warnings,
+              ElementsAre(HasSubstr("left out: 2 of 3 images, in which the board "
+                                    "'checkerboard:3x4:20mm' is not found (2.png, 3.png)")));
 }
 
 TEST(ImportImages, WhatDoesNotFitIsAnErrorWithItsRemedy) {
@@ -127,12 +130,15 @@ TEST(ImportImages, WhatDoesNotFitIsAnErrorWithItsRemedy) {
               HasSubstr("column 'image' names no file of " + three.path));
   EXPECT_THAT(error_of(three, "image," + kHeader + "\n1,1,0,0,0,0,0\n1.png,2,0,0,0,0,0\n"),
               HasSubstr(":3: column 'image': '1.png' stands in line 2 too"));
-  EXPECT_THAT(error_of(Folder(Files{{"1.png", ""}, {"1.jpg", ""}}), "image," + kHeader + "\n1,1,0,0,0,0,0\n"),
+  EXPECT_THAT(error_of(Folder(Files{{"1.png", ""}, {"1.jpg", ""}}),
+                       "image," + kHeader + "\n1,1,0,0,0,0,0\n"),
               HasSubstr("'1' may be 1.jpg or 1.png"));
-  EXPECT_THAT(error_of(Folder(Files{{"1.txt", ""}}), kHeader + row + "\n"),
-              HasSubstr("has no image (.png, .jpg, .bmp, .tif, .pgm, .ppm, .webp) among its 1 entry"));
-  EXPECT_THAT(error_of(Folder(Files{{"1.png", "4 640"}, {"2.png", "4 800"}}), kHeader + row + row + "\n"),
-              HasSubstr("'2.png' has 800 x 480 pixels and '1.png' 640 x 480"));
+  EXPECT_THAT(
+      error_of(Folder(Files{{"1.txt", ""}}), kHeader + row + "\n"),
+      HasSubstr("has no image (.png, .jpg, .bmp, .tif, .pgm, .ppm, .webp) among its 1 entry"));
+  EXPECT_THAT(
+      error_of(Folder(Files{{"1.png", "4 640"}, {"2.png", "4 800"}}), kHeader + row + row + "\n"),
+      HasSubstr("'2.png' has 800 x 480 pixels and '1.png' 640 x 480"));
   EXPECT_THAT(error_of(Folder(Files{{"1.png", "0 640"}}), kHeader + row + "\n"),
               HasSubstr("none of 1 image shows the board 'checkerboard:3x4:20mm'; count"));
 }
@@ -150,11 +156,12 @@ TEST(ImportImages, PatternsAreReadAsPeopleWriteThem) {
   EXPECT_FALSE(is_symmetric(board_pattern("checkerboard:9x6:25mm")));
   EXPECT_TRUE(is_symmetric(board_pattern("checkerboard:8x6:25mm")));
   for (const char* wrong :
-       {"", "chess", "checkerboard", "checkerboard:9x6", "checkerboard:9x6:25", "checkerboard:9:25mm",
-        "checkerboard:9x6:-25mm", "checkerboard:9x6:0mm", "checkerboard:2x6:25mm",
-        "checkerboard:9x6:25mm:5x5", "checkerboard:99999999999x6:25mm", "checkerboard:9x6:infmm",
-        "charuco:7x5:30mm:22mm", "charuco:7x5:30mm:8x8", "apriltag:6x6:40mm",
-        "circles:500x500:20mm", "checkerboard:9x6:25mm:", "apriltag:0x6:40mm:10mm"})
+       {"", "chess", "checkerboard", "checkerboard:9x6", "checkerboard:9x6:25",
+        "checkerboard:9:25mm", "checkerboard:9x6:-25mm", "checkerboard:9x6:0mm",
+        "checkerboard:2x6:25mm", "checkerboard:9x6:25mm:5x5", "checkerboard:99999999999x6:25mm",
+        "checkerboard:9x6:infmm", "charuco:7x5:30mm:22mm", "charuco:7x5:30mm:8x8",
+        "apriltag:6x6:40mm", "circles:500x500:20mm",
+        "checkerboard:9x6:25mm:", "apriltag:0x6:40mm:10mm"})
     EXPECT_THROW(board_pattern(wrong), std::invalid_argument) << wrong;
 }
 

@@ -1,12 +1,12 @@
 #include "imaging.h"
 
-#include "photograph.h"
-
 #include <Eigen/Dense>
 #include <cmath>
 #include <optional>
 #include <sstream>
 #include <utility>
+
+#include "photograph.h"
 
 namespace armtrue_oracle {
 namespace {

@@ -32,8 +32,7 @@ double grey_at(const Print& print, double x, double y) {
   if (column < 0 || row < 0 || row >= static_cast<double>(print.cells.size()) ||
       column >= static_cast<double>(print.cells.front().size()))
     return kWall;
-  const bool is_dark =
-      print.cells[static_cast<size_t>(row)][static_cast<size_t>(column)] == '#';
+  const bool is_dark = print.cells[static_cast<size_t>(row)][static_cast<size_t>(column)] == '#';
   if (!print.disks || !is_dark) return is_dark ? kBlack : kWhite;
   const double dx = (column - std::floor(column) - 0.5) * print.cell,
                dy = (row - std::floor(row) - 0.5) * print.cell;
@@ -62,7 +61,8 @@ void blur(std::vector<double>& grey, int width, int height, double sigma) {
   const int reach = static_cast<int>(std::ceil(3 * sigma));
   std::vector<double> weight;
   double sum = 0;
-  for (int k = -reach; k <= reach; ++k) sum += weight.emplace_back(std::exp(-k * k / (2 * sigma * sigma)));
+  for (int k = -reach; k <= reach; ++k)
+    sum += weight.emplace_back(std::exp(-k * k / (2 * sigma * sigma)));
   for (double& w : weight) w /= sum;
   const auto pass = [&](int step, int length, int lines, int stride) {
     std::vector<double> line(static_cast<size_t>(length));
@@ -149,8 +149,7 @@ Print disks(int columns, int rows, double pitch, bool asymmetric) {
 Photographer::Photographer(const Eye& eye) : width_(eye.width), height_(eye.height) {
   for (int v = 0; v <= height_; ++v) {
     std::array<double, 2> ray{-eye.cx / eye.fx, (v - eye.cy) / eye.fy};
-    for (int u = 0; u <= width_; ++u)
-      rays_.push_back(ray = ray_of(eye, u - 0.5, v - 0.5, ray));
+    for (int u = 0; u <= width_; ++u) rays_.push_back(ray = ray_of(eye, u - 0.5, v - 0.5, ray));
   }
 }
 

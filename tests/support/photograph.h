@@ -25,8 +25,8 @@ Print checkerboard(int columns, int rows, double pitch);
 
 /// A checkerboard of squares whose white ones have a marker each. `markers`: rows of '#' and '.',
 /// `bits` of each marker, as they are printed, without their black border. The origin is the first
-/// inner corner; the marker is `bits + 2` of `cells_per_square` cells wide. The first square is black
-/// unless `white_first`.
+/// inner corner; the marker is `bits + 2` of `cells_per_square` cells wide. The first square is
+/// black unless `white_first`.
 Print charuco(int columns, int rows, double pitch, const std::vector<std::string>& markers,
               int cells_per_square, bool white_first = false);
 

@@ -34,8 +34,9 @@ struct Touch {
                      ///< sphere
 };
 
-/// What a pixel is of, as Campaign::contact_names has it: `left/plate/7` is the point 7 of the board
-/// `plate` in the image of the camera `left`. Camera and board are empty where the file names none.
+/// What a pixel is of, as Campaign::contact_names has it: `left/plate/7` is the point 7 of the
+/// board `plate` in the image of the camera `left`. Camera and board are empty where the file names
+/// none.
 struct PixelName {
   std::string camera, board, corner;
 

@@ -22,7 +22,7 @@ struct BoardPattern {
   int columns = 0, rows = 0;  ///< as OpenCV counts: corners, circles, squares (charuco), tags
   double pitch = 0;           ///< of corners, circles or squares; the side of a tag [m]
   double gap = 0;             ///< between tags [m]
-  std::string family;         ///< of markers: 4x4, 5x5, 6x6, 7x7, original, 16h5, 25h9, 36h10, 36h11
+  std::string family;  ///< of markers: 4x4, 5x5, 6x6, 7x7, original, 16h5, 25h9, 36h10, 36h11
   /// Boards of charuco that OpenCV before 4.6 printed: an even number of rows begins with white.
   bool is_legacy = false;
   std::string text;  ///< as it was written

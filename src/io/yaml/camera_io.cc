@@ -43,8 +43,9 @@ void read_image_size(YamlMap& map, Contact& camera) {
   constexpr double kMostPixels = 1e5;  // of a side
   const Eigen::Vector2d& size = camera.image_size;
   if (size.minCoeff() < 1 || size.maxCoeff() > kMostPixels || size != size.array().floor().matrix())
-    map.fail("width_px", fmt::format("and height_px must be whole numbers of pixels, from 1 to {:.0f}",
-                                     kMostPixels));
+    map.fail("width_px",
+             fmt::format("and height_px must be whole numbers of pixels, from 1 to {:.0f}",
+                         kMostPixels));
 }
 
 // Corners of a grid, counted from 0, row by row: x along the columns, y along the rows.
