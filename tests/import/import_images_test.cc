@@ -107,6 +107,7 @@ TEST(ImportImages, VisitsOfAPoseAreNumbered) {
   const ImportedReadings readings =
       import(folder, "pose," + kHeader + "\nP,1,0,0,0,0,0\nQ,2,0,0,0,0,0\nP,1,0,0,0,0,0\n");
   EXPECT_THAT(poses_of(readings), ElementsAre("P", "Q"));
+  ASSERT_FALSE(readings.campaign.repeat.empty());
   EXPECT_EQ(readings.campaign.repeat.front(), 1);
   EXPECT_EQ(readings.campaign.repeat.back(), 2);
 }
