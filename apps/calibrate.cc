@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/camera_summary.h"
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
@@ -138,7 +139,7 @@ void report_not_shown(const app::Command& command, const CalibrationResult& resu
     command.report(not_shown(result.robot.chain, parameter) + "\n");
 }
 
-void report_fit(const app::Command& command, const CalibrationResult& result,
+void report_fit(const app::Command& command, const Robot& nominal, const CalibrationResult& result,
                 const Campaign& campaign, const Evaluation& evaluation) {
   const std::vector<double> errors = evaluation.reading_errors();
   const ErrorSummary left = summarize(errors);
@@ -147,6 +148,9 @@ void report_fit(const app::Command& command, const CalibrationResult& result,
       "with {:.4g} mm, mean, and {:.4g} mm at most\n",
       campaign.pose_ids.size(), errors.size(), result.names.size(), result.rank,
       result.iterations, left.mean / kMillimetre, left.max / kMillimetre));
+  if (!command.reports()) return;
+  for (const std::string& sentence : cameras_in_words(nominal, result, campaign, evaluation))
+    command.report(sentence + "\n");
 }
 
 // The nominal robot with base and targets placed, where the targets stand for the tool.
@@ -229,7 +233,7 @@ int run(app::Command& command, const Arguments& arguments) {
   }
   app::write_parameter_tables(arguments.parameters, arguments.correlations, robot, result,
                               static_cast<int>(campaign.pose_ids.size()));
-  report_fit(command, result, campaign, evaluation);
+  report_fit(command, robot, result, campaign, evaluation);
   write_output(command.output, write_calibration(result, campaign, std::move(evaluation),
                                                  command.provenance(), findings));
   command.report_written(command.output);

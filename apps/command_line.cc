@@ -371,9 +371,11 @@ void Command::tell(const std::string& message) const {
   if (verbose) print_error(without_controls(message));
 }
 
+bool Command::reports() const { return verbose || (!quiet && isatty(STDERR_FILENO)); }
+
 void Command::report(const std::string& message) const {
   const bool terminal = isatty(STDERR_FILENO);
-  if (verbose || (terminal && !quiet)) print_error((terminal ? "\r\033[K" : "") + without_controls(message));
+  if (reports()) print_error((terminal ? "\r\033[K" : "") + without_controls(message));
 }
 
 void Command::report_written(const std::string& path, const std::string& note) const {

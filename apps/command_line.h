@@ -82,6 +82,8 @@ class Command : public OptionGroup {
   void report(const std::string& message) const;
   /// Reports a product that is a file, unless its name is empty; `note` follows the name.
   void report_written(const std::string& path, const std::string& note = "") const;
+  /// Whether report() prints: some results take time.
+  bool reports() const;
   /// What the command does now: on stderr, only on a terminal and only after a second of work.
   void progress(const std::string& message);
 

@@ -1,6 +1,8 @@
+#include <dlfcn.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "armtrue/import/import_images.h"
 #include "armtrue/import/import_io.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/output.h"
@@ -15,7 +17,7 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string points, joints, robot, urdf;
+  std::string points, joints, robot, urdf, images, board, camera;
   ImportOptions import;
 };
 
@@ -85,7 +87,18 @@ void add_options(app::Command& command, Arguments& arguments) {
   app::Option joints =
       command.file("--joints", arguments.joints, "Table of the controller, with the joint angles");
   points.needs(joints);
-  joints.needs(points);
+  app::Option images = command.folder(
+      "--images", arguments.images,
+      "Folder with the images of a camera, one for each row of --joints, instead of FILE");
+  app::Option board = command.option(
+      "--board", arguments.board,
+      "The board in them: checkerboard:9x6:25mm (inner corners), circles:7x6:20mm, "
+      "asymmetric-circles:4x11:20mm, charuco:7x5:30mm:5x5 (squares, family of the markers), "
+      "apriltag:6x6:40mm:12mm:36h11 (side, gap, family)");
+  images.needs(joints).needs(board).excludes(points);
+  board.needs(images);
+  command.option("--camera", arguments.camera, "Name of the camera, where the robot has several")
+      .needs(images);
   app::Option robot = command.file("--robot", arguments.robot,
                                    "Robot of the joints in the table. Join by stops: its geometry "
                                    "decides which stops belong together");
@@ -120,10 +133,53 @@ void add_options(app::Command& command, Arguments& arguments) {
   add_column_options(command, import);
 }
 
+// The library brings a hundred others, so it is loaded here and not with the command.
+FindCorners load_corner_finder() {
+  void* const library = dlopen(kCornerLibrary, RTLD_NOW);
+  void* const function = library ? dlsym(library, kCornerFunction) : nullptr;
+  if (!function)
+    throw InputError(fmt::format(
+        "--images: the library that finds corners, {}, is not there: OpenCV was not installed when "
+        "these commands were built; install libopencv-contrib-dev and build again: apps/set-up "
+        "commands{}",
+        kCornerLibrary, library ? "" : fmt::format(" ({})", dlerror())));
+  const auto find = reinterpret_cast<decltype(&armtrue_find_corners)>(function);
+  return [find](const BoardPattern& pattern, const std::string& file, bool explain) {
+    ImageCorners found;
+    std::string error;
+    find(pattern, file, explain, found, error);
+    if (!error.empty()) throw InputError(error);
+    return found;
+  };
+}
+
+ImportedReadings read_images(app::Command& command, const Arguments& arguments) {
+  ImageFolder folder{arguments.images, {}, arguments.camera};
+  try {
+    folder.pattern = board_pattern(arguments.board);
+  } catch (const std::invalid_argument& error) {
+    throw app::UsageError(std::string("--board: ") + error.what());
+  }
+  const FindCorners find = load_corner_finder();
+  return import_images(folder, arguments.joints, arguments.import,
+                       [&](const BoardPattern& pattern, const std::string& file, bool explain) {
+                         command.progress("looking for corners in " + file);
+                         return find(pattern, file, explain);
+                       });
+}
+
 int run(app::Command& command, Arguments arguments) {
-  if (!arguments.points.empty() && command.input != "-")
-    throw app::UsageError("FILE '" + command.input +
-                          "' and --points are both given; give one of them");
+  const bool has_images = !arguments.images.empty();
+  if ((has_images || !arguments.points.empty()) && command.input != "-")
+    throw app::UsageError("FILE '" + command.input + "' and " +
+                          (has_images ? "--images" : "--points") +
+                          " are both given; give one of them");
+  if (!arguments.joints.empty() && !has_images && arguments.points.empty())
+    throw app::UsageError("--joints needs --points or --images: what was read there");
+  if (has_images && !arguments.import.join.empty())
+    throw app::UsageError(
+        "--join is of two tables; images are joined by the column 'image' of "
+        "--joints or, without it, by the order of their names");
   if (!arguments.robot.empty()) arguments.import.robot = command.read_robot(arguments.robot).robot;
   if (!arguments.urdf.empty()) {
     Source source(arguments.urdf);
@@ -132,7 +188,8 @@ int run(app::Command& command, Arguments arguments) {
   }
   command.progress("reading");
   const ImportedReadings readings =
-      arguments.points.empty()
+      has_images ? read_images(command, arguments)
+      : arguments.points.empty()
           ? import_readings(command.input, arguments.import)
           : import_readings(arguments.points, arguments.joints, arguments.import);
   write_output(command.output, write_campaign(readings.campaign, readings.joints));

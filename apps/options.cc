@@ -176,6 +176,10 @@ Option OptionGroup::file(const std::string& names, std::vector<std::string>& pat
   return Option(app_->add_option(names, paths, help)->type_name(kFileType));
 }
 
+Option OptionGroup::folder(const std::string& names, std::string& path, const std::string& help) {
+  return Option(app_->add_option(names, path, help)->type_name(kFolderType));
+}
+
 Option OptionGroup::flag(const std::string& names, bool& value, const std::string& help) {
   return Option(app_->add_flag(names, value, help));
 }

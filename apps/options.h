@@ -80,6 +80,8 @@ class OptionGroup {
   /// A file that is read, or several.
   Option file(const std::string& names, std::string& path, const std::string& help);
   Option file(const std::string& names, std::vector<std::string>& paths, const std::string& help);
+  /// A folder that is read.
+  Option folder(const std::string& names, std::string& path, const std::string& help);
   Option flag(const std::string& names, bool& value, const std::string& help);
   /// `count` numbers separated by commas, such as `x,y,z,radius in mm` (the `form`, for messages).
   /// They are one text: with several texts, the last could be the file that follows.

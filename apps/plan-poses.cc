@@ -29,7 +29,7 @@ struct Arguments {
   int count = 0;
   std::vector<double> box_mm;
   std::optional<double> floor_mm;
-  bool points = false, touches = false;
+  bool points = false, touches = false, images = false;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -59,8 +59,15 @@ void add_options(app::Command& command, Arguments& arguments) {
       "absent");
   command.flag("--points", arguments.points,
                "Positions only; with --given, what is read there is read again");
-  command.flag("--touches", arguments.touches,
-               "Poses that touch the contacts of the robot file; --given decides for itself");
+  const app::Option touches =
+      command.flag("--touches", arguments.touches,
+                   "Poses that touch the contacts of the robot file; --given decides for itself");
+  command
+      .flag("--images", arguments.images,
+            "Poses in which a camera of the robot file has a whole board in its image; --given "
+            "decides for itself")
+      .excludes(touches)
+      .excludes(separate);
   separate.excludes(zone);
   command.add_columns(app::kMeasuredPoseColumns);
 }
@@ -69,6 +76,7 @@ PlanOptions plan_options(const app::Command& command, const Arguments& arguments
   PlanOptions options;
   options.orientation = !arguments.points;
   options.touches = arguments.touches;
+  options.images = arguments.images;
   if (arguments.floor_mm) options.floor = *arguments.floor_mm * kMillimetre;
   options.seed = command.seed;
   options.box = app::box_from_numbers(arguments.box_mm);
@@ -213,17 +221,23 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign given;
   if (!arguments.given.empty()) {
     given = command.read_campaign(arguments.given, robot);
-    if (given.has_pixels())
+    if (given.has_pixels() && !arguments.separate.empty())
       throw InputError(given.source +
-                       ": poses are not planned for images; plan for an instrument that reads "
-                       "points, and keep those that show the board");
+                       ": --separate does not plan images; plan those of a calibration without it, "
+                       "or readings of an instrument that reads points");
     app::refuse_mistakes(command, robot, given);
   }
   const auto touchable = [](const Contact& contact) { return !is_of_images(contact.kind); };
   const bool has_contacts = std::ranges::any_of(robot.chain.contacts, touchable);
   if (arguments.touches && !has_contacts)
     throw InputError(arguments.robot + ": --touches needs 'contacts' in the robot file");
-  if (given.rows() == 0 && !arguments.touches && has_contacts)
+  const bool has_cameras = std::ranges::any_of(
+      robot.chain.contacts, [](const Contact& contact) { return is_of_images(contact.kind); });
+  if (given.rows() == 0 && !arguments.touches && !arguments.images && has_cameras)
+    command.warn(arguments.robot +
+                 ": the poses are planned for an instrument that reads points; give --images for "
+                 "poses that show the boards of the robot file to its cameras");
+  if (given.rows() == 0 && !arguments.touches && !arguments.images && has_contacts)
     command.warn(arguments.robot +
                  ": the poses are planned for an instrument that reads points; give --touches, or "
                  "--given with touches, for poses that touch the contacts of the robot file");

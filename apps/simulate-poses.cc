@@ -6,6 +6,8 @@
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
 #include "option_text.h"
@@ -17,8 +19,8 @@ namespace {
 struct Arguments {
   std::string robot, truth, targets;
   int count = SimulationOptions{}.poses, repeats = SimulationOptions{}.repeats;
-  double noise_mm = 0, noise_mrad = 0, blunders = 0;
-  bool points = false;
+  double noise_mm = 0, noise_mrad = 0, noise_px = 0, blunders = 0;
+  bool points = false, images = false;
   std::string order = "random";
   std::vector<double> box_mm;
 };
@@ -40,9 +42,20 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::not_below_zero());
   command.option("--noise-mrad", arguments.noise_mrad, "Noise of the orientation, per axis")
       .check(app::not_below_zero());
-  command.option("--blunders", arguments.blunders, "Share of readings with an error of 2 to 20 mm")
+  command
+      .option("--blunders", arguments.blunders,
+              "Share of readings with an error of 2 to 20 mm, or of 2 to 20 px")
       .check(app::in_range(0.0, 0.5));
-  command.flag("--points", arguments.points, "Positions only");
+  const app::Option points = command.flag("--points", arguments.points, "Positions only");
+  const app::Option images =
+      command
+          .flag("--images", arguments.images,
+                "What the cameras of the robot file see of its boards, in place of positions; "
+                "random poses show the whole board")
+          .excludes(points);
+  command.option("--noise-px", arguments.noise_px, "With --images: noise of a corner, per axis")
+      .check(app::not_below_zero())
+      .needs(images);
   command
       .option("--order", arguments.order,
               "Order of the visits: random, or sorted by the first joint")
@@ -51,7 +64,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   command
       .numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
                "Working box in R_A of random poses")
-      .excludes(targets);
+      .excludes(targets)
+      .excludes(images);
   command.add_columns(app::kJointTargetColumns);
 }
 
@@ -61,7 +75,9 @@ SimulationOptions simulation_options(const Arguments& arguments, std::uint64_t s
   options.repeats = arguments.repeats;
   options.noise_position = arguments.noise_mm * kMillimetre;
   options.noise_orientation = arguments.noise_mrad * kMilliradian;
+  options.noise_pixel = arguments.noise_px;
   options.blunders = arguments.blunders;
+  options.images = arguments.images;
   options.orientation = !arguments.points;
   options.order = arguments.order == "random" ? VisitOrder::random : VisitOrder::sorted;
   options.box = app::box_from_numbers(arguments.box_mm);
@@ -95,7 +111,15 @@ Campaign simulate_targets(app::Command& command, const std::string& path, const 
   std::vector<JointVector> commanded;
   for (const JointTarget& target : targets) commanded.push_back(target.q);
   Campaign campaign = simulate(commanded, truth, options);
-  for (size_t pose = 0; pose < targets.size(); ++pose) campaign.pose_ids[pose] = targets[pose].pose;
+  if (campaign.rows() == 0)
+    throw InputError(path +
+                     ": no camera sees a corner of a board in any of the poses; plan them with "
+                     "plan-poses --images, or check the places of cameras and boards");
+  if (campaign.pose_ids.size() < targets.size())
+    command.warn(fmt::format("{}: in {} of {} poses no camera sees a corner of a board", path,
+                             targets.size() - campaign.pose_ids.size(), targets.size()));
+  for (std::string& id : campaign.pose_ids)  // numbers, from 1
+    id = targets[static_cast<size_t>(*read_number(id)) - 1].pose;
   return campaign;
 }
 
@@ -105,9 +129,12 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
     app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
-  if (std::ranges::any_of(truth.chain.contacts,
-                          [](const Contact& contact) { return is_of_images(contact.kind); }))
-    command.warn("the robot has cameras and boards, and simulated readings are points, not pixels");
+  if (!arguments.images && std::ranges::any_of(truth.chain.contacts, [](const Contact& contact) {
+        return is_of_images(contact.kind);
+      }))
+    command.warn(
+        "the robot has cameras and boards, and simulated readings are points, not pixels; --images "
+        "makes pixels");
   command.progress("simulating");
   write_output(command.output, write_campaign(arguments.targets.empty()
                                                   ? simulate(robot, truth, options)

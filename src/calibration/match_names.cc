@@ -95,25 +95,13 @@ std::optional<int> of_kind(const KinematicChain& chain, ContactKind kind, const 
   return found;
 }
 
-// The parts of `left/plate/7`: camera and board, which may be empty, and point.
-struct PixelName {
-  std::string camera, board, point;
-
-  explicit PixelName(const std::string& name) {
-    const size_t first = name.find('/'), second = name.find('/', first + 1);
-    camera = name.substr(0, first);
-    board = name.substr(first + 1, second - first - 1);
-    point = name.substr(second + 1);
-  }
-};
-
 std::optional<ContactPoint> find_pixel(const KinematicChain& chain, const std::string& text) {
   const PixelName name(text);
   const auto camera = of_kind(chain, ContactKind::camera, name.camera);
   const auto board = of_kind(chain, ContactKind::board, name.board);
   if (!camera || !board) return std::nullopt;
   const std::vector<ArtefactPoint>& points = chain.contacts[*board].points;
-  const auto point = std::ranges::find(points, name.point, &ArtefactPoint::name);
+  const auto point = std::ranges::find(points, name.corner, &ArtefactPoint::name);
   if (point == points.end()) return std::nullopt;
   return ContactPoint{*camera, static_cast<int>(point - points.begin()), *board};
 }
@@ -138,7 +126,7 @@ std::string why_no_pixel(const KinematicChain& chain, const std::string& text) {
   const auto board = of_kind(chain, ContactKind::board, name.board);
   if (!board) return why_not_one(chain, ContactKind::board, name.board);
   return "column 'corner': the board '" + chain.contacts[*board].name + "' has no point '" +
-         name.point + "'; points of a grid are counted from 0, row by row";
+         name.corner + "'; points of a grid are counted from 0, row by row";
 }
 
 // Of `bar/2` the artefact `bar` and its point `2`.

@@ -95,6 +95,13 @@ bool is_continued(const Campaign& campaign, int row) {
 
 }  // namespace
 
+PixelName::PixelName(const std::string& name) {
+  const size_t first = name.find('/'), second = name.find('/', first + 1);
+  camera = name.substr(0, first);
+  board = name.substr(first + 1, second - first - 1);
+  corner = name.substr(second + 1);
+}
+
 std::vector<int> Campaign::first_rows_of_readings() const {
   if (!has_distances()) return {};
   std::vector<int> first;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "armtrue/campaign/views.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/statistics/random.h"
@@ -93,8 +94,13 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
 }
 
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options) {
-  return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
-                  options);
+  if (!options.images)
+    return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
+                    options);
+  std::vector<JointVector> commanded;
+  for (const Viewpoint& viewpoint : random_viewpoints(robot.chain, options.poses, options.seed))
+    commanded.push_back(viewpoint.q);
+  return simulate(commanded, truth, options);
 }
 
 namespace {
@@ -137,11 +143,56 @@ Campaign visits(const std::vector<JointVector>& commanded, const Robot& truth,
   return campaign;
 }
 
+// What the cameras see at the visits, one after the other.
+Campaign images(const std::vector<JointVector>& commanded, Robot truth,
+                const SimulationOptions& options, Random& random) {
+  truth.chain.targets.clear();
+  truth.chain.anchors.clear();
+  const Campaign stops = visits(commanded, truth, options, random);
+  const std::vector<View> views = views_of(truth.chain);
+  const RobotModel model(truth);
+  std::vector<int> rows, of_view, of_point;
+  std::vector<Eigen::Vector2d> pixels;
+  for (int row = 0; row < stops.rows(); ++row) {
+    const Pose measured = model.pose(stops.context(row));
+    for (int view = 0; view < std::ssize(views); ++view)
+      for (int point = 0; point < std::ssize(truth.chain.contacts[views[view].board].points);
+           ++point) {
+        if (!shows(truth.chain, views[view], measured, point, 0)) continue;
+        Eigen::Vector2d pixel = pixel_of(truth.chain, views[view], measured, point);
+        for (double& value : pixel) value += options.noise_pixel * random.normal();
+        if (random.uniform(0, 1) < options.blunders)
+          pixel += random.uniform(2, 20) * random.normal3().head<2>().normalized();
+        rows.push_back(row);
+        of_view.push_back(view);
+        of_point.push_back(point);
+        pixels.push_back(pixel);
+      }
+  }
+  Campaign campaign = stops.select(rows);
+  campaign.metre_per_pixel = 1;
+  std::vector<int> first_name;  // of each view
+  for (const View& view : views) {
+    const Contact &camera = truth.chain.contacts[view.camera],
+                  &board = truth.chain.contacts[view.board];
+    first_name.push_back(static_cast<int>(campaign.contact_names.size()));
+    for (const ArtefactPoint& point : board.points)
+      campaign.contact_names.push_back(PixelName(camera.name, board.name, point.name).text());
+  }
+  for (size_t k = 0; k < pixels.size(); ++k) {
+    campaign.position.emplace_back(pixels[k].x(), pixels[k].y(), 0);
+    campaign.distance.push_back(0);
+    campaign.touch.push_back({first_name[of_view[k]] + of_point[k], -1});
+  }
+  return campaign;
+}
+
 }  // namespace
 
 Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
                   const SimulationOptions& options) {
   Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
+  if (options.images) return images(commanded, truth, options, random);
   // The visits first: an effect may depend on the direction of arrival.
   Campaign campaign = visits(commanded, truth, options, random);
   const RobotModel model(truth);

@@ -53,7 +53,7 @@ class Mapper {
     for (JointName& joint : mapping_.joints)
       if (!options_.robot) joint.is_length = is_length(*mapping_.find(joint.column));
     mapping_.orientation = find_orientation(table_, mapping_, options_);
-    if (role_ != TableRole::joints && mapping_.orientation.empty() && !options_.angles.empty())
+    if (has_points(role_) && mapping_.orientation.empty() && !options_.angles.empty())
       table_.fail_header("--angles " + options_.angles +
                          " is given, but no column of an orientation is known; name them, such as "
                          "--column roll=NAME, or leave out --angles");
@@ -83,7 +83,8 @@ class Mapper {
       table_.fail_header("the column '" + name + "' could be " + our_column(quantity) +
                          ", for which --column names another; leave it out: --ignore '" + name +
                          "'");
-    if (role_ == TableRole::joints && is_pose_part(quantity))
+    if (quantity == "image" && role_ != TableRole::images) return leave_out(k, "not used");
+    if (!has_points(role_) && is_pose_part(quantity))
       return leave_out(k, "pose of the controller, not measured");
     if (role_ != TableRole::points && is_no_joint_of_robot(quantity)) return leave_still_axis(k);
     const auto [place, is_new] = mapping_.columns.insert({quantity, MappedColumn{k, 1, ""}});
@@ -177,7 +178,7 @@ class Mapper {
 
   void require_columns(const ColumnUnits& units) const {
     std::vector<std::string> needed;
-    if (role_ != TableRole::joints) needed = {"x", "y", "z"};
+    if (has_points(role_)) needed = {"x", "y", "z"};
     for (const JointName& joint : mapping_.joints) needed.push_back(joint.column);
     std::string missing, there;
     bool is_joint = false;

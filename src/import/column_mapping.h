@@ -63,7 +63,11 @@ enum class TableRole {
   readings,  ///< joint angles and points
   points,
   joints,  ///< poses in it come from the controller and are not used
+  images,  ///< the same, one row for each image
 };
+constexpr bool has_points(TableRole role) {
+  return role == TableRole::readings || role == TableRole::points;
+}
 
 struct MappedColumn {
   int column = 0;

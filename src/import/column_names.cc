@@ -113,6 +113,7 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
       add(name, UnitKind::angle, {name});
     add("pose", UnitKind::none,
         {"pose", "poseid", "posename", "point", "pointid", "pointname", "name", "id"});
+    add("image", UnitKind::none, {"image", "imagefile", "imagename", "filename"});
     add("repeat", UnitKind::none, {"repeat"});
     add("session", UnitKind::none, {"session"});
     add("target", UnitKind::none, {"target", "reflector"});

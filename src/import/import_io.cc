@@ -11,6 +11,7 @@
 #include "import/covariance_columns.h"
 #include "import/instrument_tables.h"
 #include "import/joint_match.h"
+#include "import/joint_stops.h"
 #include "import/marker_columns.h"
 #include "import/presets.h"
 
@@ -39,7 +40,7 @@ class CampaignBuilder {
     find_temperatures();
     blocks_ = known_blocks(points_);
     for (const JointMatch& match : how_.rows) {
-      if (points_.is_unmeasured(match.point_row))
+      if (points_.has("x") && points_.is_unmeasured(match.point_row))
         ++campaign_.skipped_rows;
       else
         add(match);
@@ -64,7 +65,10 @@ class CampaignBuilder {
     matches_.push_back(match);
     campaign_.line.push_back(points_.row(r).line);
     campaign_.q.push_back(match.q);
-    campaign_.position.push_back(match.mean ? match.mean->position : points_.position(r));
+    if (!points_.has("x"))
+      campaign_.position.emplace_back(0, 0, 0);  // an image's
+    else
+      campaign_.position.push_back(match.mean ? match.mean->position : points_.position(r));
     if (points_.has_orientation())
       campaign_.orientation.push_back(match.mean ? match.mean->orientation
                                                  : points_.orientation(r));
@@ -247,7 +251,7 @@ PlainTable read_table(const std::string& path, const ImportNames& names,
     style.blanks_too = false;
     style.comments = preset->comments;
   }
-  if (role == TableRole::joints && options.robot)
+  if (!has_points(role) && options.robot)
     style.fewest_known = std::min(style.fewest_known, joint_count(options.robot->chain));
   return read_plain_table(path, style,
                           [&](std::string_view header) { return names.is_known(header); });
@@ -255,13 +259,12 @@ PlainTable read_table(const std::string& path, const ImportNames& names,
 
 Import read_import(const std::string& path, const ImportOptions& options, TableRole role) {
   Import import{ImportNames(options), {}, {}};
-  if (role != TableRole::readings)
-    import.names.set_preset(preset_for(options, role == TableRole::joints));
+  if (role != TableRole::readings) import.names.set_preset(preset_for(options, !has_points(role)));
   import.table = read_table(path, import.names, options, role);
   import.names.apply_preset(import.table, options);
-  if (role != TableRole::joints && !import.names.preset())
+  if (has_points(role) && !import.names.preset())
     spread_markers(import.table, import.names, options.markers);
-  else if (role != TableRole::joints && !options.markers.empty())
+  else if (has_points(role) && !options.markers.empty())
     throw InputError("--marker is of tables without --preset; name the body of the preset: --body");
   return import;
 }
@@ -310,6 +313,26 @@ ImportedReadings import_readings(const std::string& path, const ImportOptions& o
   if (!moved.empty()) result.warnings.push_back(moved);
   result.mapping = mapping_text(import.table, import.mapping);
   return result;
+}
+
+JointStops read_joint_stops(const std::string& joints, const ImportOptions& options) {
+  Import import = read_import(joints, options, TableRole::images);
+  import.names.check_all_found({&import.table});
+  map_import(import, options, TableRole::images);
+  TableReader reader(import.table, import.mapping);
+  JointStops stops;
+  if (std::string moved = moved_into_travel(reader, options); !moved.empty())
+    stops.readings.warnings.push_back(std::move(moved));
+  JointMatches matches;
+  for (int r = 0; r < reader.rows(); ++r) {
+    matches.rows.push_back({r, r, reader.joints(r), std::nullopt});
+    if (reader.has("image")) stops.images.push_back(reader.name(r, "image"));
+  }
+  stops.readings.campaign = CampaignBuilder(reader, reader, matches).build();
+  stops.readings.joints = reader.joint_names();
+  stops.readings.mapping = mapping_text(import.table, import.mapping);
+  stops.has_poses = reader.has("pose");
+  return stops;
 }
 
 ImportedReadings import_readings(const std::string& points, const std::string& joints,

@@ -191,9 +191,8 @@ class RowReader {
                             0);
     c.distance.push_back(0);
     c.metre_per_pixel = 1;
-    c.touch.push_back({indices_.contacts.of(name(columns_.camera) + "/" + name(columns_.board) +
-                                            "/" + name(columns_.corner)),
-                       -1});
+    const PixelName seen(name(columns_.camera), name(columns_.board), name(columns_.corner));
+    c.touch.push_back({indices_.contacts.of(seen.text()), -1});
   }
 
   void refuse_orientation() const {

@@ -30,10 +30,17 @@ void append_row(const Campaign& campaign, const std::vector<JointName>& joints, 
   if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
   for (size_t j = 0; j < joints.size(); ++j)
     add(number_text(campaign.q[row][static_cast<Eigen::Index>(j)], joints[j].si()));
-  if (campaign.has_distances())
+  if (campaign.has_pixels()) {
+    const PixelName name(campaign.contact_names[campaign.touch[row].contact]);
+    if (!name.camera.empty()) add(csv_cell(name.camera));
+    if (!name.board.empty()) add(csv_cell(name.board));
+    add(csv_cell(name.corner));
+    for (int axis = 0; axis < 2; ++axis) add(number_text(campaign.position[row][axis]));
+  } else if (campaign.has_distances()) {
     add(number_text(campaign.distance[row], kMillimetre));
-  else
+  } else {
     for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
+  }
   if (campaign.has_orientation()) {
     const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
     for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
@@ -62,7 +69,13 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
   if (!campaign.repeat.empty()) text += ",repeat";
   if (!campaign.time_s.empty()) text += ",t_s";
   for (const JointName& joint : joints) text += "," + joint.encoder();
-  text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
+  if (campaign.has_pixels()) {
+    const PixelName name(campaign.contact_names.at(0));
+    text += std::string(name.camera.empty() ? "" : ",camera") +
+            (name.board.empty() ? "" : ",board") + ",corner,u_px,v_px";
+  } else {
+    text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
+  }
   if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
   for_each_covariance(stated_blocks(campaign),
                       [&](int i, int k) { text += "," + covariance_column(i, k); });

@@ -81,6 +81,20 @@ PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vecto
   return reading;
 }
 
+bool is_in_image(const Contact& camera, const Eigen::Vector3d& u, double margin) {
+  constexpr double kNearest = 1e-2;  // m; nothing nearer is in focus
+  if (u.z() < kNearest) return false;
+  const Eigen::Vector2d centre = camera.intrinsics.segment<2>(kCx);
+  const Eigen::Vector2d size =
+      camera.image_size.isZero() ? Eigen::Vector2d(2 * centre.array() + 1) : camera.image_size;
+  const PixelReading seen = project(camera.lens, camera.intrinsics, u);
+  const bool is_inside = (seen.pixel.array() >= margin).all() &&
+                         (seen.pixel.array() <= size.array() - 1 - margin).all();
+  // Outwards on the line from the middle the pixel moves outwards.
+  const Eigen::Vector2d outwards = seen.by_point.leftCols<2>() * u.head<2>();
+  return is_inside && outwards.dot(seen.pixel - centre) >= 0;
+}
+
 TouchReading touch_reading(const Contact& contact, int point, int axis, const Eigen::Vector3d& u) {
   switch (contact.kind) {
     case ContactKind::point:

@@ -16,6 +16,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
+#include "planning/image_poses.h"
 #include "planning/touch_poses.h"
 
 namespace armtrue {
@@ -23,6 +24,7 @@ namespace {
 
 constexpr double kUsualPositionNoise = 1e-4;     // m
 constexpr double kUsualOrientationNoise = 1e-4;  // rad
+constexpr double kUsualPixelNoise = 0.2;         // px
 constexpr double kOnTheFloor = 1e-9;             // m; a frame in the plane of the base is above it
 constexpr int kDrawsPerConfiguration = 64;
 
@@ -85,8 +87,19 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
     for (int row : rows) cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
   }
 
-  cloud.options.touches = given.rows() > 0 ? given.has_touches() : options.touches;
-  if (cloud.options.touches) {
+  cloud.options.images = given.rows() > 0 ? given.has_pixels() : options.images;
+  cloud.options.touches =
+      given.rows() > 0 ? given.has_touches() && !given.has_pixels() : options.touches;
+  if (cloud.options.images) {
+    if (options.box)
+      throw std::invalid_argument(
+          "a box limits poses in free space; where a camera sees a board, their places say where");
+    cloud.options.orientation = false;
+    cloud.robot.chain.targets.clear();
+    cloud.robot.chain.anchors.clear();
+    if (given.rows() > 0)
+      cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
+  } else if (cloud.options.touches) {
     if (options.box)
       throw std::invalid_argument(
           "a box limits poses in free space; where contacts are touched, the contacts say where");
@@ -95,6 +108,9 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
     cloud.touches = touches_to_plan(cloud.robot, given);
   }
   cloud.poses = random_poses(cloud, kCloudSize, options.seed);
+  if (cloud.options.images)
+    cloud.noise.position = (robot.noise.pixel > 0 ? robot.noise.pixel : kUsualPixelNoise) *
+                           readings(cloud, cloud.poses).metre_per_pixel;
   // A box may leave unseen what the given poses show.
   cloud.unknowns = choose_identifiable(cloud.robot, readings(cloud, with_given(cloud))).kept;
   if (cloud.unknowns.empty())
@@ -118,6 +134,13 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 
 std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
   const CloudOptions& options = cloud.options;
+  if (options.images) {
+    std::vector<PlannedPose> poses = random_image_poses(cloud, count, seed);
+    if (std::ssize(poses) == count) return poses;
+    throw std::invalid_argument(
+        "hardly any configuration that shows a board keeps links and tool above the floor; check "
+        "the places of cameras and boards, or lower the floor (--floor-mm)");
+  }
   if (options.touches) {
     std::vector<PlannedPose> poses = random_touches(cloud, count, seed);
     if (static_cast<int>(poses.size()) == count) return poses;
@@ -221,6 +244,7 @@ Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& ro
 }
 
 Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses) {
+  if (cloud.options.images) return image_readings(cloud, poses);
   if (cloud.options.touches) return touch_readings(cloud, poses);
   const KinematicChain& chain = cloud.robot.chain;
   Campaign campaign = points(cloud, configurations(poses));

@@ -12,11 +12,14 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/campaign/views.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/planning/planning.h"
 #include "armtrue/statistics/distributions.h"
 #include "imaging.h"
 #include "kinematics/jet_chain.h"
@@ -353,6 +356,183 @@ TEST(Camera, ArmAndLensAreAsGoodAsTheImages) {
   std::printf("coverage %.3f, of the lens %.3f\n", coverage, of_lens);
   EXPECT_GT(coverage, 0.85);
   EXPECT_GT(of_lens, 0.85);
+}
+
+// The campaigns of two cells as one file: poses of the second are numbered on.
+std::string together(const std::string& a, const std::string& b) {
+  std::string all = a;
+  size_t begin = b.find('\n') + 1;
+  for (size_t end; begin < b.size(); begin = end + 1) {
+    end = b.find('\n', begin);
+    all += "b" + b.substr(begin, end - begin) + "\n";
+  }
+  return all;
+}
+
+double distance_of(const Pose& pose, const KDL::Frame& truth) {
+  return (pose.translation - Eigen::Vector3d(truth.p.x(), truth.p.y(), truth.p.z())).norm();
+}
+
+// A camera on the arm before a board in the cell, and a camera in the cell before a board on the
+// arm, in one file. Lens and arm belong to both; the places of base and tool to the robot file.
+TEST(Camera, OneOnTheArmAndOneAtRestInOneCampaign) {
+  Cell moved = cell_with(true), fixed = cell_with(false);
+  moved.eye.name = "wrist";
+  moved.grid.name = "table";
+  fixed.eye.name = "ceiling";
+  fixed.grid.name = "flange";
+  fixed.eye.fx = 1400;
+  fixed.eye.fy = 1402;
+  for (Cell* cell : {&moved, &fixed}) {
+    cell->grid.columns = 5;
+    cell->grid.rows = 4;
+  }
+  constexpr double kErrors = 3e-4;  // m, rad
+  Dice dice(11);
+  const OracleArm truth =
+      armtrue_oracle::with_errors(armtrue_oracle::read_arm(kArm), kErrors, kErrors, -1, dice);
+  Robot robot = robot_for(moved);
+  for (Contact contact : robot_for(fixed).chain.contacts) {
+    contact.name = contact.kind == ContactKind::camera ? "ceiling" : "flange";
+    robot.chain.contacts.push_back(contact);
+  }
+  robot.chain.contacts[0].name = "wrist";
+  robot.chain.contacts[1].name = "table";
+  robot.chain.contacts[2].intrinsics.head<2>() << 1450, 1450;
+  robot.noise.pixel = 0.2;
+  const auto campaign_of = [&](const ImagingPlan& plan) {
+    return read(together(images_csv(truth, {}, moved.eye, moved.grid, plan, dice),
+                         images_csv(truth, {}, fixed.eye, fixed.grid, plan, dice)),
+                robot);
+  };
+  const Campaign campaign = campaign_of({.poses = 25, .noise_px = 0.2});
+  const Campaign fresh = campaign_of({.poses = 12, .noise_px = 0});
+  const CalibrationResult fit = calibrate(robot, campaign);
+  EXPECT_TRUE(fit.converged);
+  // 4 n + 6 of an arm that both see, 6 more of the second pair, and two lenses.
+  EXPECT_EQ(fit.set.kept.size(), 4u * 6 + 6 + 12 + 2 * kPinhole);
+  const double left = summarize(evaluate(fit.robot, fresh).position).rms;
+  std::printf("two cameras: exact other images are missed by %.3f px\n",
+              left / fresh.metre_per_pixel);
+  EXPECT_LT(left / fresh.metre_per_pixel, 0.15);
+  EXPECT_NEAR(fit.robot.chain.contacts[0].intrinsics[kFx], moved.eye.fx, 3);
+  EXPECT_NEAR(fit.robot.chain.contacts[2].intrinsics[kFx], fixed.eye.fx, 3);
+}
+
+// What simulate() makes of a robot against the simulator of tests/support: the same pixels, and no
+// corner that its camera has not in the image.
+TEST(Camera, SimulatedPixelsAreThoseOfTheOracle) {
+  for (const bool on_arm : {true, false}) {
+    const Cell cell = cell_with(on_arm, !on_arm);
+    Robot robot = robot_for(cell);
+    const auto place = [](const KDL::Frame& frame) {
+      Pose pose;
+      for (int i = 0; i < 3; ++i) {
+        pose.translation[i] = frame.p[i];
+        for (int j = 0; j < 3; ++j) pose.rotation(i, j) = frame.M(i, j);
+      }
+      return pose;
+    };
+    Contact &camera = robot.chain.contacts[0], &board = robot.chain.contacts[1];
+    camera.place = place(cell.eye.place);
+    board.place = place(cell.grid.place);
+    camera.is_placed = board.is_placed = true;
+    camera.intrinsics.setZero();
+    camera.intrinsics.head<4>() << cell.eye.fx, cell.eye.fy, cell.eye.cx, cell.eye.cy;
+    const auto& k = cell.eye.distortion;
+    if (cell.eye.fisheye)
+      camera.intrinsics.tail<6>() << k[0], k[1], 0, 0, k[2], k[3];
+    else
+      camera.intrinsics.tail<6>() << k[0], k[1], k[2], k[3], k[4], 0;
+    camera.image_size = {cell.eye.width, cell.eye.height};
+    const OracleArm arm = armtrue_oracle::read_arm(kArm);
+    // Viewpoints show the whole board; a turn of some tens of degrees moves parts of it out of the
+    // image.
+    std::vector<JointVector> commanded;
+    for (const Viewpoint& viewpoint : random_viewpoints(robot.chain, 20, 3)) {
+      commanded.push_back(viewpoint.q);
+      commanded.push_back(viewpoint.q);
+      commanded.back()[4] += 0.5;
+    }
+    const Campaign campaign = simulate(commanded, robot, {.images = true});
+    std::vector<std::vector<bool>> is_seen(commanded.size(), std::vector<bool>(35, false));
+    for (int row = 0; row < campaign.rows(); ++row) {
+      const PixelName name(campaign.contact_names[campaign.touch[row].contact]);
+      const int corner = std::stoi(name.corner);
+      const int pose = std::stoi(campaign.pose_ids[campaign.pose[row]]) - 1;
+      is_seen[pose][corner] = true;
+    }
+    int seen_of_all = 0, seen_of_turned = 0;
+    for (size_t pose = 0; pose < commanded.size(); ++pose) {
+      std::array<double, 6> q{};
+      for (int j = 0; j < 6; ++j) q[j] = commanded[pose][j];
+      const KDL::Frame measured = forward(arm, q);
+      const KDL::Frame seen = on_arm ? (measured * cell.eye.place).Inverse() * cell.grid.place
+                                     : cell.eye.place.Inverse() * measured * cell.grid.place;
+      for (int corner = 0; corner < 35; ++corner) {
+        const KDL::Vector point = seen * KDL::Vector(0.03 * (corner % 7), 0.03 * (corner / 7), 0);
+        const auto [u, v] = pixel_of(cell.eye, point);
+        const bool is_inside = point.z() > 0.05 && u >= 0 && v >= 0 && u <= cell.eye.width - 1 &&
+                               v <= cell.eye.height - 1;
+        EXPECT_EQ(is_seen[pose][corner], is_inside) << u << " " << v << " " << point.z();
+        (pose % 2 ? seen_of_turned : seen_of_all) += is_inside;
+      }
+    }
+    EXPECT_EQ(seen_of_all, 20 * 35);
+    EXPECT_GT(seen_of_turned, 50);
+    EXPECT_LT(seen_of_turned, 20 * 35 - 50);
+    for (int row = 0; row < campaign.rows(); ++row) {
+      const PixelName name(campaign.contact_names[campaign.touch[row].contact]);
+      std::array<double, 6> q{};
+      for (int j = 0; j < 6; ++j) q[j] = campaign.q[row][j];
+      const KDL::Frame measured = forward(arm, q);
+      const KDL::Frame seen = on_arm ? (measured * cell.eye.place).Inverse() * cell.grid.place
+                                     : cell.eye.place.Inverse() * measured * cell.grid.place;
+      const int corner = std::stoi(name.corner);
+      const auto [u, v] =
+          pixel_of(cell.eye, seen * KDL::Vector(0.03 * (corner % 7), 0.03 * (corner / 7), 0));
+      EXPECT_NEAR(campaign.position[row].x(), u, 1e-6);
+      EXPECT_NEAR(campaign.position[row].y(), v, 1e-6);
+    }
+  }
+}
+
+// Where a lens turns back, what lies far outside would come in again.
+TEST(Camera, WhatALensCannotBendIsNotInTheImage) {
+  Contact camera = camera_with(Lens::pinhole, true, {});
+  camera.intrinsics << 1000, 1000, 640, 480, -0.3, 0, 0, 0, 0, 0;
+  EXPECT_TRUE(is_in_image(camera, {0.2, 0.1, 0.5}, 0));
+  EXPECT_FALSE(is_in_image(camera, {0.84, 0, 0.5}, 0));  // at x = 640 + 1000 * 1.68 (1 - 0.85)
+  EXPECT_FALSE(is_in_image(camera, {0.1, 0.1, -0.5}, 0));
+}
+
+// Planned poses show all corners, under the oracle's camera too.
+TEST(Camera, PlannedPosesShowTheWholeBoard) {
+  const Cell cell = cell_with(true);
+  Robot robot = robot_for(cell);
+  Dice dice(13);
+  const Campaign given =
+      images(cell, armtrue_oracle::read_arm(kArm), robot, {.poses = 12, .noise_px = 0.1}, dice);
+  robot.chain = calibrate(robot, given).robot.chain;
+  robot.chain.contacts[0].image_size = {cell.eye.width, cell.eye.height};
+  PlanOptions options;
+  options.images = true;
+  const PosePlanner planner(robot, options);
+  const std::vector<PlannedPose> planned = planner.plan(15);
+  ASSERT_EQ(planned.size(), 15u);
+  const OracleArm arm = armtrue_oracle::read_arm(kArm);
+  for (const PlannedPose& pose : planned) {
+    std::array<double, 6> q{};
+    for (int j = 0; j < 6; ++j) q[j] = pose.q[j];
+    const KDL::Frame seen = (forward(arm, q) * cell.eye.place).Inverse() * cell.grid.place;
+    for (int corner = 0; corner < 35; ++corner) {
+      const KDL::Vector point = seen * KDL::Vector(0.03 * (corner % 7), 0.03 * (corner / 7), 0);
+      const auto [u, v] = pixel_of(cell.eye, point);
+      EXPECT_TRUE(point.z() > 0 && u > 0 && v > 0 && u < cell.eye.width && v < cell.eye.height);
+    }
+  }
+  EXPECT_LT(planner.quality(planned).cloud_deviation,
+            planner.quality(planner.random(15, 5)).cloud_deviation);
 }
 
 }  // namespace

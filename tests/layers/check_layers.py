@@ -26,7 +26,8 @@ USES = {
     "programs": ["path", "text"],
     "io": ["campaign", "path", "programs", "text"],
     "io/products": ["certification", "compensation", "diagnosis", "io", "tracing", "path/mirror"],
-    "import": ["calibration", "io", "path/registration"],
+    "images": ["kinematics", "text"],
+    "import": ["calibration", "images", "io", "path/registration"],
     "urdf": ["io"],
     "report": ["certification", "compensation", "planning", "path/mirror"],
 }
@@ -41,6 +42,7 @@ THIRD_PARTY = {
     "openssl/": ["src/io/"],
     "CLI/": ["apps/command_line.cc", "apps/options.cc", "tests/bench/"],  # some 10 s to compile
     "kdl/": ["src/urdf/", "tests/"],
+    "opencv2/": ["src/images/"],
     "boost/": ["src/statistics/", "tests/bench/"],
     # Decompositions are compiled once, in linear_algebra; small ones of fixed size may stand elsewhere.
     "Eigen/SVD": ["src/linear_algebra/", "src/calibration/registration.cc", "tests/"],

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <utility>
 
+#include "photograph.h"
+
 namespace armtrue_oracle {
 namespace {
 
@@ -94,13 +96,12 @@ std::array<double, 2> pixel_of(const Eye& eye, const KDL::Vector& point) {
   return {eye.fx * bent_a + eye.cx, eye.fy * bent_b + eye.cy};
 }
 
-std::string images_csv(const OracleArm& arm, const HiddenEffect& effect, const Eye& eye,
-                       const Grid& grid, const ImagingPlan& plan, Dice& dice) {
-  std::ostringstream text;
-  text.precision(12);
-  text << "pose,repeat,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,camera,board,corner,u_px,v_px\n";
-  const int corners = grid.columns * grid.rows;
-  for (int pose = 1; pose <= plan.poses;) {
+namespace {
+
+// The next configuration of the plan.
+Sight next_sight(const OracleArm& arm, const HiddenEffect& effect, const Eye& eye, const Grid& grid,
+                 const ImagingPlan& plan, Dice& dice) {
+  for (;;) {
     const KDL::Frame wanted = view(grid, plan, dice);
     const KDL::Frame goal = eye.on_arm ? grid.place * wanted.Inverse() * eye.place.Inverse()
                                        : eye.place * wanted * grid.place.Inverse();
@@ -111,7 +112,28 @@ std::string images_csv(const OracleArm& arm, const HiddenEffect& effect, const E
     const KDL::Frame measured = forward(there, *q);
     const KDL::Frame seen = eye.on_arm ? (measured * eye.place).Inverse() * grid.place
                                        : eye.place.Inverse() * measured * grid.place;
-    if (!shows_all(eye, grid, seen)) continue;
+    if (shows_all(eye, grid, seen)) return {*q, seen};
+  }
+}
+
+}  // namespace
+
+std::vector<Sight> sights(const OracleArm& arm, const Eye& eye, const Grid& grid,
+                          const ImagingPlan& plan, Dice& dice) {
+  std::vector<Sight> all;
+  for (int pose = 0; pose < plan.poses; ++pose)
+    all.push_back(next_sight(arm, {}, eye, grid, plan, dice));
+  return all;
+}
+
+std::string images_csv(const OracleArm& arm, const HiddenEffect& effect, const Eye& eye,
+                       const Grid& grid, const ImagingPlan& plan, Dice& dice) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "pose,repeat,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,camera,board,corner,u_px,v_px\n";
+  const int corners = grid.columns * grid.rows;
+  for (int pose = 1; pose <= plan.poses; ++pose) {
+    const auto [q, seen] = next_sight(arm, effect, eye, grid, plan, dice);
     for (int repeat = 1; repeat <= plan.repeats; ++repeat) {
       std::vector<int> ids;
       for (int corner = 0; corner < corners; ++corner) ids.push_back(corner);
@@ -123,12 +145,11 @@ std::string images_csv(const OracleArm& arm, const HiddenEffect& effect, const E
         const auto [u, v] = pixel_of(eye, seen * corner_of(grid, corner));
         const double du = plan.noise_px * dice.normal(), dv = plan.noise_px * dice.normal();
         text << pose << ',' << repeat;
-        for (double angle : *q) text << ',' << angle / kDeg;
+        for (double angle : q) text << ',' << angle / kDeg;
         text << ',' << eye.name << ',' << grid.name << ',' << ids[static_cast<size_t>(corner)]
              << ',' << u + du << ',' << v + dv << '\n';
       }
     }
-    ++pose;
   }
   return text.str();
 }

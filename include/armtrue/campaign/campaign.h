@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/effects/arrival.h"
@@ -31,6 +32,18 @@ struct Touch {
   int contact = -1;  ///< index into contact_names; -1: the row has no touch
   int axis = -1;     ///< coordinate of a point, 0 to 2, or of a pixel, 0 or 1; -1 for a plane or a
                      ///< sphere
+};
+
+/// What a pixel is of, as Campaign::contact_names has it: `left/plate/7` is the point 7 of the
+/// board `plate` in the image of the camera `left`. Camera and board are empty where the file names
+/// none.
+struct PixelName {
+  std::string camera, board, corner;
+
+  explicit PixelName(const std::string& name);
+  PixelName(std::string of_camera, std::string of_board, std::string of_corner)
+      : camera(std::move(of_camera)), board(std::move(of_board)), corner(std::move(of_corner)) {}
+  std::string text() const { return camera + "/" + board + "/" + corner; }
 };
 
 /// One coordinate of a measured point.
@@ -83,8 +96,7 @@ struct Campaign {
   std::vector<std::string> target_names;
   std::vector<int> anchor;  ///< of a distance: index into anchor_names; of a coordinate: 0
   std::vector<std::string> anchor_names;
-  /// `table`, or `bar/2`: point 2 of the artefact `bar`, or `left/plate/7`: point 7 of the board
-  /// `plate` in the image of the camera `left`.
+  /// `table`, or `bar/2`: point 2 of the artefact `bar`, or the text of a PixelName.
   std::vector<std::string> contact_names;
   std::vector<double> sigma_position;      ///< per axis [m]
   std::vector<double> sigma_orientation;   ///< per axis [rad]

@@ -25,8 +25,10 @@ struct SimulationOptions {
   int repeats = 1;
   double noise_position = 0;     ///< per axis [m]
   double noise_orientation = 0;  ///< per axis [rad]
+  double noise_pixel = 0;        ///< of a corner, per axis [px]
   double blunders = 0;           ///< share of readings with an error of 2 to 20 mm
   bool orientation = true;
+  bool images = false;     ///< readings are the pixels of what the cameras see of the boards
   std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
   VisitOrder order = VisitOrder::random;
   double seconds_per_visit = 20;
@@ -35,8 +37,10 @@ struct SimulationOptions {
 
 /// Simulates a measurement of `truth`: configurations within the travel limits of `robot` (and
 /// within the box, by the model of `robot`), visited `repeats` times and read with noise. With
-/// targets in `truth` every visit reads each of them; with anchors, their distances from each.
-/// Throws std::invalid_argument if the box cannot be reached.
+/// targets in `truth` every visit reads each of them; with anchors, their distances from each. Of
+/// images, the configurations are random_viewpoints() of `robot`, and every visit reads each corner
+/// that a camera of `truth` has in its image, the campaign as before bind_touches(); blunders are
+/// of 2 to 20 px. Throws std::invalid_argument if the box cannot be reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
 /// The same at given configurations; ignores `poses` and `box` of the options.

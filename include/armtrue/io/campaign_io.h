@@ -29,7 +29,8 @@ CampaignFile read_campaign(const std::string& path, const KinematicChain& chain)
 
 /// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), covariances, target,
 /// anchor, arrival, session, payload and temperatures where the campaign has them. Points or
-/// lengths alone: touches and readings of one coordinate have no such columns.
+/// lengths alone, or pixels before bind_touches(): touches and readings of one coordinate have no
+/// such columns.
 std::string write_campaign(const Campaign& campaign,
                            const std::vector<JointName>& joints = six_axis_names());
 

@@ -126,6 +126,7 @@ struct Contact {
   bool on_arm = false;                ///< fixed in the measured frame; a camera or a board
   Lens lens = Lens::pinhole;          ///< of a camera, and its numbers
   Intrinsics intrinsics = Intrinsics::Zero();
+  Eigen::Vector2d image_size = Eigen::Vector2d::Zero();  ///< width and height [px]; 0: not stated
   /// False: place and radius are unknown; a calibration finds them.
   bool is_placed = true;
 };

@@ -25,6 +25,12 @@ struct PixelReading {
 /// were 1 mm before it, which no reading resembles.
 PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vector3d& u);
 
+/// Whether the camera has a point at `u`, in its axes, in its image: `margin` [px] or more from its
+/// edges, before the camera, and within what its lens can bend: where a distortion turns back, a
+/// point far outside would come in again. An image whose size is not stated is as large as the
+/// centre says, in its middle.
+bool is_in_image(const Contact& camera, const Eigen::Vector3d& u, double margin);
+
 /// Whether a touch of the contact reads three coordinates, not one distance.
 constexpr bool reads_point(ContactKind kind) {
   return kind == ContactKind::point || kind == ContactKind::artefact;

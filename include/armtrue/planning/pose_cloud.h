@@ -24,6 +24,8 @@ struct CloudOptions {
   std::optional<double> floor;
   /// Whether the poses touch the contacts of the robot. Given poses decide for themselves.
   bool touches = false;
+  /// Whether cameras of the robot see its boards there. Given poses decide for themselves.
+  bool images = false;
   std::uint64_t seed = 1;
 };
 
@@ -43,7 +45,8 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
 /// floor. Collisions are not checked. Each pose reads every target; with anchors, it reads the
 /// distance of every target from every anchor. Touches: random configurations in which the point of
-/// the tool or a target touches a contact, one in each pose.
+/// the tool or a target touches a contact, one in each pose. Images: random configurations that
+/// show a whole board.
 struct PoseCloud {
   /// The robot without effects, and without targets and anchors if the given poses read none. Base
   /// and zero offsets are those of the last session of the given poses, which the planned poses
@@ -61,7 +64,7 @@ inline constexpr int kCloudSize = 2000;
 
 /// `given`: uses configurations, targets, sigmas and the values of drivers. Throws
 /// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
-/// floor, hardly any touches a contact, or no allowed parameter is identifiable.
+/// floor, hardly any touches a contact or shows a board, or no allowed parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
 
 /// Returns random poses under the limits of the cloud.
@@ -73,8 +76,8 @@ std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 /// The predicted points of every target, once for each anchor; without noise and context.
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
-/// What would be read there: points, or distances from the anchors, and orientations, or touches;
-/// of which only the derivatives count.
+/// What would be read there: points, or distances from the anchors, and orientations, or touches,
+/// or pixels; of which only the derivatives count.
 Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses);
 
 /// Rows of derivatives of such readings with as many for each pose: those of a pose that reads less

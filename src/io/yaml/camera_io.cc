@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
+#include "armtrue/kinematics/board_pattern.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/yaml/link_io.h"
@@ -35,6 +37,17 @@ void read_mounting(YamlMap& map, Contact& contact) {
   contact.place.rotation = read_rotation(map);
 }
 
+void read_image_size(YamlMap& map, Contact& camera) {
+  if (!map.has("width_px") && !map.has("height_px")) return;
+  camera.image_size = {map.number("width_px"), map.number("height_px")};
+  constexpr double kMostPixels = 1e5;  // of a side
+  const Eigen::Vector2d& size = camera.image_size;
+  if (size.minCoeff() < 1 || size.maxCoeff() > kMostPixels || size != size.array().floor().matrix())
+    map.fail("width_px",
+             fmt::format("and height_px must be whole numbers of pixels, from 1 to {:.0f}",
+                         kMostPixels));
+}
+
 // Corners of a grid, counted from 0, row by row: x along the columns, y along the rows.
 void read_grid(YamlMap& map, Contact& contact) {
   constexpr double kMostCorners = 10000;  // of a board; more are none
@@ -49,6 +62,16 @@ void read_grid(YamlMap& map, Contact& contact) {
     for (int column = 0; column < static_cast<int>(columns); ++column)
       contact.points.push_back(
           {std::to_string(contact.points.size()), Eigen::Vector3d(column, row, 0) * pitch});
+}
+
+// As import-readings --board has it.
+void read_pattern(YamlMap& map, Contact& contact) {
+  const std::string text = map.text("pattern");
+  try {
+    contact.points = points_of(board_pattern(text));
+  } catch (const std::invalid_argument& error) {
+    map.fail("pattern", error.what());
+  }
 }
 
 // A scale, a distance and a turn follow from an image only if its points span a plane.
@@ -109,6 +132,7 @@ Contact read_camera(const std::string& name, YamlMap map) {
       map.fail(
           kIntrinsicKeys[k],
           "must be above zero: the focal length in pixels, that in mm over the size of a pixel");
+  read_image_size(map, camera);
   map.finish();
   return camera;
 }
@@ -120,6 +144,8 @@ Contact read_board(const std::string& name, YamlMap map) {
   read_mounting(map, board);
   if (map.has("points"))
     read_corners(map, board);
+  else if (map.has("pattern"))
+    read_pattern(map, board);
   else
     read_grid(map, board);
   constexpr size_t kFewestPoints = 4;
@@ -138,6 +164,10 @@ YAML::Node node_of_images(const Contact& contact) {
     for (int k = 0; k < kIntrinsics; ++k)
       if (has_lens(contact.lens, k))
         entries.emplace_back(kIntrinsicKeys[k], number_text(contact.intrinsics[k]));
+    if (!contact.image_size.isZero()) {
+      entries.emplace_back("width_px", number_text(contact.image_size.x()));
+      entries.emplace_back("height_px", number_text(contact.image_size.y()));
+    }
     return mounted_node(contact, entries);
   }
   YAML::Node node = mounted_node(contact, {});

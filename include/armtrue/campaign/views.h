@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// A camera and a board, of which the arm moves one: indices into the contacts of the chain.
+struct View {
+  int camera = 0, board = 0;
+};
+
+/// All such pairs of the robot whose places are known. Throws std::invalid_argument if there is
+/// none.
+std::vector<View> views_of(const KinematicChain& chain);
+
+/// Whether the camera has the point of the board in its image, `margin` [px] from its edges, with
+/// the measured frame at `a_from_measured`, and sees the front of the board.
+bool shows(const KinematicChain& chain, const View& view, const Pose& a_from_measured, int point,
+           double margin);
+
+/// The pixel in which the camera has the point [px].
+Eigen::Vector2d pixel_of(const KinematicChain& chain, const View& view, const Pose& a_from_measured,
+                         int point);
+
+struct Viewpoint {
+  JointVector q;  ///< [rad or m]
+  View view;
+};
+
+/// Random configurations within the travel limits that show whole boards: each of views_of() in
+/// turn, the board a third to nine tenths as large as the image, anywhere in it, tilted by up to 35
+/// deg and turned in any direction. Throws std::invalid_argument if hardly any configuration shows
+/// one of them so.
+std::vector<Viewpoint> random_viewpoints(const KinematicChain& chain, int count,
+                                         std::uint64_t seed);
+
+}  // namespace armtrue

@@ -1,0 +1,66 @@
+#include "planning/image_poses.h"
+
+#include <algorithm>
+
+#include "armtrue/calibration/contacts.h"
+#include "armtrue/campaign/views.h"
+#include "armtrue/kinematics/evaluator.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kMostCorners = 12;  // of a board; more show the same of a pose, with less noise
+constexpr double kEdge = 5;       // px, in which no corner is found
+
+}  // namespace
+
+std::vector<PlannedPose> random_image_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
+  constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
+  std::vector<PlannedPose> poses;
+  for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {
+    poses.clear();
+    for (const Viewpoint& viewpoint : random_viewpoints(cloud.robot.chain, draws * count, seed))
+      if (std::ssize(poses) < count && is_above_floor(cloud, viewpoint.q))
+        poses.push_back({viewpoint.q, "", ""});
+  }
+  return poses;
+}
+
+Campaign image_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses) {
+  const KinematicChain& chain = cloud.robot.chain;
+  const ChainEvaluator evaluator(chain);
+  Campaign campaign;
+  campaign.source = "the poses to be planned";
+  campaign.metre_per_pixel = 1;
+  std::vector<View> views = views_of(chain);
+  std::vector<int> first_name;  // of each view
+  for (const View& view : views) {
+    const Contact &camera = chain.contacts[view.camera], &board = chain.contacts[view.board];
+    first_name.push_back(static_cast<int>(campaign.contact_names.size()));
+    for (const ArtefactPoint& point : board.points)
+      campaign.contact_names.push_back(PixelName(camera.name, board.name, point.name).text());
+  }
+  for (size_t pose = 0; pose < poses.size(); ++pose) {
+    campaign.pose_ids.push_back(std::to_string(pose + 1));
+    const Pose measured = evaluator.pose(poses[pose].q);
+    for (size_t v = 0; v < views.size(); ++v) {
+      const auto count = static_cast<int>(chain.contacts[views[v].board].points.size());
+      const int used = std::min(count, kMostCorners);
+      for (int k = 0; k < used; ++k) {
+        const int point = k * (count - 1) / (used - 1);
+        if (!shows(chain, views[v], measured, point, kEdge)) continue;
+        const Eigen::Vector2d pixel = pixel_of(chain, views[v], measured, point);
+        campaign.pose.push_back(static_cast<int>(pose));
+        campaign.line.push_back(static_cast<int>(pose) + 1);
+        campaign.q.push_back(poses[pose].q);
+        campaign.position.emplace_back(pixel.x(), pixel.y(), 0);
+        campaign.distance.push_back(0);
+        campaign.touch.push_back({first_name[v] + point, -1});
+      }
+    }
+  }
+  bind_touches(campaign, chain);
+  return campaign;
+}
+
+}  // namespace armtrue
