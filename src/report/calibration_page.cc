@@ -99,7 +99,8 @@ Report calibration_page(const CalibrationResult& result, const Robot& nominal,
   Page page(head, result.robot.name, "Calibration");
   add_calibration_verdict(page, result, campaign, story, models);
   page.add(unseen_scale_text(unseen_scale(result.robot, campaign), "calibration/unseen_scale/"));
-  add_error_pictures(page, models, campaign, left_out, "readings of the fit");
+  add_error_pictures(page, models, campaign, left_out, "readings of the fit",
+                     upwards(result.robot));
   add_calibration_next(page, result, campaign);
   add_readings_left_out(page, story.gross, lines, "calibration/");
   add_not_shown(page, result);
@@ -151,7 +152,7 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
               {"After", mean_mm(evaluation, ""), "this robot"},
               floor_tile(noise, "floor_mm")});
   page.add(unseen_scale_text(unseen_scale(robot, campaign), "unseen_scale/"));
-  add_error_pictures(page, models, campaign, {}, "readings");
+  add_error_pictures(page, models, campaign, {}, "readings", upwards(robot));
   page.section("What to measure next");
   page.list({is_near ? "nothing: the errors are those of the noise"
                      : "a campaign for close-loop, which looks for what makes the rest"});

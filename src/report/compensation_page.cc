@@ -63,7 +63,8 @@ void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& ta
 
 // What each target was moved by, at its place, and each inserted point.
 std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets,
-                                     const std::optional<BetweenPoints>& between) {
+                                     const std::optional<BetweenPoints>& between,
+                                     std::vector<std::string> names) {
   std::vector<Eigen::Vector3d> places, moved;
   const auto add = [&](const CorrectedTarget& target) {
     places.push_back(target.intended.translation);
@@ -72,14 +73,19 @@ std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets
   std::ranges::for_each(targets, add);
   const bool has_points = between && !between->points.empty();
   if (has_points) std::ranges::for_each(between->points, add);
+  names.resize(places.size(), "inserted point");
   return field_maps(places, {{"correction", Look::after, moved}},
-                    {"map", "Corrections", "the program's frame",
-                     has_points ? "What the command of each target and inserted point is moved by."
+                    {.file = "map",
+                     .title = "Corrections",
+                     .frame = "the program's frame",
+                     .note = has_points ? "What the command of each target and inserted point is moved by."
                                 : "What the command of each target is moved by.",
-                     "corrections"});
+                     .what = "corrections",
+                     .names = std::move(names)});
 }
 
-Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
+Drawing targets_picture(const std::vector<CorrectedTarget>& targets,
+                        const std::vector<std::string>& names) {
   const auto rows = static_cast<Eigen::Index>(targets.size());
   Eigen::VectorXd before(rows), after(rows);
   for (Eigen::Index k = 0; k < rows; ++k) {
@@ -88,7 +94,8 @@ Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
   }
   return rows_picture(before, after,
                       {.after = targets.front().deviation ? "corrected, standard deviation included"
-                                                          : "corrected"});
+                                                          : "corrected",
+                       .names = names});
 }
 
 // Straight and circular moves between their points.
@@ -190,10 +197,10 @@ Report compensation_page(const std::vector<CorrectedTarget>& targets, const Prog
   Page page(head, conditions.robot, "Compensation");
   add_compensation_verdict(page, targets, conditions);
   page.section("Errors along the program");
-  page.pictures({targets_picture(targets)});
+  page.pictures({targets_picture(targets, program.visits.pose_ids)});
   if (between) add_between(page, *between, program);
   page.section("Where the corrections lie");
-  page.pictures(correction_maps(targets, between));
+  page.pictures(correction_maps(targets, between, program.visits.pose_ids));
   add_notes(page, targets, program);
   if (const int far = count_of(targets, CommandNote::outside_readings); far > 0) {
     page.section("What to measure next");

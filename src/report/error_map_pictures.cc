@@ -166,20 +166,23 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
   }
   std::vector<Eigen::Vector3d> places, errors;
   const auto rows = static_cast<Eigen::Index>(map.points.size());
+  std::vector<std::string> predicted;  // names of the places
   const double none = std::numeric_limits<double>::quiet_NaN();
   Eigen::VectorXd before = Eigen::VectorXd::Constant(rows, none), after = before;
   for (Eigen::Index k = 0; k < rows; ++k) {
     const MapPoint& point = map.points[k];
     if (!point.is_predicted) continue;
     places.push_back(point.position);
+    predicted.push_back(map.names[k]);
     errors.push_back(point.error);
     before[k] = point.error.norm() / kMillimetre;
     after[k] = *left_of(point) / kMillimetre;
   }
   std::vector<Drawing> pictures = field_maps(places, {{"error as it is", Look::before, errors}},
                                              {"map", "Predicted error", "the program's frame",
-                                              "Error of each point.", "errors", kPathArrows});
-  pictures.push_back(rows_picture(before, after, {.after = left_name(map)}));
+                                              "Error of each point.", "errors", kPathArrows,
+                                              predicted});
+  pictures.push_back(rows_picture(before, after, {.after = left_name(map), .names = map.names}));
   return pictures;
 }
 

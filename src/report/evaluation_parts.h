@@ -19,9 +19,11 @@ struct TabledModel {
 /// Lengths, orientations and axes of models, in numbers.
 std::string errors_table(const std::vector<TabledModel>& models, const Campaign& campaign);
 
-/// Distribution, axes, course and map of the errors, with headings.
+/// Distribution, axes, course, worst poses and map of the errors, with headings. `up`: the vertical
+/// in R_A.
 void add_error_pictures(Page& page, const std::vector<Judged>& models, const Campaign& campaign,
-                        const std::vector<bool>& left_out, const std::string& readings);
+                        const std::vector<bool>& left_out, const std::string& readings,
+                        const Eigen::Vector3d& up);
 
 /// Whether a mean error [m] is no larger than that of a complete model; false if the noise is
 /// unknown.

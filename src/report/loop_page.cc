@@ -102,6 +102,13 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   page.tiles(tiles);
 }
 
+// A point of a curve and its 95 % band, for a pointer. `unit_of_x`: as "deg".
+std::string point_text(double x, const std::string& unit_of_x, const CurvePoint& point,
+                       const DisplayUnit& unit) {
+  return fmt::format("at {:.4g} {}: {:.3g} +- {:.2g} {}", x, unit_of_x, point.value / unit.si,
+                     point.half_width / unit.si, unit.name);
+}
+
 Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
                       const Robot& robot, size_t number) {
   if (curve.empty()) return nullptr;
@@ -115,8 +122,10 @@ Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>&
                                                                           : ", deg C";
   Points low, middle, high;
   double least = 0, most = 0;
+  std::vector<std::string> texts;
   for (const CurvePoint& point : curve) {
     const double x = point.driver / si_of_driver;
+    texts.push_back(point_text(x, of_driver + 2, point, unit));
     low.emplace_back(x, (point.value - point.half_width) / unit.si);
     middle.emplace_back(x, point.value / unit.si);
     high.emplace_back(x, (point.value + point.half_width) / unit.si);
@@ -132,7 +141,7 @@ Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>&
   Panel& panel =
       picture->panel(round_axis(least, most, to_string(traced.effect.parameter) + ", " + unit.name, 4), 110);
   panel.band(low, high, Look::after, "95 %");
-  panel.line(middle, Look::after, "found");
+  panel.line(middle, Look::after, "found", texts);
   return picture;
 }
 
@@ -142,10 +151,12 @@ Drawing joint_picture(const JointCurve& curve, const KinematicChain& chain) {
   const JointName name = joint_names(chain)[curve.joint];
   const DisplayUnit unit = display_unit(chain, parameter);
   Points low, middle, high, named;
+  std::vector<std::string> texts;
   double least = 0, most = 0;
   for (size_t k = 0; k < curve.points.size(); ++k) {
     const CurvePoint& point = curve.points[k];
     const double x = point.driver / name.si();
+    texts.push_back(point_text(x, name.unit(), point, unit));
     low.emplace_back(x, (point.value - point.half_width) / unit.si);
     middle.emplace_back(x, point.value / unit.si);
     high.emplace_back(x, (point.value + point.half_width) / unit.si);
@@ -159,7 +170,7 @@ Drawing joint_picture(const JointCurve& curve, const KinematicChain& chain) {
       exact_axis(middle.front().x(), middle.back().x(), "axis " + name.words + ", " + name.unit()));
   Panel& panel = picture->panel(round_axis(least, most, parameter + ", " + unit.name, 4), 110);
   panel.band(low, high, Look::after, "95 %");
-  panel.line(middle, Look::after, "applied");
+  panel.line(middle, Look::after, "applied", texts);
   panel.line(named, Look::mark, "with a name");
   return picture;
 }
@@ -404,7 +415,7 @@ Report loop_page(const LoopResult& result, const std::optional<FitToAll>& to_all
   add_joints(page, result);
   add_owners(page, result);
   add_next(page, result, next_poses);
-  add_error_pictures(page, models, by.campaign, {}, by.words);
+  add_error_pictures(page, models, by.campaign, {}, by.words, upwards(nominal));
   add_readings_left_out(page, result.gross_poses, result.excluded_rows, "data/");
   add_rest(page, result, by);
   add_parameters(page, result, to_all, nominal, sound);

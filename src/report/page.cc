@@ -7,6 +7,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "report/page_script.h"
 #include "report/page_style.h"
 
 namespace armtrue {
@@ -204,7 +205,8 @@ Report Page::finish(bool folds_inputs) {
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
       "<link rel=\"icon\" href=\"data:,\"><title>" +
           escaped(title_) + "</title>\n<style>" + picture_style() + page_style() +
-          "</style></head>\n<body>\n<main>\n" + body_ + "</main>\n</body></html>\n",
+          "</style></head>\n<body>\n<main>\n" + body_ + "</main>\n<script>" + page_script() +
+          "</script>\n</body></html>\n",
       files_};
 }
 

@@ -34,6 +34,8 @@ constexpr const char* kClasses =
     ".line.mark,.shaft.mark,.rule.mark,.point.mark{stroke:var(--ink)}"
     ".point{fill:none;stroke-width:1.3}.point.after{stroke-width:4.5;stroke-linecap:round}"
     ".point.after.large{stroke-width:9}.point.mark{fill:var(--paper)}"
+    ".hover{fill:none;stroke:transparent;stroke-width:9;stroke-linecap:round}"
+    ".turned{fill:transparent}"
     ".head.nominal{fill:var(--nominal)}.head.before{fill:var(--before)}"
     ".head.after{fill:var(--after)}.head.mark{fill:var(--ink)}"
     ".bar.nominal{fill:none;stroke:var(--nominal)}"

@@ -30,15 +30,20 @@ Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after
       count_axis(static_cast<double>(rows), text.axis));
   double most = 0;
   Points first, second;
+  std::vector<std::string> of_first, of_second;
   for (Eigen::Index k : drawn)
-    for (const auto& [values, points] : {std::pair(&before, &first), std::pair(&after, &second)})
+    for (const auto& [values, points, texts, name] :
+         {std::tuple(&before, &first, &of_first, &text.before),
+          std::tuple(&after, &second, &of_second, &text.after)})
       if (const double value = (*values)[k]; std::isfinite(value)) {
         points->emplace_back(static_cast<double>(k) + 1, value);
+        if (!text.names.empty())
+          texts->push_back(fmt::format("{}: {:.3g} mm, {}", text.names[k], value, *name));
         most = std::max(most, value);
       }
   Panel& panel = picture->panel(round_axis(0, most, "error, mm"), 190);
-  panel.points(first, Look::before, text.before);
-  panel.points(second, Look::after, text.after);
+  panel.points(first, Look::before, text.before, of_first);
+  panel.points(second, Look::after, text.after, of_second);
   return picture;
 }
 

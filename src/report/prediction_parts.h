@@ -16,6 +16,7 @@ struct RowsText {
   std::string file = "rows", title = "Predicted error along the rows";
   std::string note = "Each row in the order of the program.", axis = "row";
   std::string before = "as it is", after;
+  std::vector<std::string> names = {};  ///< of the rows, for a pointer; none if empty
 };
 
 /// Two lengths along the rows of a program [mm]; not finite where there is none.

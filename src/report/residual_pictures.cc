@@ -31,6 +31,7 @@ std::string thinned_note(Eigen::Index all, size_t drawn, const std::string& what
 
 // Mean residual and mean place of each pose and target, in the order of the first visits.
 struct PlacedResiduals {
+  std::vector<std::string> names;
   std::vector<Eigen::Vector3d> places;
   std::vector<std::vector<Eigen::Vector3d>> residuals;  // per model
 };
@@ -49,6 +50,7 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
     const size_t k = at->second;
     if (is_new) {
       counts.push_back(0);
+      placed.names.push_back("pose " + campaign.pose_ids[campaign.pose[r]]);
       placed.places.emplace_back(Eigen::Vector3d::Zero());
       for (auto& residuals : placed.residuals) residuals.emplace_back(Eigen::Vector3d::Zero());
     }
@@ -65,6 +67,11 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
 }
 
 }  // namespace
+
+std::string reading_name(const Campaign& campaign, const Evaluation& evaluation, size_t reading) {
+  const size_t row = evaluation.first_rows.empty() ? reading : evaluation.first_rows[reading];
+  return "pose " + campaign.pose_ids[campaign.pose[row]];
+}
 
 double round_magnification(double longest, double extent) {
   constexpr double kShareOfExtent = 0.2;
@@ -125,7 +132,10 @@ Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign
                            (static_cast<double>(m) + 1) / (static_cast<double>(models.size()) + 1);
       const AxisErrors& axis = axes[m][k];
       panel.range(place, in_mm(axis.min), in_mm(axis.mean), in_mm(axis.max), models[m].look,
-                  models[m].name);
+                  models[m].name,
+                  fmt::format("{}, {}: mean {:.3g}, from {:.3g} to {:.3g} mm", models[m].name,
+                              words.back().second, in_mm(axis.mean), in_mm(axis.min),
+                              in_mm(axis.max)));
     }
   }
   picture->words(std::move(words));
@@ -148,7 +158,7 @@ std::vector<bool> of_readings(const std::vector<bool>& left_out, const std::vect
 
 }  // namespace
 
-Drawing campaign_picture(const std::vector<Judged>& models,
+Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& campaign,
                          const std::vector<bool>& left_out_rows) {
   const Evaluation& first = models.front().evaluation;
   const std::vector<bool> left_out = of_readings(left_out_rows, first.first_rows);
@@ -164,18 +174,109 @@ Drawing campaign_picture(const std::vector<Judged>& models,
   Points out;
   for (const Judged& model : models) {
     Points points;
+    std::vector<std::string> texts;
     const std::vector<double> errors = model.evaluation.reading_errors();
     for (Eigen::Index row : drawn) {
       const auto r = static_cast<size_t>(row);
       const Eigen::Vector2d point(static_cast<double>(row) + 1, in_mm(errors[r]));
       points.push_back(point);
+      texts.push_back(fmt::format("{}: {:.3g} mm, {}", reading_name(campaign, first, r),
+                                  point.y(), model.name));
       if (&model == &models.back() && !left_out.empty() && left_out[r]) out.push_back(point);
     }
-    panel.points(points, model.look, model.name);
+    panel.points(points, model.look, model.name, texts);
   }
   if (!out.empty()) panel.points(out, Look::mark, "left out of the fit");
   return picture;
 }
+
+namespace {
+
+struct View {
+  int right, up;  // axes
+  const char* from;
+};
+
+// The three views along the axes, named by the vertical: none is from above where the frame is
+// tilted by more than this.
+std::vector<View> views(const Eigen::Vector3d& upwards) {
+  constexpr double kUpright = 30 * kDegree;
+  int k = 0;
+  const double along = upwards.cwiseAbs().maxCoeff(&k);
+  const bool is_down = upwards[k] < 0;
+  // Right-handed about what points to the eye.
+  const int a = k == 2 ? 0 : k == 0 ? 1 : 2, b = k == 2 ? 1 : k == 0 ? 2 : 0;
+  if (along < std::cos(kUpright) * upwards.norm())
+    return {{0, 1, "along z"}, {0, 2, "along y"}, {1, 2, "along x"}};
+  return {{is_down ? b : a, is_down ? a : b, "from above"},
+          {a, k, is_down ? "from the side, upside down" : "from the side"},
+          {b, k, is_down ? "from the front, upside down" : "from the front"}};
+}
+
+// The same vectors in three dimensions, with the box of the places.
+Drawing field_in_space(const std::vector<Eigen::Vector3d>& places,
+                       const std::vector<VectorField>& fields, const FieldText& text,
+                       const std::vector<Eigen::Index>& drawn, double factor) {
+  constexpr int kHeight = 300;
+  constexpr double kLabelAt = 1.06;  // of the way along an edge
+  Eigen::Vector3d low = places.front(), high = places.front();
+  for (const Eigen::Vector3d& place : places) {
+    low = low.cwiseMin(place);
+    high = high.cwiseMax(place);
+  }
+  for (const VectorField& field : fields)
+    for (Eigen::Index k : drawn) {
+      low = low.cwiseMin(places[k] + factor * field.vectors[k]);
+      high = high.cwiseMax(places[k] + factor * field.vectors[k]);
+    }
+  const Eigen::Vector3d middle = 0.5 * (low + high);
+  const double radius = std::max(0.5 * (high - low).norm(), kMillimetre);
+  const Eigen::Matrix3d turn =
+      Eigen::Quaterniond::FromTwoVectors(text.up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const auto in_ball = [&](const Eigen::Vector3d& place) -> Eigen::Vector3d {
+    return turn * (place - middle) / radius;
+  };
+  auto picture = std::make_shared<Picture>(
+      text.file + "-space", text.title + ", in three dimensions",
+      fmt::format("The same arrows, without heads; their points are the places. The box is {:.4g} "
+                  "x {:.4g} x {:.4g} mm. On a page a pointer or the arrow keys turn it.",
+                  in_mm(high.x() - low.x()), in_mm(high.y() - low.y()), in_mm(high.z() - low.z())),
+      Axis{});
+  Panel& panel = picture->space(kHeight);
+  Places from, to;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool second : {false, true})
+      for (const bool third : {false, true}) {
+        Eigen::Vector3d corner = low;
+        if (second) corner[(axis + 1) % 3] = high[(axis + 1) % 3];
+        if (third) corner[(axis + 2) % 3] = high[(axis + 2) % 3];
+        from.push_back(in_ball(corner));
+        corner[axis] = high[axis];
+        to.push_back(in_ball(corner));
+      }
+  panel.segments(from, to, std::nullopt, "");
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3d end = low;
+    end[axis] += kLabelAt * (high[axis] - low[axis]);
+    panel.label(in_ball(end), std::string(1, "xyz"[axis]));
+  }
+  for (const VectorField& field : fields) {
+    from.clear();
+    to.clear();
+    std::vector<std::string> texts;
+    for (Eigen::Index k : drawn) {
+      from.push_back(in_ball(places[k]));
+      to.push_back(in_ball(places[k] + factor * field.vectors[k]));
+      if (!text.names.empty())
+        texts.push_back(fmt::format("{}: {:.3g} mm, {}", text.names[k],
+                                    in_mm(field.vectors[k].norm()), field.name));
+    }
+    panel.segments(from, to, field.look, field.name, texts);
+  }
+  return picture;
+}
+
+}  // namespace
 
 std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
                                 const std::vector<VectorField>& fields, const FieldText& text) {
@@ -195,9 +296,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
   low = (low - margin) / kMillimetre;
   high = (high + margin) / kMillimetre;
   std::vector<Drawing> drawings;
-  for (const auto& [right, up, view] :
-       {std::tuple(0, 1, "from above"), std::tuple(0, 2, "from the side"),
-        std::tuple(1, 2, "from the front")}) {
+  for (const auto& [right, up, view] : views(text.up)) {
     const char x = "xyz"[right], y = "xyz"[up];
     const MapAxes axes =
         map_axes({low[right], low[up]}, {high[right], high[up]},
@@ -217,31 +316,41 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
     panel.dots(drawn_places);
     for (const VectorField& field : fields) {
       Points from, to;
+      std::vector<std::string> texts;
       for (Eigen::Index k : drawn) {
+        if (!text.names.empty())
+          texts.push_back(fmt::format("{}: {:.3g} mm, {}", text.names[k],
+                                      in_mm(field.vectors[k].norm()), field.name));
         const Eigen::Vector3d& place = places[k];
         const Eigen::Vector3d end = place + factor * field.vectors[k];
         from.emplace_back(in_mm(place[right]), in_mm(place[up]));
         to.emplace_back(in_mm(end[right]), in_mm(end[up]));
       }
-      panel.vectors(from, to, field.look, field.name);
+      panel.vectors(from, to, field.look, field.name, texts);
     }
     drawings.push_back(std::move(picture));
   }
+  drawings.push_back(field_in_space(places, fields, text, drawn, factor));
   return drawings;
 }
 
-std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign) {
+std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign,
+                                   const Eigen::Vector3d& up) {
   if (campaign.has_distances()) return {};
   const PlacedResiduals placed = by_pose(models, campaign);
   std::vector<VectorField> fields;
   for (size_t m = 0; m < models.size(); ++m)
     fields.push_back({models[m].name, models[m].look, placed.residuals[m]});
   return field_maps(placed.places, fields,
-                    {"map", "Errors in the workspace", "the instrument's frame",
-                     campaign.session_names.size() > 1
+                    {.file = "map",
+                     .title = "Errors in the workspace",
+                     .frame = "the instrument's frame",
+                     .note = campaign.session_names.size() > 1
                          ? "Mean error of each pose, measured minus model, at its place in the "
                            "frame of its session."
-                         : "Mean error of each pose, measured minus model, at its place."});
+                         : "Mean error of each pose, measured minus model, at its place.",
+                     .names = placed.names,
+                     .up = up});
 }
 
 }  // namespace armtrue

@@ -25,16 +25,21 @@ Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign
 
 /// The length of the error of each reading, in the order of the visits. `weights`: of the readings
 /// in the fit, if there was one: those near 0 are marked as left out.
-Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bool>& left_out);
+Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& campaign,
+                         const std::vector<bool>& left_out);
 
-/// The mean error of each pose as a vector at its place, from three sides; empty without points.
-/// Differences: measured minus model.
-std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign);
+/// "pose P7", of a reading.
+std::string reading_name(const Campaign& campaign, const Evaluation& evaluation, size_t reading);
+
+/// The mean error of each pose as a vector at its place, from three sides and in three dimensions;
+/// empty without points. Differences: measured minus model. `up`: the vertical in R_A.
+std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign,
+                                   const Eigen::Vector3d& up);
 
 /// A round factor by which vectors of `longest` [m] are drawn over a workspace of `extent` [m].
 double round_magnification(double longest, double extent);
 
-/// Vectors at points of a workspace, the same from three sides.
+/// Vectors at points of a workspace, the same from three sides and in three dimensions.
 struct VectorField {
   std::string name;
   Look look;
@@ -44,6 +49,8 @@ struct FieldText {
   std::string file, title, frame, note;  ///< `file`: begin of the names of the pictures
   std::string what = "errors";           ///< plural, of what the vectors are
   Eigen::Index most = 250;               ///< vectors to draw
+  std::vector<std::string> names = {};   ///< of the places, for a pointer; none if empty
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< the vertical in the frame
 };
 std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
                                 const std::vector<VectorField>& fields, const FieldText& text);

@@ -167,6 +167,12 @@ Panel& Picture::panel(const Axis& y, int height) {
   return panels_.back();
 }
 
+Panel& Picture::space(int height) {
+  Panel& panel = this->panel({}, height);
+  panel.is_space_ = true;
+  return panel;
+}
+
 void Picture::heat_legend(double low, double high, const std::string& unit) {
   heat_ = {fmt::format("{:.3g} {}", low, unit), fmt::format("{:.3g} {}", high, unit)};
 }
@@ -202,6 +208,7 @@ std::string Picture::legend_svg(double& top) const {
 }
 
 std::string Picture::x_axis(double top) const {
+  if (panels_.back().is_space_) return "";
   const double scale = panel_width() / x_.length();
   std::string svg;
   for (const auto& [x, word] : words_)

@@ -4,6 +4,7 @@
 #include <array>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +49,7 @@ std::vector<Eigen::Index> evenly(Eigen::Index rows, Eigen::Index most);
 std::vector<Eigen::Index> peaks_kept(const Eigen::VectorXd& values, Eigen::Index most);
 
 using Points = std::vector<Eigen::Vector2d>;  // in the units of the axes
+using Places = std::vector<Eigen::Vector3d>;
 
 class Picture;
 
@@ -58,15 +60,20 @@ class Panel {
   /// reader.
   void bars(double low, double width, const std::vector<double>& heights,
             const std::vector<std::string>& texts, Look look, const std::string& name);
-  void line(const Points& points, Look look, const std::string& name);
+  /// `texts`, here and below: what each point or vector is, for a pointer; none if empty.
+  void line(const Points& points, Look look, const std::string& name,
+            const std::vector<std::string>& texts = {});
   /// Between low (y) and high: the same x, both ends of an interval.
   void band(const Points& low, const Points& high, Look look, const std::string& name);
-  void points(const Points& points, Look look, const std::string& name);
+  void points(const Points& points, Look look, const std::string& name,
+              const std::vector<std::string>& texts = {});
   /// Small and quiet: where something lies.
   void dots(const Points& points);
-  void vectors(const Points& from, const Points& to, Look look, const std::string& name);
+  void vectors(const Points& from, const Points& to, Look look, const std::string& name,
+               const std::vector<std::string>& texts = {});
   /// From (x, low) to (x, high), with end strokes, and a mark of the look at (x, middle).
-  void range(double x, double low, double middle, double high, Look look, const std::string& name);
+  void range(double x, double low, double middle, double high, Look look, const std::string& name,
+             const std::string& text);
   /// Squares about points, whose class (0 to kHeatClasses - 1) is colour and size.
   void cells(const Points& centres, const std::vector<int>& classes, double width, double height);
   /// Across the whole panel.
@@ -78,18 +85,26 @@ class Panel {
   void corner(const std::string& text);
   void no_y_ticks() { has_y_ticks_ = false; }
 
+  // Of a panel of Picture::space(): places lie within a ball of radius 1, their z points upwards.
+  /// `look`: empty for lines of the frame.
+  void segments(const Places& from, const Places& to, std::optional<Look> look,
+                const std::string& name, const std::vector<std::string>& texts = {});
+  void label(const Eigen::Vector3d& place, const std::string& text);
+
  private:
   friend class Picture;
   Panel(Picture& picture, Axis x, Axis y, int height);
   double px(double x) const;
   double py(double y) const;
   std::string at(const Eigen::Vector2d& point) const;
+  double ball_radius() const;
+  Eigen::Vector2d projected(const Eigen::Vector3d& place) const;
   std::string frame(bool is_last) const;
 
   Picture* picture_;
   Axis x_, y_;
   int height_;
-  bool has_y_ticks_ = true;
+  bool has_y_ticks_ = true, is_space_ = false;
   std::string body_;
 };
 
@@ -106,6 +121,8 @@ class Picture {
 
   /// A panel below those before; the reference stays good.
   Panel& panel(const Axis& y, int height);
+  /// The only panel of a picture in three dimensions, seen from a corner above. A page turns it.
+  Panel& space(int height);
   /// An entry for classes of cells(), from `low` to `high` in this unit.
   void heat_legend(double low, double high, const std::string& unit);
   /// Words below the horizontal axis instead of its numbers.

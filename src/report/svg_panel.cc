@@ -3,10 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/kinematics/units.h"
 #include "report/svg.h"
 #include "report/svg_layout.h"
 
 namespace armtrue {
+namespace {
+
+// Text of the i-th of some marks, as an element in it.
+std::string title_of(const std::vector<std::string>& texts, size_t i) {
+  return texts.empty() ? "" : "<title>" + escaped(texts[i]) + "</title>";
+}
+
+// The first view of a space: the direction in which one looks, from a corner above.
+constexpr double kViewTurn = 35, kViewTilt = 28;  // deg: about the vertical, and downwards
+
+std::string place_text(const Eigen::Vector3d& place) {
+  return fmt::format("{:.3f} {:.3f} {:.3f}", place.x(), place.y(), place.z());
+}
+
+}  // namespace
 
 Panel::Panel(Picture& picture, Axis x, Axis y, int height)
     : picture_(&picture), x_(std::move(x)), y_(std::move(y)), height_(height) {}
@@ -34,12 +50,16 @@ void Panel::bars(double low, double width, const std::vector<double>& heights,
   }
 }
 
-void Panel::line(const Points& points, Look look, const std::string& name) {
+void Panel::line(const Points& points, Look look, const std::string& name,
+                 const std::vector<std::string>& texts) {
   picture_->legend("line", look, name);
   std::string path;
   for (const Eigen::Vector2d& point : points) path += (path.empty() ? "M" : "L") + at(point);
   if (!path.empty())
     body_ += fmt::format("<path class=\"line {}\" d=\"{}\"/>\n", class_of(look), path);
+  for (size_t k = 0; k < texts.size(); ++k)
+    body_ += fmt::format("<path class=\"hover\" d=\"M{}h0\">{}</path>\n", at(points[k]),
+                         title_of(texts, k));
 }
 
 void Panel::band(const Points& low, const Points& high, Look look, const std::string& name) {
@@ -51,13 +71,17 @@ void Panel::band(const Points& low, const Points& high, Look look, const std::st
     body_ += fmt::format("<path class=\"band {}\" d=\"{}z\"/>\n", class_of(look), path);
 }
 
-void Panel::points(const Points& points, Look look, const std::string& name) {
+void Panel::points(const Points& points, Look look, const std::string& name,
+                   const std::vector<std::string>& texts) {
   picture_->legend("point", look, name);
   std::string path;
-  for (const Eigen::Vector2d& point : points)
-    path += mark_path(class_of(look), px(point.x()), py(point.y()));
-  if (!path.empty())
-    body_ += fmt::format("<path class=\"point {}\" d=\"{}\"/>\n", class_of(look), path);
+  for (size_t k = 0; k < points.size(); ++k) {
+    path += mark_path(class_of(look), px(points[k].x()), py(points[k].y()));
+    if (texts.empty() && k + 1 < points.size()) continue;
+    body_ += fmt::format("<path class=\"point {}\" d=\"{}\">{}</path>\n", class_of(look), path,
+                         title_of(texts, k));
+    path.clear();
+  }
 }
 
 void Panel::dots(const Points& points) {
@@ -66,17 +90,24 @@ void Panel::dots(const Points& points) {
   body_ += fmt::format("<path class=\"dot\" d=\"{}\"/>\n", path);
 }
 
-void Panel::vectors(const Points& from, const Points& to, Look look, const std::string& name) {
+void Panel::vectors(const Points& from, const Points& to, Look look, const std::string& name,
+                    const std::vector<std::string>& texts) {
   picture_->legend("vector", look, name);
   constexpr double kHead = 6, kHalfHead = 2.6, kShortest = 1;
-  std::string shafts, heads;
+  std::string shaft, heads;
+  const auto add_shaft = [&](const std::string& title) {
+    if (!shaft.empty())
+      body_ += fmt::format("<path class=\"shaft {}\" d=\"{}\">{}</path>\n", class_of(look), shaft,
+                           title);
+    shaft.clear();
+  };
   for (size_t k = 0; k < from.size(); ++k) {
     const Eigen::Vector2d a(px(from[k].x()), py(from[k].y())), b(px(to[k].x()), py(to[k].y()));
     const double length = (b - a).norm();
     if (length < kShortest) continue;
     const Eigen::Vector2d along = (b - a) / length, across(-along.y(), along.x());
     const Eigen::Vector2d neck = b - std::min(kHead, 0.7 * length) * along;
-    shafts += "M" + coordinate_text(a.x()) + " " + coordinate_text(a.y()) + "L" +
+    shaft += "M" + coordinate_text(a.x()) + " " + coordinate_text(a.y()) + "L" +
               coordinate_text(neck.x()) + " " + coordinate_text(neck.y());
     heads += "M" + coordinate_text(b.x()) + " " + coordinate_text(b.y());
     for (double side : {kHalfHead, -kHalfHead}) {
@@ -84,22 +115,22 @@ void Panel::vectors(const Points& from, const Points& to, Look look, const std::
       heads += "L" + coordinate_text(corner.x()) + " " + coordinate_text(corner.y());
     }
     heads += "z";
+    if (!texts.empty()) add_shaft(title_of(texts, k));
   }
-  if (!shafts.empty())
-    body_ +=
-        fmt::format("<path class=\"shaft {0}\" d=\"{1}\"/><path class=\"head {0}\" d=\"{2}\"/>\n",
-                    class_of(look), shafts, heads);
+  add_shaft("");
+  if (!heads.empty())
+    body_ += fmt::format("<path class=\"head {}\" d=\"{}\"/>\n", class_of(look), heads);
 }
 
 void Panel::range(double x, double low, double middle, double high, Look look,
-                  const std::string& name) {
+                  const std::string& name, const std::string& text) {
   picture_->legend("point", look, name);
   const double left = px(x);
   body_ +=
       fmt::format("<path class=\"line {}\" d=\"M{} {}h10m-5 0V{}m-5 0h10\"/>\n", class_of(look),
                   coordinate_text(left - 5), coordinate_text(py(low)), coordinate_text(py(high)));
-  body_ += fmt::format("<path class=\"point {0} large\" d=\"{1}\"/>\n", class_of(look),
-                       mark_path(class_of(look), left, py(middle)));
+  body_ += fmt::format("<path class=\"point {0} large\" d=\"{1}\">{2}</path>\n", class_of(look),
+                       mark_path(class_of(look), left, py(middle)), title_of({text}, 0));
 }
 
 void Panel::cells(const Points& centres, const std::vector<int>& classes, double width,
@@ -141,7 +172,47 @@ void Panel::corner(const std::string& text) {
                        coordinate_text(Picture::panel_width() - 4), escaped(text));
 }
 
+double Panel::ball_radius() const {
+  constexpr double kMargin = 12;  // for labels
+  return 0.5 * std::min<double>(height_, Picture::panel_width()) - kMargin;
+}
+
+// Turned about the vertical, then tilted, as the script of a page does it further.
+Eigen::Vector2d Panel::projected(const Eigen::Vector3d& place) const {
+  const double turn = kViewTurn * kDegree, tilt = kViewTilt * kDegree;
+  const double right = std::cos(turn) * place.x() - std::sin(turn) * place.y();
+  const double away = std::sin(turn) * place.x() + std::cos(turn) * place.y();
+  const double up = std::cos(tilt) * place.z() + std::sin(tilt) * away;
+  return {0.5 * Picture::panel_width() + ball_radius() * right, 0.5 * height_ - ball_radius() * up};
+}
+
+void Panel::segments(const Places& from, const Places& to, std::optional<Look> look,
+                     const std::string& name, const std::vector<std::string>& texts) {
+  if (look) picture_->legend("line", *look, name);
+  const std::string of = look ? std::string("line ") + class_of(*look) : "grid";
+  for (size_t k = 0; k < from.size(); ++k) {
+    const Eigen::Vector2d a = projected(from[k]), b = projected(to[k]);
+    body_ += fmt::format("<path class=\"{}\" data-place=\"{} {}\" d=\"M{} {}L{} {}\">{}</path>\n", of,
+                         place_text(from[k]), place_text(to[k]), coordinate_text(a.x()),
+                         coordinate_text(a.y()), coordinate_text(b.x()), coordinate_text(b.y()),
+                         title_of(texts, k));
+  }
+}
+
+void Panel::label(const Eigen::Vector3d& place, const std::string& text) {
+  const Eigen::Vector2d at = projected(place);
+  body_ += fmt::format(
+      "<text class=\"halo\" data-place=\"{}\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+      place_text(place), coordinate_text(at.x()), coordinate_text(at.y()), escaped(text));
+}
+
 std::string Panel::frame(bool is_last) const {
+  if (is_space_)
+    return fmt::format(
+        "<path class=\"turned\" data-turn=\"{} {}\" data-ball=\"{} {} {}\" d=\"M0 0h{}v{}h-{}z\"/>\n",
+        kViewTurn, kViewTilt, coordinate_text(0.5 * Picture::panel_width()), coordinate_text(0.5 * height_),
+        coordinate_text(ball_radius()), coordinate_text(Picture::panel_width()), height_,
+        coordinate_text(Picture::panel_width()));
   std::string grid, texts;
   const std::string width = coordinate_text(Picture::panel_width());
   const double first = std::ceil(y_.low / y_.step - 1e-9);
