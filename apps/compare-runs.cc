@@ -38,7 +38,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   loop.needs(loop_before);
   command.file("--poses", arguments.poses,
                "Joint targets at which the arms are compared [200 poses over the travel of the "
-               "joints]");
+               "joints that both runs cover]");
   command
       .option("--max-change-mm", arguments.max_change_mm,
               "Exit with 3 if the arms differ by more than this on average")

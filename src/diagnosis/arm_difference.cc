@@ -167,9 +167,39 @@ bool has_remainder(const Robot& robot) {
 
 }  // namespace
 
-std::vector<JointVector> poses_over_travel(const Robot& robot) {
-  constexpr int kPoses = 200;  // the mean distance is then known to some 4 %
-  return random_configurations(robot, kPoses, {}, 1);
+namespace {
+
+// Of each pose, whether the readings of a calibration cover it, see Prediction::leverage. All of a
+// robot that does not tell.
+std::vector<bool> covered(const Robot& robot, const std::vector<JointVector>& poses) {
+  std::vector<bool> inside(poses.size(), true);
+  if (!robot.uncertainty) return inside;
+  Campaign points = visits_of(poses);
+  Robot arm = robot;
+  std::erase_if(arm.effects, [&](const Effect& effect) { return lacks_driver(effect, points); });
+  if (arm.effects.size() != robot.effects.size()) return inside;  // their errors stand in the root
+  arm.sessions.clear();
+  if (const double of_point = arm.uncertainty->largest_variance_of_point; of_point > 0)
+    arm.uncertainty->largest_variance = of_point;
+  read_points(arm, points);
+  const std::vector<Prediction> predictions = predict(arm, points);
+  for (size_t k = 0; k < poses.size(); ++k) inside[k] = predictions[k].leverage <= 1;
+  return inside;
+}
+
+}  // namespace
+
+std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after) {
+  constexpr size_t kPoses = 200;   // the mean distance is then known to some 4 %
+  constexpr size_t kFewest = 40;   // readings of a region that the travel hardly meets
+  constexpr int kDrawn = 2000;
+  const std::vector<JointVector> drawn = random_configurations(after, kDrawn, {}, 1);
+  const std::vector<bool> by_one = covered(before, drawn), by_other = covered(after, drawn);
+  std::vector<JointVector> poses;
+  for (size_t k = 0; k < drawn.size() && poses.size() < kPoses; ++k)
+    if (by_one[k] && by_other[k]) poses.push_back(drawn[k]);
+  if (poses.size() < kFewest) poses.assign(drawn.begin(), drawn.begin() + kPoses);
+  return poses;
 }
 
 ArmDifference arm_difference(const Robot& before, const Robot& after,

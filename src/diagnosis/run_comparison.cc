@@ -16,6 +16,9 @@
 namespace armtrue {
 namespace {
 
+// The name of what a search finds and no entry of the catalogue explains.
+constexpr const char* kUnexplained = "unexplained";
+
 // A number that a run states, with the poses that its standard deviation comes from; 0: not said.
 struct Stated {
   double value = 0, std = 0;
@@ -143,7 +146,7 @@ std::vector<ComparedEffect> compared_effects(const ComparedRun& before, const Co
 }
 
 bool is_in_curve(const Effect& effect, const std::string& parameter, int joint) {
-  return effect.name == kRemainder && is_of_one_angle(effect) && effect.driver.joint == joint &&
+  return is_nameless(effect) && is_of_one_angle(effect) && effect.driver.joint == joint &&
          to_string(effect.parameter) == parameter;
 }
 
@@ -207,8 +210,16 @@ std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot&
   return curves;
 }
 
+// Whether an effect is a curve that readings determined and no prior.
+bool has_curve(const Robot& robot) {
+  return std::ranges::any_of(robot.effects, [](const Effect& effect) {
+    return is_nameless(effect) && effect.name != kRemainder;
+  });
+}
+
 // Why a change of a number may be none of the arm.
-std::vector<std::string> why_untested(const RunComparison& found) {
+std::vector<std::string> why_untested(const ComparedRun& before, const ComparedRun& after,
+                                      const RunComparison& found) {
   std::vector<std::string> reasons;
   if (found.readings == Shared::all)
     reasons.emplace_back(
@@ -228,12 +239,17 @@ std::vector<std::string> why_untested(const RunComparison& found) {
         fmt::join(one_sided, ", ")));
   if (!found.held_apart.empty())
     reasons.push_back(fmt::format(
-        "the runs hold {} at different values, as of different nominal robots; calibrate both from "
-        "one robot file",
-        fmt::join(found.held_apart, ", ")));
+        "the runs hold {} at different values, {}", fmt::join(found.held_apart, ", "),
+        before.nominal == after.nominal
+            ? "where loops have left the means of their effects; compare what calibrate makes of both"
+            : "as of different nominal robots; calibrate both from one robot file"));
+  if (before.robot && after.robot && (has_curve(*before.robot) || has_curve(*after.robot)))
+    reasons.emplace_back(
+        "a model has curves over joints that no cause explains, which differ from run to run; compare "
+        "what calibrate makes of both, or ask trace-residual --since");
   std::vector<std::string> effects;
   for (const ComparedEffect& effect : found.effects)
-    if (!found.parameters.empty() && effect.in != InRuns::both)
+    if (!found.parameters.empty() && effect.in != InRuns::both && !effect.effect.may_be_none())
       effects.push_back(effect.effect.in_words() +
                         (effect.in == InRuns::after ? " (after)" : " (before)"));
   if (!effects.empty())
@@ -288,6 +304,15 @@ std::string moved_in_words(const ComparedParameter& parameter, const KinematicCh
                      *parameter.number.change / unit.si, unit.name, half / unit.si);
 }
 
+std::string moved_in_words(const ComparedEffect& effect) {
+  std::string text = effect.effect.in_words();
+  for (size_t k = 0; k < effect.numbers.size(); ++k)
+    if (const NumberChange& number = effect.numbers[k]; number.moved())
+      text += fmt::format(", {} from {:.3g} to {:.3g} {}", effect.effect.coefficients[k].name,
+                          *number.before, *number.after, effect.effect.coefficients[k].unit);
+  return text;
+}
+
 std::string listed(const std::vector<std::string>& items) {
   if (items.size() < 2) return items.empty() ? "" : items.front();
   return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
@@ -311,7 +336,7 @@ std::string sentence_of_arm(const RunComparison& found, const KinematicChain& ch
       (parameter.of_arm ? of_arm : of_station).push_back(parameter.of_arm ? moved_in_words(parameter, chain) : parameter.name);
   for (const ComparedEffect& effect : found.effects)
     if (std::ranges::any_of(effect.numbers, &NumberChange::moved))
-      (effect.effect.of_arm() ? of_arm : of_station).push_back(effect.effect.in_words());
+      (effect.effect.of_arm() ? of_arm : of_station).push_back(moved_in_words(effect));
   const std::string station =
       of_station.empty()
           ? ""
@@ -358,7 +383,7 @@ std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
     if (effect.in == InRuns::after) added.push_back(effect.effect.in_words());
     if (effect.in == InRuns::before) gone.push_back(effect.effect.in_words());
     if (std::ranges::any_of(effect.numbers, &NumberChange::moved))
-      moved.push_back(effect.effect.in_words());
+      moved.push_back(moved_in_words(effect));
   }
   std::string text;
   const auto tell = [&](const char* what, const std::vector<std::string>& which) {
@@ -397,7 +422,18 @@ Shared shared_files(const std::vector<std::string>& before,
 
 }  // namespace
 
+bool is_nameless(const Effect& effect) {
+  return effect.name == kRemainder || (effect.name == kUnexplained && is_of_one_angle(effect));
+}
+
 bool NamedEffect::of_arm() const { return is_of_arm(Parameter(parameter)); }
+
+bool NamedEffect::may_be_none() const {
+  constexpr double kHalfWidth = 1.96;  // of a 95 % interval of the normal law
+  return std::ranges::all_of(coefficients, [](const NamedCoefficient& c) {
+    return c.std > 0 && std::abs(c.value) < kHalfWidth * c.std;
+  });
+}
 
 std::string NamedEffect::in_words() const {
   return fmt::format("{} ({} follows {})", name, parameter, driver);
@@ -421,7 +457,7 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
       notes.emplace_back("Some readings are in both runs.");
       break;
     case Shared::none:
-      notes.emplace_back("The runs are of other readings: changes have standard deviations.");
+      notes.emplace_back("The runs are of different readings, so that changes have standard deviations.");
       break;
     case Shared::unknown:
       notes.emplace_back(
@@ -509,7 +545,7 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
     found.held_apart = held_apart(*before.robot, *after.robot);
     found.remainder = compared_remainder(*before.robot, *after.robot);
   }
-  found.untested = why_untested(found);
+  found.untested = why_untested(before, after, found);
   if (found.untested.empty()) test_numbers(before, after, found);
   if (!has_robots) {
     found.sentence = found.errors ? sentence_of_errors(before.errors.value(), after.errors.value())
@@ -518,7 +554,7 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
     return found;
   }
   const std::vector<JointVector> at =
-      poses.empty() ? poses_over_travel(*after.robot) : poses;
+      poses.empty() ? poses_of_both(*before.robot, *after.robot) : poses;
   found.arm = arm_difference(*before.robot, *after.robot, at);
   if (!found.untested.empty()) {  // by the same reasons
     found.arm->p_value.reset();

@@ -35,7 +35,7 @@ std::string moved_cell(const NumberChange& number) {
 // Changes of one unit with their 95 % intervals, those farthest from zero first.
 Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool of_arm,
                         const std::string& unit_in_files) {
-  constexpr size_t kShown = 8;  // whose names stand beside each other
+  constexpr size_t kShown = 6;  // whose names stand beside each other
   std::vector<const ComparedParameter*> shown;
   for (const ComparedParameter& parameter : parameters)
     if (parameter.of_arm == of_arm && parameter.unit.name == unit_in_files &&
@@ -78,7 +78,9 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
     words.emplace_back(place, shown[k]->name);
     panel.range(place, from / si, *number.change / si, to / si,
                 number.moved() ? Look::after : Look::nominal,
-                number.moved() ? "moved" : "not beyond chance",
+                number.moved()    ? "moved"
+                : number.p_value ? "not beyond chance"
+                                 : "not tested",
                 fmt::format("{}: {:.3g} {}, from {:.3g} to {:.3g}", shown[k]->name,
                             *number.change / si, unit, from / si, to / si));
   }

@@ -30,8 +30,10 @@ struct ArmDifference {
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
 };
 
-/// 200 poses over the travel of the joints, always the same ones of a robot.
-std::vector<JointVector> poses_over_travel(const Robot& robot);
+/// Up to 200 of 2000 random poses over the travel of the joints, always the same ones: those that the
+/// readings of both calibrations cover (Prediction::leverage of at most 1). Fewer than 40 are too
+/// few: then 200 of the whole travel.
+std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after);
 
 /// At these poses, without payload and forces. Effects of the station do not count, see
 /// moves_program(). Throws std::invalid_argument if the poses do not show base and tool.

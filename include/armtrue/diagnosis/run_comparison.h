@@ -26,6 +26,10 @@ struct NumberChange {
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
 };
 
+/// Whether an effect predicts and is no cause: part of the remainder, or a curve over one joint that
+/// the catalogue does not explain.
+bool is_nameless(const Effect& effect);
+
 /// In which of the runs something was identified or found.
 enum class InRuns { both, before, after };
 
@@ -52,6 +56,9 @@ struct NamedEffect {
   std::vector<NamedCoefficient> coefficients;
 
   bool of_arm() const;
+  /// Whether the 95 % intervals of all coefficients hold zero, as those of effects that only a prior
+  /// keeps in a model: a model without it says nothing else.
+  bool may_be_none() const;
   std::string in_words() const;  ///< "joint compliance (A3.theta follows gravity-torque 3)"
 };
 
@@ -63,7 +70,7 @@ struct ComparedEffect {
   std::vector<NumberChange> numbers;  ///< one for each of its coefficients
 };
 
-/// The effects without a name (kRemainder) that move one parameter by the angle of one joint, added
+/// The effects without a name (is_nameless()) that move one parameter by the angle of one joint, added
 /// up, over the angles that both runs have seen.
 struct RemainderCurve {
   std::string parameter;
@@ -117,7 +124,8 @@ struct RunComparison {
   std::vector<std::string> untested;
   int tested = 0;  ///< numbers
   std::vector<ComparedParameter> parameters;
-  /// Parameters of links that neither run identified and that differ: those of other nominal robots.
+  /// Parameters of links that neither run identified and that differ: those of other nominal robots,
+  /// or the means that a loop has left in its arm.
   std::vector<std::string> held_apart;
   std::vector<ComparedEffect> effects;
   std::vector<RemainderCurve> remainder;
@@ -136,12 +144,12 @@ struct RunComparison {
 std::string why_not_comparable(const Robot& before, const std::string& name_before,
                                const Robot& after, const std::string& name_after);
 
-/// Compares two runs. With robots, their arms are compared at `poses`, or over the travel of the
-/// joints if there are none.
+/// Compares two runs. With robots, their arms are compared at `poses`, or at poses_of_both() if there
+/// are none.
 ///
 /// Numbers are tested if the readings of the runs are others, and if both have the same unknowns:
-/// where one model holds a parameter, or lacks an effect, other parameters take its part, and their
-/// change is none of the arm. Of independent readings the change of a number has the standard
+/// where one model holds a parameter, or lacks an effect that is not NamedEffect::may_be_none(),
+/// other parameters take its part, and their change is none of the arm. Of independent readings the change of a number has the standard
 /// deviation sqrt(s1^2 + s2^2); it is significant if its p-value, times the number of all that are
 /// tested, is below kChangeSignificance.
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,

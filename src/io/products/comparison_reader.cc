@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "armtrue/io/products/comparison_io.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
@@ -19,6 +21,13 @@ std::optional<double> length(YamlMap& map, const std::string& key) {
   const std::string text = map.text(key);
   if (text.empty() || text == "null" || text == "~") return std::nullopt;
   return map.number(key) * kMillimetre;
+}
+
+int count_of(YamlMap& map, const std::string& key) {
+  constexpr double kMost = 1e9;
+  const double count = map.number(key);
+  if (count < 0 || count > kMost) map.fail(key, "must be from 0 to 1e9");
+  return static_cast<int>(count);
 }
 
 std::string inner_text(YamlMap& map) {
@@ -68,7 +77,9 @@ RunErrors errors_of_loop(YamlMap& document) {
   errors.after = length(before_after, "after_mm");
   errors.floor = length(before_after, "floor_mm");
   YamlMap data = document.map("data");
-  errors.poses = static_cast<int>(data.number("poses") - data.number("held_out_poses", 0));
+  errors.poses = count_of(data, "poses");
+  if (data.has("held_out_poses"))
+    errors.poses = std::max(0, errors.poses - count_of(data, "held_out_poses"));
   return errors;
 }
 
@@ -79,7 +90,7 @@ RunErrors errors_of_evaluation(YamlMap& document) {
     errors.before = document.map("against").map("position_mm").number("mean") * kMillimetre;
   const double floor = document.number("floor_mm", 0) * kMillimetre;
   if (floor > 0) errors.floor = floor;
-  errors.poses = static_cast<int>(document.number("poses"));
+  errors.poses = count_of(document, "poses");
   return errors;
 }
 
@@ -139,7 +150,7 @@ RunFile read_run(const std::string& path) {
     run.robot->sha256 = run.sha256;
     run.provenance = run.robot->provenance;
     for (const Effect& effect : run.robot->robot.effects)
-      if (effect.name != kRemainder)
+      if (!is_nameless(effect))
         run.effects.push_back(named_effect(effect, run.robot->robot.chain));
     return run;
   }
