@@ -89,6 +89,10 @@ class Command : public OptionGroup {
 
   /// These read a file, note its SHA-256 for the provenance and print the warnings of the reader.
   RobotFile read_robot(const std::string& path);
+  /// Of a file that was read elsewhere.
+  void add_to_inputs(const std::string& name, const std::string& sha256) {
+    inputs_.emplace_back(name, sha256);
+  }
   /// Of a robot that was read before the other inputs.
   void add_robot_to_inputs(const RobotFile& file);
   /// Contradictions between columns are errors or warnings (see check_log()). Sessions begin at the

@@ -269,18 +269,29 @@ void check_complete(YamlMap& document, const std::string& file) {
                                  file, missing.size(), fmt::join(missing, ", ")));
 }
 
-// What calibrate and close-loop read, the nominal robot first. Not everybody's provenance is of
-// this form.
-void read_inputs(YamlMap& document, RobotFile& result) {
+}  // namespace
+
+Provenance read_provenance(YamlMap& document) {
+  Provenance provenance;
   try {
-    std::vector<YamlMap> inputs = document.map("provenance").maps("inputs");
-    for (YamlMap& input : inputs) {
-      std::pair of_file{input.text("file"), input.text("sha256")};
-      result.made_of.push_back(of_file.second);
-      if (!result.nominal) result.nominal = std::move(of_file);
-    }
+    YamlMap map = document.map("provenance");
+    provenance.command = map.text("command");
+    provenance.version = map.text("version");
+    for (YamlMap& input : map.maps("inputs"))
+      provenance.inputs.emplace_back(input.text("file"), input.text("sha256"));
   } catch (const InputError&) {
-    return;
+    return provenance;
+  }
+  return provenance;
+}
+
+namespace {
+
+// What calibrate and close-loop read, the nominal robot first.
+void take_inputs(RobotFile& result) {
+  for (const auto& input : result.provenance.inputs) {
+    result.made_of.push_back(input.second);
+    if (!result.nominal) result.nominal = input;
   }
 }
 
@@ -332,7 +343,8 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
     if (calibration.has("used_readings"))
       result.training = read_training_rows(calibration.map("used_readings"));
   }
-  if (document.has("provenance") && !robot.std.empty()) read_inputs(document, result);
+  if (document.has("provenance")) result.provenance = read_provenance(document);
+  if (!robot.std.empty()) take_inputs(result);
   document.ignore("provenance");
   document.finish();
   return result;
@@ -342,6 +354,10 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
 
 Robot parse_robot(const std::string& text, const std::string& file) {
   return parse_file(text, file).robot;
+}
+
+RobotFile parse_robot_file(const std::string& text, const std::string& file) {
+  return parse_file(text, file);
 }
 
 RobotFile read_robot(const std::string& path) {

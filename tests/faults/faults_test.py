@@ -65,6 +65,7 @@ COMMANDS = {
     "trace-residual": ("--since closed.yaml m.csv -o change.yaml", ["change.yaml"]),
     "close-loop": ("--robot r.yaml m.csv --only-catalogue --catalogue few.yaml --held-out 0 --robot-out closed2.yaml "
                    "-o loop.yaml", ["closed2.yaml"], ["loop.yaml"]),
+    "compare-runs": ("--before closed.yaml closed.yaml -o comparison.yaml", ["comparison.yaml"]),
     "compensate": ("--robot closed.yaml --controller r.yaml --program part.src --program-out fresh.src",
                    ["fresh.dat", "fresh.src"]),
     "map-errors": (f"--robot closed.yaml --controller r.yaml --box-mm 1500,1600,0,100,1000,1100 --grid 2,2,2 "

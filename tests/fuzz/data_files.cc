@@ -12,6 +12,7 @@
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/products/certificate_io.h"
+#include "armtrue/io/products/comparison_io.h"
 #include "armtrue/io/products/compensation_io.h"
 #include "armtrue/io/products/ranking_io.h"
 #include "armtrue/io/robot_io.h"
@@ -111,6 +112,8 @@ void read_findings_document(const std::string& bytes) {
 
 void read_about_document(const std::string& bytes) { read_about(MemoryFile(bytes).path()); }
 
+void read_run_document(const std::string& bytes) { compared_run(read_run(MemoryFile(bytes).path())); }
+
 void read_certificate_document(const std::string& bytes) {
   read_certificate(MemoryFile(bytes).path());
 }
@@ -190,6 +193,7 @@ constexpr Target kTargets[] = {
     {"findings", read_findings_document},
     {"about", read_about_document},
     {"certificate", read_certificate_document},
+    {"run", read_run_document},
     {"urdf", read_urdf_document},
     {"ur-calibration", read_ur_calibration_document},
 };

@@ -489,6 +489,7 @@ def check_json(binaries, config, values):
         both("certify -q --robot calibrated.yaml --about about.yaml --refit base,tool m.csv -o certificate.yaml", "certificate")
         both("certify -q --robot calibrated.yaml --about about.yaml --refit base,tool --against certificate.yaml m.csv -o second.yaml",
              "second")
+        both("compare-runs -q --before calibrated.yaml closed.yaml -o comparison.yaml", "comparison")
         both("map-errors -q --robot calibrated.yaml --controller robot.yaml --box-mm 1400,2200,-400,400,300,1100 "
              "--grid 2,2,2 --start 0,-60,90,0,60,0 --summary map.yaml -o map.csv", "map")
         run("plan-poses --robot robot.yaml --count 12 -q -o targets.csv")

@@ -228,6 +228,10 @@ def close_loop(robot: File, readings: File, **options: Any) -> Result:
     return _run("close-loop", ("readings", readings), "document", {"robot": robot, **options}, robot_out=True)
 
 
+def compare_runs(before: File, after: File, **options: Any) -> Result:
+    return _run("compare-runs", ("after", after), "document", {"before": before, **options})
+
+
 def compensate(robot: File, targets: File | None = None, *, controller: File, **options: Any) -> Result:
     return _run("compensate", ("targets", targets), "table", {"robot": robot, "controller": controller, **options},
                 has_summary=True)
@@ -270,8 +274,8 @@ def trace_residual(readings: File, robot: File | None = None, **options: Any) ->
     return _run("trace-residual", ("readings", readings), "document", {"robot": robot, **options})
 
 
-_FUNCTIONS = (calibrate, certify, check_robot, close_loop, compensate, convert_robot, evaluate_poses, import_readings,
-              map_errors, mirror_correct, plan_poses, simulate_path, simulate_poses, trace_residual)
+_FUNCTIONS = (calibrate, certify, check_robot, close_loop, compare_runs, compensate, convert_robot, evaluate_poses,
+              import_readings, map_errors, mirror_correct, plan_poses, simulate_path, simulate_poses, trace_residual)
 for _function in _FUNCTIONS:
     _function.__doc__ = _page(_function.__name__.replace("_", "-"))
 

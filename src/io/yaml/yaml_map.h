@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/io/provenance.h"
+
 namespace armtrue {
 
 /// A YAML map that is read strictly: a key that was never asked for is an error. Errors throw
@@ -52,5 +54,8 @@ class YamlMap {
 /// Parses a document; its `format:` must be one of `formats`.
 YamlMap read_document(const std::string& text, const std::string& file,
                       const std::vector<std::string>& formats);
+
+/// The document's `provenance`; what is of another form, as other programs write it, stays empty.
+Provenance read_provenance(YamlMap& document);
 
 }  // namespace armtrue

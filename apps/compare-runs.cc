@@ -1,0 +1,161 @@
+#include <fmt/format.h>
+
+#include "armtrue/diagnosis/run_comparison.h"
+#include "armtrue/io/joint_target_io.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/products/comparison_io.h"
+#include "armtrue/io/source.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/report/comparison_page.h"
+#include "armtrue/text/input_error.h"
+#include "command_line.h"
+#include "report_arguments.h"
+
+using namespace armtrue;
+
+namespace {
+
+struct Arguments {
+  std::string before, loop_before, loop, poses;
+  app::ReportArguments page;
+  std::optional<double> max_change_mm;
+  bool require_unchanged = false;
+};
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_input("The later run: a calibrated robot, a loop or an evaluation");
+  command.add_output(app::ProductKind::document);
+  command
+      .file("--before", arguments.before,
+            "The earlier run, or the other model of the same readings; a document of the same kind")
+      .required();
+  const app::Option loop_before =
+      command.file("--loop-before", arguments.loop_before,
+                   "Loop document of the earlier robot: error and verdict are compared, too");
+  const app::Option loop =
+      command.file("--loop", arguments.loop, "Loop document of the later robot");
+  loop_before.needs(loop);
+  loop.needs(loop_before);
+  command.file("--poses", arguments.poses,
+               "Joint targets at which the arms are compared [200 poses over the travel of the "
+               "joints that both runs cover]");
+  command
+      .option("--max-change-mm", arguments.max_change_mm,
+              "Exit with 3 if the arms differ by more than this on average")
+      .check(app::above_zero());
+  command.flag("--require-unchanged", arguments.require_unchanged,
+               "Exit with 3 if the arm changed by more than chance, or if that cannot be tested");
+  app::add_report(command, arguments.page, "with the changes and their intervals");
+}
+
+RunFile read(app::Command& command, const std::string& path) {
+  RunFile run = read_run(path);
+  command.add_to_inputs(run.name, run.sha256);
+  return run;
+}
+
+void require_same_kind(const RunFile& before, const RunFile& after) {
+  if (before.kind != after.kind)
+    throw InputError(fmt::format("{} is {}, but {} is {}; give two documents of one kind",
+                                 before.name, kind_in_words(before.kind), after.name,
+                                 kind_in_words(after.kind)));
+}
+
+// Throws unless the numbers of both robots mean the same.
+void require_comparable(app::Command& command, const RunFile& before, const RunFile& after) {
+  for (const RunFile* run : {&before, &after})
+    if (run->robot->robot.std.empty())
+      throw InputError(run->name +
+                       ": states no standard deviations, so it is no calibrated robot; give what "
+                       "calibrate or close-loop --robot-out wrote");
+  const Robot &one = before.robot->robot, &other = after.robot->robot;
+  const std::string why = why_not_comparable(one, before.name, other, after.name);
+  if (!why.empty()) throw InputError(why);
+  app::require_one_arm(command, one, before.name, other, after.name);
+  if (one.name != other.name)
+    command.warn(fmt::format("the robots are called '{}' and '{}': is this one arm?", one.name,
+                             other.name));
+}
+
+void add_loops(app::Command& command, const Arguments& arguments, RunFile& before, RunFile& after) {
+  if (arguments.loop.empty()) return;
+  if (!before.robot)
+    throw InputError(before.name + ": --loop belongs to a robot file; give the loops themselves as "
+                                   "--before and FILE");
+  const RunFile first = read(command, arguments.loop_before),
+                second = read(command, arguments.loop);
+  for (const RunFile* loop : {&first, &second})
+    if (loop->kind != RunFile::Kind::loop)
+      throw InputError(fmt::format("{}: is {}; give the document that close-loop -o wrote",
+                                   loop->name, kind_in_words(loop->kind)));
+  before.errors = first.errors;
+  after.errors = second.errors;
+}
+
+std::vector<JointVector> poses_of(app::Command& command, const std::string& path,
+                                  const Robot& robot) {
+  std::vector<JointVector> poses;
+  if (path.empty()) return poses;
+  for (const JointTarget& target : read_joint_targets(path, joint_names(robot.chain)))
+    poses.push_back(target.q);
+  Source source(path);
+  source.read_all();
+  command.add_to_inputs(path, source.sha256());
+  return poses;
+}
+
+int conclude(app::Command& command, const Arguments& arguments, const RunComparison& found) {
+  bool is_met = true;
+  if (arguments.max_change_mm && found.arm &&
+      found.arm->mean > *arguments.max_change_mm * kMillimetre) {
+    command.warn(fmt::format("the arms differ by {:.4g} mm on average, more than {:g} mm",
+                             found.arm->mean / kMillimetre, *arguments.max_change_mm));
+    is_met = false;
+  }
+  const std::optional<bool> moved = found.arm_moved();
+  if (arguments.require_unchanged && moved.value_or(true)) {
+    command.warn(moved ? "the arm changed by more than chance"
+                       : "whether the arm changed is not tested" +
+                             (found.untested.empty() ? "" : ": " + found.untested.front()));
+    is_met = false;
+  }
+  return is_met ? app::kSuccess : app::kNotReached;
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  RunFile before = read(command, arguments.before), after = read(command, command.input);
+  require_same_kind(before, after);
+  if (before.robot) require_comparable(command, before, after);
+  if (!before.robot && (arguments.max_change_mm || !arguments.poses.empty()))
+    throw InputError(before.name + ": is " + kind_in_words(before.kind) +
+                     ", which has no arm; --poses and --max-change-mm are for robot files");
+  add_loops(command, arguments, before, after);
+  const std::optional<About> about = app::read_about(command, arguments.page);
+  const ComparedRun one = compared_run(before), other = compared_run(after);
+  const std::vector<JointVector> poses =
+      after.robot ? poses_of(command, arguments.poses, *other.robot) : std::vector<JointVector>();
+  command.progress("comparing");
+  const RunComparison found = compare_runs(one, other, poses);
+  const std::vector<std::string> notes = notes_of_runs(one, other);
+  if (arguments.page.is_wanted())
+    app::write_report(command, arguments.page,
+                      comparison_page(found, notes, after.robot ? other.robot->name : after.name,
+                                      app::page_head(command, about)));
+  write_output(command.output,
+               write_comparison(found, notes, before, after, command.provenance()));
+  command.report(found.sentence + "\n" + comparison_table(found, notes));
+  return conclude(command, arguments, found);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command(
+      "compare-runs",
+      "What changed between two runs: parameters, effects, error and verdict, before a crash and "
+      "after, last year and today, or two models of one campaign.",
+      "compare-runs --before last-year.yaml today.yaml -o comparison.yaml --report comparison.html");
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
+}

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/diagnosis/run_comparison.h"
+#include "armtrue/io/document.h"
+#include "armtrue/io/provenance.h"
+#include "armtrue/io/robot_io.h"
+
+namespace armtrue {
+
+/// What a run left: a calibrated robot, or the figures of a loop or an evaluation.
+struct RunFile {
+  enum class Kind { robot, loop, evaluation };
+  Kind kind = Kind::robot;
+  std::string name, sha256;
+  Provenance provenance;
+  std::optional<RobotFile> robot;   ///< of a robot file
+  std::vector<NamedEffect> effects; ///< with a name
+  std::optional<RunErrors> errors;  ///< of a loop or an evaluation
+};
+
+/// Reads an armtrue-robot/1, armtrue-loop/1 or armtrue-summary/1 document. Throws InputError, for a
+/// certificate with the command that compares it.
+RunFile read_run(const std::string& path);
+
+/// As a comparison sees it; it refers to `run`. The first input of a run is its robot, those that are
+/// no documents are its readings.
+ComparedRun compared_run(const RunFile& run);
+
+/// "a robot file", "the document of a loop", "an evaluation".
+std::string kind_in_words(RunFile::Kind kind);
+
+/// The document armtrue-comparison/1. `notes`: see notes_of_runs().
+Document write_comparison(const RunComparison& found, const std::vector<std::string>& notes,
+                          const RunFile& before, const RunFile& after,
+                          const Provenance& provenance);
+
+}  // namespace armtrue

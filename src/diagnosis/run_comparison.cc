@@ -1,0 +1,572 @@
+#include "armtrue/diagnosis/run_comparison.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "armtrue/calibration/identified_values.h"
+#include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/distributions.h"
+
+namespace armtrue {
+namespace {
+
+// The name of what a search finds and no entry of the catalogue explains.
+constexpr const char* kUnexplained = "unexplained";
+
+// A number that a run states, with the poses that its standard deviation comes from; 0: not said.
+struct Stated {
+  double value = 0, std = 0;
+  int poses = 0;
+};
+
+// Of independent readings; p-value of this number alone.
+void test_change(const Stated& before, const Stated& after, NumberChange& number) {
+  constexpr double kManyPoses = 1e6;
+  const double a = before.std * before.std, b = after.std * after.std;
+  if (!number.change || a <= 0 || b <= 0) return;
+  const auto freedom_of = [](const Stated& one) {
+    return one.poses > 0 ? std::max(1.0, one.poses - 1.0) : kManyPoses;
+  };
+  const double freedom = (a + b) * (a + b) / (a * a / freedom_of(before) + b * b / freedom_of(after));
+  number.std = std::sqrt(a + b);
+  const double half = student_t_quantile(0.975, freedom) * *number.std;
+  number.ci95 = {*number.change - half, *number.change + half};
+  number.p_value = 2 * student_t_above(std::abs(*number.change) / *number.std, freedom);
+}
+
+int poses_of(const ComparedRun& run) {
+  if (run.robot && run.robot->uncertainty) return run.robot->uncertainty->poses;
+  return run.errors ? run.errors->poses : 0;
+}
+
+double std_of(const Robot& robot, const std::string& name) {
+  const auto found = robot.std.find(name);
+  return found == robot.std.end() ? 0 : found->second;
+}
+
+bool is_of_arm(const Parameter& parameter) {
+  return parameter.owner == Owner::link || parameter.owner == Owner::coupling;
+}
+
+// How a parameter of both chains has changed; nothing if it has no number.
+std::optional<double> change_of(const KinematicChain& before, const KinematicChain& after,
+                                const std::string& name) {
+  const auto from = find_parameter(before, name), to = find_parameter(after, name);
+  if (!from || !to) return std::nullopt;
+  const auto change = parameter_change(before, after, *from);
+  const bool is_same_place = *from == *to;
+  if (!is_same_place) {  // of a target among others
+    const auto a = parameter_value(before, *from), b = parameter_value(after, *to);
+    return a && b ? std::optional(*b - *a) : std::nullopt;
+  }
+  const bool turns = Parameter(name).owner == Owner::link &&
+                     parameter_unit(before, *from) == ParameterUnit::radian;
+  return change && turns ? std::remainder(*change, 2 * std::numbers::pi) : change;
+}
+
+std::optional<double> value_of(const KinematicChain& chain, const std::string& name) {
+  const auto index = find_parameter(chain, name);
+  return index ? parameter_value(chain, *index) : std::nullopt;
+}
+
+// Those that one run or both identified, in the order of the chain.
+std::vector<ComparedParameter> compared_parameters(const ComparedRun& before,
+                                                   const ComparedRun& after) {
+  std::vector<ComparedParameter> found;
+  std::set<std::string> named;
+  const auto add = [&](const std::string& name, const KinematicChain& chain, int index) {
+    const double s1 = std_of(*before.robot, name), s2 = std_of(*after.robot, name);
+    if ((s1 == 0 && s2 == 0) || !named.insert(name).second) return;
+    ComparedParameter& one = found.emplace_back();
+    one.name = name;
+    one.unit = unit_in_files(chain, index);
+    one.of_arm = is_of_arm(Parameter(name));
+    one.in = s1 == 0 ? InRuns::after : s2 == 0 ? InRuns::before : InRuns::both;
+    one.number.before = value_of(before.robot->chain, name);
+    one.number.after = value_of(after.robot->chain, name);
+    one.number.change = change_of(before.robot->chain, after.robot->chain, name);
+  };
+  for (const ComparedRun* run : {&after, &before}) {
+    const KinematicChain& chain = run->robot->chain;
+    for (int index = 0; index < parameter_count(chain); ++index)
+      add(parameter_name(chain, index), chain, index);
+  }
+  return found;
+}
+
+// Parameters of links that neither run identified and that are not the same.
+std::vector<std::string> held_apart(const Robot& before, const Robot& after) {
+  constexpr double kRounding = 1e-9;  // m or rad: files of other programs round
+  std::vector<std::string> names;
+  const ParameterLayout layout = layout_of(before.chain);
+  for (int index = 0; index < layout.geometric; ++index) {
+    const std::string name = parameter_name(before.chain, index);
+    if (!is_of_arm(Parameter(name)) || std_of(before, name) > 0 || std_of(after, name) > 0) continue;
+    const auto change = change_of(before.chain, after.chain, name);
+    if (change && std::abs(*change) > kRounding) names.push_back(name);
+  }
+  return names;
+}
+
+std::vector<ComparedEffect> compared_effects(const ComparedRun& before, const ComparedRun& after) {
+  std::vector<ComparedEffect> found;
+  std::vector<bool> is_matched(before.effects.size(), false);
+  for (const NamedEffect& effect : after.effects) {
+    ComparedEffect& one = found.emplace_back(ComparedEffect{effect, InRuns::after, true, {}});
+    for (const NamedCoefficient& coefficient : effect.coefficients)
+      one.numbers.push_back({{}, coefficient.value, {}, {}, {}, {}});
+    for (size_t k = 0; k < before.effects.size(); ++k) {
+      const NamedEffect& old = before.effects[k];
+      if (is_matched[k] || old.parameter != effect.parameter || old.driver != effect.driver ||
+          old.shape != effect.shape)
+        continue;
+      is_matched[k] = true;
+      one.in = InRuns::both;
+      one.same_inner = old.inner == effect.inner;
+      for (size_t c = 0; c < one.numbers.size() && c < old.coefficients.size(); ++c) {
+        one.numbers[c].before = old.coefficients[c].value;
+        if (one.same_inner) one.numbers[c].change = *one.numbers[c].after - old.coefficients[c].value;
+      }
+      break;
+    }
+  }
+  for (size_t k = 0; k < before.effects.size(); ++k) {
+    if (is_matched[k]) continue;
+    ComparedEffect& one = found.emplace_back(ComparedEffect{before.effects[k], InRuns::before, true, {}});
+    for (const NamedCoefficient& coefficient : one.effect.coefficients)
+      one.numbers.push_back({coefficient.value, {}, {}, {}, {}, {}});
+  }
+  return found;
+}
+
+bool is_in_curve(const Effect& effect, const std::string& parameter, int joint) {
+  return is_nameless(effect) && is_of_one_angle(effect) && effect.driver.joint == joint &&
+         to_string(effect.parameter) == parameter;
+}
+
+double value_at(const Robot& robot, const std::string& parameter, int joint, double q) {
+  double sum = 0;
+  for (const Effect& effect : robot.effects) {
+    if (!is_in_curve(effect, parameter, joint)) continue;
+    std::vector<double> values(effect.coefficients.size());
+    const double x = effect.measured ? std::clamp(q, (*effect.measured)[0], (*effect.measured)[1]) : q;
+    evaluate(effect.shape, x, values.data());
+    for (size_t k = 0; k < values.size(); ++k) sum += values[k] * effect.coefficients[k].value;
+  }
+  return sum;
+}
+
+double rms_about_mean(const std::vector<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double value : values) sum += value;
+  const auto count = static_cast<double>(values.size());
+  for (const double value : values) squares += (value - sum / count) * (value - sum / count);
+  return std::sqrt(squares / count);
+}
+
+std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot& after) {
+  constexpr int kPoints = 61;  // every 6 deg of a turn
+  std::vector<RemainderCurve> curves;
+  const std::vector<JointName> names = joint_names(after.chain);
+  for (const Robot* robot : {&after, &before})
+    for (const Effect& effect : robot->effects) {
+      const int joint = effect.driver.joint;
+      const std::string parameter = to_string(effect.parameter);
+      if (!is_in_curve(effect, parameter, joint)) continue;
+      if (std::ranges::any_of(curves, [&](const RemainderCurve& curve) {
+            return curve.parameter == parameter && curve.joint == joint;
+          }))
+        continue;
+      const Link& link = joint_link(after.chain, joint);
+      double low = link.min, high = link.max;
+      for (const Robot* one : {&before, &after})
+        for (const Effect& other : one->effects)
+          if (is_in_curve(other, parameter, joint) && other.measured) {
+            low = std::max(low, (*other.measured)[0]);
+            high = std::min(high, (*other.measured)[1]);
+          }
+      if (!(low < high) || !std::isfinite(high - low)) continue;
+      RemainderCurve& curve = curves.emplace_back();
+      curve.parameter = parameter;
+      curve.joint = joint;
+      curve.unit = display_unit(after.chain, effect.parameter);
+      std::vector<double> change;
+      for (int k = 0; k < kPoints; ++k) {
+        curve.q.push_back(low + (high - low) * k / (kPoints - 1));
+        curve.before.push_back(value_at(before, parameter, joint, curve.q.back()));
+        curve.after.push_back(value_at(after, parameter, joint, curve.q.back()));
+        change.push_back(curve.after.back() - curve.before.back());
+      }
+      curve.rms_before = rms_about_mean(curve.before);
+      curve.rms_after = rms_about_mean(curve.after);
+      curve.rms_change = rms_about_mean(change);
+    }
+  return curves;
+}
+
+// Whether an effect is a curve that readings determined and no prior.
+bool has_curve(const Robot& robot) {
+  return std::ranges::any_of(robot.effects, [](const Effect& effect) {
+    return is_nameless(effect) && effect.name != kRemainder;
+  });
+}
+
+// Why a change of a number may be none of the arm.
+std::vector<std::string> why_untested(const ComparedRun& before, const ComparedRun& after,
+                                      const RunComparison& found) {
+  std::vector<std::string> reasons;
+  if (found.readings == Shared::all)
+    reasons.emplace_back(
+        "both runs are of the same readings: they differ by their models, and standard deviations "
+        "say nothing about that");
+  if (found.readings == Shared::some)
+    reasons.emplace_back(
+        "some readings are in both runs, so that their errors are not independent");
+  std::vector<std::string> one_sided;
+  for (const ComparedParameter& parameter : found.parameters)
+    if (parameter.of_arm && parameter.in != InRuns::both)
+      one_sided.push_back(parameter.name + (parameter.in == InRuns::after ? " (after)" : " (before)"));
+  if (!one_sided.empty())
+    reasons.push_back(fmt::format(
+        "only one run identified {}, so that other parameters of the other run take its part; "
+        "calibrate both with the same --identify",
+        fmt::join(one_sided, ", ")));
+  if (!found.held_apart.empty())
+    reasons.push_back(fmt::format(
+        "the runs hold {} at different values, {}", fmt::join(found.held_apart, ", "),
+        before.nominal == after.nominal
+            ? "where loops have left the means of their effects; compare what calibrate makes of both"
+            : "as of different nominal robots; calibrate both from one robot file"));
+  if (before.robot && after.robot && (has_curve(*before.robot) || has_curve(*after.robot)))
+    reasons.emplace_back(
+        "a model has curves over joints that no cause explains, which differ from run to run; compare "
+        "what calibrate makes of both, or ask trace-residual --since");
+  std::vector<std::string> effects;
+  for (const ComparedEffect& effect : found.effects)
+    if (!found.parameters.empty() && effect.in != InRuns::both && !effect.effect.may_be_none())
+      effects.push_back(effect.effect.in_words() +
+                        (effect.in == InRuns::after ? " (after)" : " (before)"));
+  if (!effects.empty())
+    reasons.push_back(fmt::format(
+        "only one model has {}, whose part parameters of the other take; compare what calibrate "
+        "makes of both, or ask trace-residual --since",
+        fmt::join(effects, "; ")));
+  return reasons;
+}
+
+void test_numbers(const ComparedRun& before, const ComparedRun& after, RunComparison& found) {
+  const int poses_before = poses_of(before), poses_after = poses_of(after);
+  std::vector<NumberChange*> tested;
+  const auto test = [&](double s1, double s2, NumberChange& number) {
+    test_change({number.before.value_or(0), s1, poses_before},
+                {number.after.value_or(0), s2, poses_after}, number);
+    if (number.p_value) tested.push_back(&number);
+  };
+  for (ComparedParameter& parameter : found.parameters)
+    test(std_of(*before.robot, parameter.name), std_of(*after.robot, parameter.name),
+         parameter.number);
+  for (ComparedEffect& effect : found.effects) {
+    if (effect.in != InRuns::both || !effect.same_inner) continue;
+    const auto old = std::ranges::find_if(before.effects, [&](const NamedEffect& one) {
+      return one.parameter == effect.effect.parameter && one.driver == effect.effect.driver &&
+             one.shape == effect.effect.shape;
+    });
+    for (size_t k = 0; k < effect.numbers.size() && k < old->coefficients.size(); ++k)
+      test(old->coefficients[k].std, effect.effect.coefficients[k].std, effect.numbers[k]);
+  }
+  found.tested = static_cast<int>(tested.size());
+  for (NumberChange* number : tested)
+    number->p_value = std::min(1.0, *number->p_value * found.tested);
+}
+
+// The robot with one parameter of the arm as another run has it.
+Robot with_change(Robot robot, const ComparedParameter& parameter) {
+  move_parameter(robot.chain, *find_parameter(robot.chain, parameter.name), *parameter.number.change);
+  return robot;
+}
+
+std::string mm(double metres) {
+  constexpr double kNothing = 5e-8;  // m: half of a tenth of a um
+  return metres < kNothing ? "0 mm" : fmt::format("{:.2g} mm", metres / kMillimetre);
+}
+
+std::string moved_in_words(const ComparedParameter& parameter, const KinematicChain& chain) {
+  const DisplayUnit unit =
+      display_unit(parameter_unit(chain, *find_parameter(chain, parameter.name)));
+  const double half = ((*parameter.number.ci95)[1] - (*parameter.number.ci95)[0]) / 2;
+  return fmt::format("{} by {:.3g} {} (+- {:.2g})", parameter.name,
+                     *parameter.number.change / unit.si, unit.name, half / unit.si);
+}
+
+std::string moved_in_words(const ComparedEffect& effect) {
+  std::string text = effect.effect.in_words();
+  for (size_t k = 0; k < effect.numbers.size(); ++k)
+    if (const NumberChange& number = effect.numbers[k]; number.moved())
+      text += fmt::format(", {} from {:.3g} to {:.3g} {}", effect.effect.coefficients[k].name,
+                          *number.before, *number.after, effect.effect.coefficients[k].unit);
+  return text;
+}
+
+std::string listed(const std::vector<std::string>& items) {
+  if (items.size() < 2) return items.empty() ? "" : items.front();
+  return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
+}
+
+std::string arms_in_words(const ArmDifference& arm) {
+  return fmt::format("{} at the tool on average, {} at most", mm(arm.mean), mm(arm.max));
+}
+
+std::string sentence_of_arm(const RunComparison& found, const KinematicChain& chain) {
+  const ArmDifference& arm = *found.arm;
+  if (found.readings == Shared::all)
+    return fmt::format("Two models of the same readings: they differ by {}.", arms_in_words(arm));
+  if (!found.untested.empty())
+    return fmt::format(
+        "The two models differ by {}; whether the arm has changed does not follow from them: {}.",
+        arms_in_words(arm), found.untested.front());
+  std::vector<std::string> of_arm, of_station;
+  for (const ComparedParameter& parameter : found.parameters)
+    if (parameter.number.moved())
+      (parameter.of_arm ? of_arm : of_station).push_back(parameter.of_arm ? moved_in_words(parameter, chain) : parameter.name);
+  for (const ComparedEffect& effect : found.effects)
+    if (std::ranges::any_of(effect.numbers, &NumberChange::moved))
+      (effect.effect.of_arm() ? of_arm : of_station).push_back(moved_in_words(effect));
+  const std::string station =
+      of_station.empty()
+          ? ""
+          : fmt::format(" {} changed: the station was set up anew, which is no change of the arm.",
+                        listed(of_station));
+  const std::string by_chance =
+      arm.by_chance ? fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms),
+                                  mm(*arm.by_chance))
+                    : "";
+  if (of_arm.empty() && arm.moved())
+    return fmt::format(
+               "The arm changed by more than chance: {}{}; no parameter alone did, several share it.",
+               arms_in_words(arm), by_chance) +
+           station;
+  if (of_arm.empty())
+    return fmt::format("{} changed by more than chance: the arms differ by {}{}.{}",
+                       of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(arm),
+                       by_chance, station);
+  return fmt::format("The arm moved: {}; {}{}. Nothing else of it changed by more than chance.{}",
+                     listed(of_arm), arms_in_words(arm), by_chance, station);
+}
+
+std::string error_change(const RunErrors& before, const RunErrors& after) {
+  if (!before.after || !after.after) return "";
+  return fmt::format(" Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
+         (before.floor && after.floor
+              ? fmt::format("; a perfect model would have {} and {}.", mm(*before.floor),
+                            mm(*after.floor))
+              : ".");
+}
+
+std::string sentence_of_errors(const RunErrors& before, const RunErrors& after) {
+  std::string text;
+  if (!before.verdict.empty() && !after.verdict.empty())
+    text = before.verdict == after.verdict
+               ? fmt::format("Both loops end {}.", after.verdict)
+               : fmt::format("The loop ended {} before and {} after.", before.verdict, after.verdict);
+  return text + error_change(before, after);
+}
+
+std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
+  std::vector<std::string> added, gone, moved;
+  for (const ComparedEffect& effect : effects) {
+    if (effect.in == InRuns::after) added.push_back(effect.effect.in_words());
+    if (effect.in == InRuns::before) gone.push_back(effect.effect.in_words());
+    if (std::ranges::any_of(effect.numbers, &NumberChange::moved))
+      moved.push_back(moved_in_words(effect));
+  }
+  std::string text;
+  const auto tell = [&](const char* what, const std::vector<std::string>& which) {
+    if (!which.empty()) text += fmt::format(" {}: {}.", what, fmt::join(which, "; "));
+  };
+  tell("Only before", gone);
+  tell("Only after", added);
+  tell("Changed by more than chance", moved);
+  return text;
+}
+
+Shared shared_rows(const TrainingRows& before, const TrainingRows& after) {
+  if (before.marks.empty() || after.marks.empty()) return Shared::unknown;
+  // Of many rows the smallest marks are kept: beyond the last of either, rows cannot be looked up.
+  const std::uint32_t end = std::min(before.marks.back(), after.marks.back());
+  const auto count_to = [&](const TrainingRows& rows) {
+    return std::ranges::upper_bound(rows.marks, end) - rows.marks.begin();
+  };
+  std::vector<std::uint32_t> both;
+  std::ranges::set_intersection(before.marks, after.marks, std::back_inserter(both));
+  if (both.empty()) return Shared::none;
+  const bool is_all = before.rows == after.rows && std::ssize(both) == count_to(before) &&
+                      std::ssize(both) == count_to(after);
+  return is_all ? Shared::all : Shared::some;
+}
+
+Shared shared_files(const std::vector<std::string>& before,
+                    const std::vector<std::string>& after) {
+  if (before.empty() || after.empty()) return Shared::unknown;
+  if (before == after) return Shared::all;
+  const bool any = std::ranges::any_of(before, [&](const std::string& file) {
+    return std::ranges::find(after, file) != after.end();
+  });
+  return any ? Shared::some : Shared::none;
+}
+
+}  // namespace
+
+bool is_nameless(const Effect& effect) {
+  return effect.name == kRemainder || (effect.name == kUnexplained && is_of_one_angle(effect));
+}
+
+bool NamedEffect::of_arm() const { return is_of_arm(Parameter(parameter)); }
+
+bool NamedEffect::may_be_none() const {
+  constexpr double kHalfWidth = 1.96;  // of a 95 % interval of the normal law
+  return std::ranges::all_of(coefficients, [](const NamedCoefficient& c) {
+    return c.std > 0 && std::abs(c.value) < kHalfWidth * c.std;
+  });
+}
+
+std::string NamedEffect::in_words() const {
+  return fmt::format("{} ({} follows {})", name, parameter, driver);
+}
+
+Shared shared_readings(const ComparedRun& before, const ComparedRun& after) {
+  if (before.training && after.training) {
+    const Shared by_rows = shared_rows(*before.training, *after.training);
+    if (by_rows != Shared::unknown) return by_rows;
+  }
+  return shared_files(before.readings, after.readings);
+}
+
+std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after) {
+  std::vector<std::string> notes;
+  switch (shared_readings(before, after)) {
+    case Shared::all:
+      notes.emplace_back("Both runs are of the same readings: two models of one campaign.");
+      break;
+    case Shared::some:
+      notes.emplace_back("Some readings are in both runs.");
+      break;
+    case Shared::none:
+      notes.emplace_back("The runs are of different readings, so that changes have standard deviations.");
+      break;
+    case Shared::unknown:
+      notes.emplace_back(
+          "The files do not tell whether the runs are of the same readings; they are taken as of "
+          "other ones.");
+      break;
+  }
+  if (before.nominal.empty() || after.nominal.empty())
+    notes.emplace_back("The files do not tell from which robot file each run started.");
+  else
+    notes.emplace_back(before.nominal == after.nominal ? "Both started from the same robot file."
+                                                       : "They started from different robot files.");
+  if (!before.command.empty() && !after.command.empty()) {
+    const std::string one = before.command + " " + before.version,
+                      other = after.command + " " + after.version;
+    notes.push_back(one == other ? fmt::format("Both were made by {}.", one)
+                                 : fmt::format("They were made by {} and {}.", one, other));
+  }
+  if (before.robot && after.robot && before.robot->name != after.robot->name)
+    notes.push_back(fmt::format("The robots are called {} and {}.", before.robot->name,
+                                after.robot->name));
+  if (before.spread && after.spread)
+    notes.push_back(fmt::format(
+        "The calibrations leave residuals of {} before and {} after, per axis (RMS).",
+        mm(before.spread->position), mm(after.spread->position)));
+  return notes;
+}
+
+std::optional<bool> RunComparison::arm_moved() const {
+  if (!untested.empty() || tested == 0) return std::nullopt;
+  const auto moved = [](const ComparedParameter& parameter) {
+    return parameter.of_arm && parameter.number.moved();
+  };
+  const auto changed = [](const ComparedEffect& effect) {
+    return effect.effect.of_arm() && std::ranges::any_of(effect.numbers, &NumberChange::moved);
+  };
+  return (arm && arm->moved()) || std::ranges::any_of(parameters, moved) ||
+         std::ranges::any_of(effects, changed);
+}
+
+std::string why_not_comparable(const Robot& before, const std::string& name_before,
+                               const Robot& after, const std::string& name_after) {
+  constexpr double kOtherConvention = 5 * kDegree;  // no calibration turns a frame so far
+  const KinematicChain &a = before.chain, &b = after.chain;
+  const std::string remedy =
+      "; compare two calibrations of one robot file, or bring both into one form first "
+      "(convert-robot)";
+  if (encoder_columns(a) != encoder_columns(b))
+    return fmt::format("{} has the joints {}, and {} the joints {}: give two models of one arm",
+                       name_before, encoder_columns(a), name_after, encoder_columns(b));
+  if (link_count(a) != link_count(b))
+    return fmt::format("{} has {} links, and {} has {}{}", name_before, link_count(a), name_after,
+                       link_count(b), remedy);
+  for (int j = 0; j < link_count(a); ++j) {
+    const Link &one = a.links[j], &other = b.links[j];
+    if (one.name != other.name)
+      return fmt::format("link {} is {} in {} and {} in {}{}", j + 1, one.name, name_before,
+                         other.name, name_after, remedy);
+    if (one.joint != other.joint || one.sign != other.sign)
+      return fmt::format("joint or sign of {} differ between {} and {}{}", one.name, name_before,
+                         name_after, remedy);
+    const auto apart = [](double x, double y) {
+      return std::abs(std::remainder(x - y, 2 * std::numbers::pi));
+    };
+    for (const auto& [what, x, y] : {std::tuple("alpha", one.alpha, other.alpha),
+                                     std::tuple("theta", one.theta, other.theta),
+                                     std::tuple("beta", one.beta, other.beta)})
+      if (apart(x, y) > kOtherConvention)
+        return fmt::format(
+            "{}.{} is {:.4g} deg in {} and {:.4g} deg in {}, as in two conventions or of two arms{}",
+            one.name, what, x / kDegree, name_before, y / kDegree, name_after, remedy);
+  }
+  return "";
+}
+
+RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
+                           const std::vector<JointVector>& poses) {
+  RunComparison found;
+  found.readings = shared_readings(before, after);
+  if (before.errors && after.errors) found.errors = {*before.errors, *after.errors};
+  const bool has_robots = before.robot && after.robot;
+  found.effects = compared_effects(before, after);
+  if (has_robots) {
+    found.parameters = compared_parameters(before, after);
+    found.held_apart = held_apart(*before.robot, *after.robot);
+    found.remainder = compared_remainder(*before.robot, *after.robot);
+  }
+  found.untested = why_untested(before, after, found);
+  if (found.untested.empty()) test_numbers(before, after, found);
+  if (!has_robots) {
+    found.sentence = found.errors ? sentence_of_errors(before.errors.value(), after.errors.value())
+                                  : std::string();
+    found.sentence += sentence_of_effects(found.effects);
+    return found;
+  }
+  const std::vector<JointVector> at =
+      poses.empty() ? poses_of_both(*before.robot, *after.robot) : poses;
+  found.arm = arm_difference(*before.robot, *after.robot, at);
+  if (!found.untested.empty()) {  // by the same reasons
+    found.arm->p_value.reset();
+    found.arm->by_chance.reset();
+  }
+  for (ComparedParameter& parameter : found.parameters)
+    if (parameter.of_arm && parameter.number.moved())
+      parameter.at_tool =
+          mean_arm_difference(*before.robot, with_change(*before.robot, parameter), at);
+  found.sentence = sentence_of_arm(found, after.robot->chain);
+  if (found.errors) found.sentence += " " + sentence_of_errors(*before.errors, *after.errors);
+  return found;
+}
+
+}  // namespace armtrue

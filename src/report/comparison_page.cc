@@ -1,0 +1,226 @@
+#include "armtrue/report/comparison_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "report/page.h"
+
+namespace armtrue {
+namespace {
+
+const char* word_of(InRuns in) {
+  return in == InRuns::both ? "both" : in == InRuns::before ? "only before" : "only after";
+}
+
+// A tenth of a um and 2 urad: beyond what is measured.
+std::string value_cell(const std::optional<double>& si, double unit, const std::string& key) {
+  constexpr double kNothing = 5e-5;  // half the last digit
+  if (!si) return "-";
+  const double shown = *si / unit;
+  return keyed(std::abs(shown) < kNothing ? "0.0000" : fmt::format("{:.4f}", shown), key);
+}
+
+std::string statistic_cell(const std::optional<double>& si, double unit, const std::string& key) {
+  return si ? keyed(*si / unit, key) : "-";
+}
+
+std::string moved_cell(const NumberChange& number) {
+  return !number.p_value ? "-" : number.moved() ? "moved" : "by chance";
+}
+
+// Changes of one unit with their 95 % intervals, those farthest from zero first.
+Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool of_arm,
+                        const std::string& unit_in_files) {
+  constexpr size_t kShown = 6;  // whose names stand beside each other
+  std::vector<const ComparedParameter*> shown;
+  for (const ComparedParameter& parameter : parameters)
+    if (parameter.of_arm == of_arm && parameter.unit.name == unit_in_files &&
+        parameter.in == InRuns::both && parameter.number.change)
+      shown.push_back(&parameter);
+  const auto clearness = [](const ComparedParameter* parameter) {
+    const NumberChange& number = parameter->number;
+    return std::abs(*number.change) / number.std.value_or(1);
+  };
+  std::ranges::stable_sort(shown, std::ranges::greater(), clearness);
+  const size_t all = shown.size();
+  if (all > kShown) shown.resize(kShown);
+  if (shown.empty()) return nullptr;
+  const bool is_length = unit_in_files == "mm";
+  const double si = is_length ? kMillimetre : kMilliradian;
+  const std::string unit = is_length ? "mm" : "mrad";
+  double low = 0, high = 0;
+  const auto interval = [&](const NumberChange& number) {
+    return number.ci95.value_or(std::array{*number.change, *number.change});
+  };
+  for (const ComparedParameter* parameter : shown) {
+    low = std::min(low, interval(parameter->number)[0] / si);
+    high = std::max(high, interval(parameter->number)[1] / si);
+  }
+  if (low == high) return nullptr;
+  const std::string of = of_arm ? "arm" : "station";
+  auto picture = std::make_shared<Picture>(
+      of + (is_length ? "-lengths" : "-angles"),
+      fmt::format("Change of the {}: {}", of, is_length ? "lengths" : "angles"),
+      fmt::format("After minus before with the 95 % interval; {} of {}, the clearest first.",
+                  shown.size(), all),
+      Axis{0, static_cast<double>(shown.size()), 1, ""});
+  Panel& panel = picture->panel(round_axis(low, high, "change, " + unit), 200);
+  panel.rule_y(0, Look::mark, "");
+  std::vector<std::pair<double, std::string>> words;
+  for (size_t k = 0; k < shown.size(); ++k) {
+    const NumberChange& number = shown[k]->number;
+    const double place = static_cast<double>(k) + 0.5;
+    const auto [from, to] = interval(number);
+    words.emplace_back(place, shown[k]->name);
+    panel.range(place, from / si, *number.change / si, to / si,
+                number.moved() ? Look::after : Look::nominal,
+                number.moved()    ? "moved"
+                : number.p_value ? "not beyond chance"
+                                 : "not tested",
+                fmt::format("{}: {:.3g} {}, from {:.3g} to {:.3g}", shown[k]->name,
+                            *number.change / si, unit, from / si, to / si));
+  }
+  picture->words(std::move(words));
+  return picture;
+}
+
+std::string parameters_table(const std::vector<ComparedParameter>& parameters) {
+  std::vector<TableRow> rows;
+  for (size_t k = 0; k < parameters.size(); ++k) {
+    const ComparedParameter& parameter = parameters[k];
+    const NumberChange& number = parameter.number;
+    const double si = parameter.unit.si;
+    const std::string ending = parameter.unit.name == "1" ? "" : "_" + parameter.unit.name;
+    const std::string key = fmt::format("parameters/{}/", k);
+    rows.push_back({escaped(parameter.name), parameter.of_arm ? "arm" : "station",
+                    word_of(parameter.in), parameter.unit.name, value_cell(number.before, si, key + "before" + ending),
+                    value_cell(number.after, si, key + "after" + ending),
+                    statistic_cell(number.change, si, key + "change" + ending),
+                    statistic_cell(number.std, si, key + "std" + ending), moved_cell(number)});
+  }
+  return table({"parameter", "of", "identified in", "unit", "before", "after", "change",
+                "standard deviation", "judgement"},
+               rows);
+}
+
+void add_effects(Page& page, const RunComparison& found) {
+  if (found.effects.empty()) return;
+  page.section("Effects");
+  std::vector<TableRow> rows;
+  for (size_t k = 0; k < found.effects.size(); ++k) {
+    const ComparedEffect& effect = found.effects[k];
+    for (size_t c = 0; c < effect.numbers.size(); ++c) {
+      const NumberChange& number = effect.numbers[c];
+      const NamedCoefficient& coefficient = effect.effect.coefficients[c];
+      const std::string key = fmt::format("effects/{}/coefficients/{}/", k, c);
+      const auto value = [&](const std::optional<double>& of, const char* which) {
+        return of ? keyed(fmt::format("{:.4g}", *of), key + which) : std::string("-");
+      };
+      rows.push_back({escaped(effect.effect.in_words() + ": " + coefficient.name),
+                      word_of(effect.in), escaped(coefficient.unit), value(number.before, "before"),
+                      value(number.after, "after"), statistic_cell(number.change, 1, key + "change"),
+                      statistic_cell(number.std, 1, key + "std"),
+                      effect.same_inner ? moved_cell(number) : "other shape"});
+    }
+  }
+  page.add(table({"effect", "found in", "unit", "before", "after", "change", "standard deviation",
+                  "judgement"},
+                 rows));
+}
+
+Drawing curve_picture(const RemainderCurve& curve, size_t number) {
+  Points before, after;
+  double low = 0, high = 0;
+  for (size_t k = 0; k < curve.q.size(); ++k) {
+    const double x = curve.unit.name == "mm" ? curve.q[k] / kMillimetre : curve.q[k] / kDegree;
+    before.emplace_back(x, curve.before[k] / curve.unit.si);
+    after.emplace_back(x, curve.after[k] / curve.unit.si);
+    low = std::min({low, before.back().y(), after.back().y()});
+    high = std::max({high, before.back().y(), after.back().y()});
+  }
+  auto picture = std::make_shared<Picture>(
+      fmt::format("remainder-{}", number + 1),
+      fmt::format("{} over joint {}", curve.parameter, curve.joint + 1),
+      "Effects without a name, added up, before and after.",
+      exact_axis(before.front().x(), before.back().x(),
+                 curve.unit.name == "mm" ? "travel, mm" : "joint angle, deg"));
+  Panel& panel = picture->panel(round_axis(low, high, curve.unit.name, 4), 110);
+  panel.line(before, Look::before, "before");
+  panel.line(after, Look::after, "after");
+  return picture;
+}
+
+void add_errors(Page& page, const RunComparison& found) {
+  if (!found.errors) return;
+  page.section("Error and verdict");
+  std::vector<TableRow> rows;
+  for (const size_t k : {0, 1}) {
+    const RunErrors& errors = (*found.errors)[k];
+    const std::string key = k == 0 ? "errors/before/" : "errors/after/";
+    rows.push_back({k == 0 ? "before" : "after",
+                    errors.verdict.empty() ? "-" : keyed(errors.verdict, key + "verdict"),
+                    statistic_cell(errors.before, kMillimetre, key + "before_mm"),
+                    statistic_cell(errors.after, kMillimetre, key + "after_mm"),
+                    statistic_cell(errors.floor, kMillimetre, key + "floor_mm")});
+  }
+  page.add(table({"run", "verdict", "error before, mm", "error after, mm", "floor, mm"}, rows));
+  for (const size_t k : {0, 1})
+    if (const std::string& sentence = (*found.errors)[k].sentence; !sentence.empty())
+      page.add(paragraph(std::string(k == 0 ? "Before: " : "After: ") +
+                         keyed(sentence, std::string("errors/") + (k == 0 ? "before" : "after") +
+                                             "/sentence")));
+}
+
+}  // namespace
+
+Report comparison_page(const RunComparison& found, const std::vector<std::string>& notes,
+                       const std::string& robot, const PageHead& head) {
+  const std::optional<bool> moved = found.arm_moved();
+  Page page(head, robot, "Two runs compared");
+  page.verdict(!moved || *moved ? Tone::attention : Tone::good,
+               !moved ? "not tested" : *moved ? "the arm moved" : "nothing beyond chance",
+               keyed(found.sentence, "sentence"));
+  if (found.arm) {
+    const ArmDifference& arm = *found.arm;
+    page.tiles({{"Mean", keyed_mm(arm.mean, "arm/mean_mm") + " mm",
+                 fmt::format("distance of the arms at {} poses",
+                             keyed(std::to_string(arm.q.size()), "arm/poses"))},
+                {"Largest", keyed_mm(arm.max, "arm/max_mm") + " mm", "base and tool placed"},
+                {"RMS", keyed_mm(arm.rms, "arm/rms_mm") + " mm",
+                 arm.by_chance ? "by chance " + keyed_mm(*arm.by_chance, "arm/by_chance_mm") + " mm"
+                               : "what chance makes is not known"}});
+  }
+  page.section("What the runs are made of");
+  std::vector<std::string> items;
+  for (size_t k = 0; k < notes.size(); ++k)
+    items.push_back(keyed(notes[k], fmt::format("notes/{}", k)));
+  for (size_t k = 0; k < found.untested.size(); ++k)
+    items.push_back("Not tested: " + keyed(found.untested[k], fmt::format("untested/{}", k)) + ".");
+  page.list(items);
+  if (!found.parameters.empty()) {
+    page.section("Changes of the parameters");
+    std::vector<Drawing> pictures;
+    for (const bool of_arm : {true, false})
+      for (const char* unit : {"deg", "mm"})
+        pictures.push_back(changes_picture(found.parameters, of_arm, unit));
+    page.pictures(pictures);
+    page.add(folded(fmt::format("{} parameters", found.parameters.size()),
+                    parameters_table(found.parameters)));
+  }
+  add_effects(page, found);
+  if (!found.remainder.empty()) {
+    page.section("Effects without a name");
+    std::vector<Drawing> pictures;
+    for (size_t k = 0; k < found.remainder.size(); ++k)
+      pictures.push_back(curve_picture(found.remainder[k], k));
+    page.pictures(pictures);
+  }
+  add_errors(page, found);
+  return page.finish();
+}
+
+}  // namespace armtrue
