@@ -22,6 +22,7 @@
 #include "armtrue/io/parameters_io.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
@@ -155,6 +156,22 @@ std::vector<ProgramText> Command::read_program_folder(const std::string& folder)
     inputs_.emplace_back(file.text.name, file.sha256);
     texts.push_back(file.text);
   }
+  return texts;
+}
+
+std::vector<ProgramText> Command::read_program_archive(const Archive& archive,
+                                                       const std::string& path) {
+  inputs_.emplace_back(path, archive.sha256());
+  std::vector<ProgramText> texts;
+  for (const ArchiveMember& member : archive.members()) {
+    if (member.is_folder || !is_program_text(member.path)) continue;
+    check_text(member.content, path + ": " + member.path);
+    texts.push_back({member.path, member.content});
+  }
+  std::ranges::sort(texts, {}, &ProgramText::name);
+  if (texts.empty())
+    throw InputError(path + ": holds no robot program (.src, .mod, .ls, .script); a backup of a "
+                            "controller has them in a folder such as KRC/R1");
   return texts;
 }
 
