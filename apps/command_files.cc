@@ -23,6 +23,7 @@
 #include "armtrue/io/products/parameters_io.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
@@ -159,6 +160,22 @@ std::vector<ProgramText> Command::read_program_folder(const std::string& folder)
   return texts;
 }
 
+std::vector<ProgramText> Command::read_program_archive(const Archive& archive,
+                                                       const std::string& path) {
+  inputs_.emplace_back(path, archive.sha256());
+  std::vector<ProgramText> texts;
+  for (const ArchiveMember& member : archive.members()) {
+    if (member.is_folder || !is_program_text(member.path)) continue;
+    check_text(member.content, path + ": " + member.path);
+    texts.push_back({member.path, member.content});
+  }
+  std::ranges::sort(texts, {}, &ProgramText::name);
+  if (texts.empty())
+    throw InputError(path + ": holds no robot program (.src, .mod, .ls, .script); a backup of a "
+                            "controller has them in a folder such as KRC/R1");
+  return texts;
+}
+
 void Command::warn_of_unknown(const std::vector<std::string>& columns) {
   if (columns.empty()) return;
   std::string list;
@@ -172,7 +189,8 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
   if (!is_calibrated(robot)) return;
   warn(path +
        ": is calibrated already; what it states as nominal are results of other readings, and "
-       "errors of those stay: give the nominal robot, if you have it");
+       "errors of those stay: give the nominal robot, if you have it; after a change of the same arm, or "
+       "for a second one of the type, this file is right");
 }
 
 void Command::forget_remainder(Robot& robot, const std::string& path) {

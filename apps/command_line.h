@@ -13,6 +13,7 @@
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/left_out.h"
 #include "armtrue/effects/catalogue.h"
+#include "armtrue/io/archive.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
@@ -128,6 +129,8 @@ class Command : public OptionGroup {
                                               bool with_dat);
   /// The texts of a folder of robot programs, or one text.
   std::vector<ProgramText> read_program_folder(const std::string& folder);
+  /// The same of an archive; names are those in it.
+  std::vector<ProgramText> read_program_archive(const Archive& archive, const std::string& path);
 
   Provenance provenance() const;
 

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "armtrue/io/archive.h"
 #include "armtrue/io/output.h"
 #include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
@@ -49,9 +51,14 @@ class Project {
  public:
   Project(Command& command, const ProjectFiles& files, const KnownFrames& known)
       : command_(command), files_(files), known_(known) {
-    for (ProgramText& text : command.read_program_folder(files.folder)) {
-      text.name = fs::path(text.name).lexically_relative(files.folder).generic_string();
-      texts_.push_back(std::move(text));
+    if (fs::is_directory(files.folder)) {
+      for (ProgramText& text : command.read_program_folder(files.folder)) {
+        text.name = fs::path(text.name).lexically_relative(files.folder).generic_string();
+        texts_.push_back(std::move(text));
+      }
+    } else {
+      archive_.emplace(files.folder);
+      texts_ = command.read_program_archive(*archive_, files.folder);
     }
     refuse_corrected_texts(texts_);
   }
@@ -134,18 +141,34 @@ class Project {
             target.base < 0 ? program.dialect->facts().frame : program.dialect->facts().tool));
   }
 
-  // All texts: those that are not corrected as they are.
+  // All texts, and all other members of an archive: those that are not corrected as they are.
   void write() {
     const RewrittenProject rewritten =
         rewrite_project(std::move(programs_), texts_, Corrector::compensate);
     for (const RewrittenProgram& program : rewritten.programs)
       for (const std::string& warning : program.warnings) command_.warn(warning);
     for (const SharedPoint& point : rewritten.shared) tell(point);
+    std::string ending;
+    if (archive_ && is_archive_name(files_.out, ending)) {
+      write_output(files_.out, archive_->with(rewritten.texts));
+    } else {
+      write_folder(rewritten.texts);
+    }
+    command_.tell(fmt::format("{}: {} texts of {} changed\n", files_.out, rewritten.texts.size(),
+                              texts_.size()));
+  }
+
+  void write_folder(const std::map<std::string, std::string>& changed) {
+    std::map<std::string, const std::string*> all;
+    for (const ProgramText& text : texts_) all[text.name] = &text.text;
+    if (archive_)
+      for (const ArchiveMember& member : archive_->members())
+        if (!member.is_folder) all[member.path] = &member.content;
+    for (const auto& [name, text] : changed) all[name] = &text;
     std::vector<Product> products;
-    for (const ProgramText& text : texts_) {
-      const auto changed = rewritten.texts.find(text.name);
-      const std::string path = (fs::path(files_.out) / text.name).string();
-      products.push_back({path, changed == rewritten.texts.end() ? text.text : changed->second});
+    for (const auto& [name, text] : all) {
+      const std::string path = (fs::path(files_.out) / name).string();
+      products.push_back({path, *text});
       std::error_code error;
       fs::create_directories(fs::path(path).parent_path(), error);
       if (error)
@@ -153,8 +176,6 @@ class Project {
                                       fs::path(path).parent_path().string(), error.message()));
     }
     write_outputs(products);
-    command_.tell(fmt::format("{}: {} texts of {} changed\n", files_.out, rewritten.texts.size(),
-                              texts_.size()));
   }
 
   void tell(const SharedPoint& point) {
@@ -175,6 +196,7 @@ class Project {
   Command& command_;
   const ProjectFiles& files_;
   const KnownFrames known_;
+  std::optional<Archive> archive_;  // in place of a folder
   std::vector<ProgramText> texts_;  // named from the folder on
   std::vector<ProjectProgram> programs_;
   std::vector<ProgramRow> rows_;
@@ -185,10 +207,17 @@ void check_folders(const ProjectFiles& files) {
   std::error_code none;
   if (files.out.empty())
     throw UsageError("--project: give --project-out, the folder for the corrected programs");
-  if (!fs::is_directory(files.folder, none))
+  std::string kind, out_kind;
+  const bool is_folder = fs::is_directory(files.folder, none);
+  if (!is_folder && !is_archive_name(files.folder, kind))
     throw InputError(files.folder +
-                     ": is no folder; name that of the programs, or give one program with "
-                     "--program");
+                     ": is no folder and no archive (.zip, .tar, .tgz); name that of the programs, or "
+                     "give one program with --program");
+  if (is_archive_name(files.out, out_kind) && out_kind != kind)
+    throw UsageError(fmt::format("--project-out: '{}' is a {} file, and --project {}; name a new "
+                                 "folder, or a file of the same kind",
+                                 files.out, out_kind,
+                                 is_folder ? "is a folder" : "a " + kind + " file"));
   const auto in = fs::weakly_canonical(files.folder, none);
   const auto out = fs::weakly_canonical(files.out, none);
   const auto [end_in, end_out] = std::mismatch(in.begin(), in.end(), out.begin(), out.end());
@@ -206,11 +235,12 @@ void check_folders(const ProjectFiles& files) {
 void add_project(Command& command, ProjectFiles& files) {
   const Option project = command.option(
       "--project", files.folder,
-      "Folder of robot programs to correct together, such as a backup (KUKA KRC/R1, ABB HOME); "
-      "names are looked up in it as the controller does");
+      "Folder of robot programs to correct together, such as a backup (KUKA KRC/R1, ABB HOME), or its "
+      "archive (.zip, .tar, .tgz); names are looked up in it as the controller does");
   project.needs(command
                     .option("--project-out", files.out,
-                            "Write the texts of the folder here, corrected: a new or empty folder")
+                            "Write the texts of the folder here, corrected: a new or empty folder; of an "
+                            "archive also a new archive of the same kind")
                     .needs(project));
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "armtrue/calibration/constants_fit.h"
 #include "armtrue/kinematics/joint_iterations.h"
 #include "compensation/branch.h"
 
@@ -16,7 +17,7 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kLength = 0.1;       // [m]: a mrad counts as 0.1 mm
+constexpr double kLength = kLengthOfTurn;
 constexpr double kReached = 1e-10;    // [m], [rad]
 // Share of the largest motion, and of a joint's own turn: less of it in some direction is due to
 // the errors of axes alone, some mrad.

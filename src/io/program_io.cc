@@ -43,6 +43,19 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
   return files;
 }
 
+bool is_program_text(const std::string& path) {
+  const std::filesystem::path name(path);
+  std::string ending = name.extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  static const std::set<std::string> kEndings{".src", ".dat", ".sub",  ".mod", ".modx",  ".prg",
+                                              ".sys", ".sysx", ".ls", ".script", ".urscript"};
+  const std::string stem = name.stem().string();
+  const bool is_listing = ending == ".va" && (stem.find_first_of("Pp") == 0 ||
+                                              stem.starts_with("sysf") || stem.starts_with("SYSF"));
+  return kEndings.contains(ending) || is_listing;
+}
+
 std::vector<TextFile> read_program_folder(const std::string& folder) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -50,16 +63,8 @@ std::vector<TextFile> read_program_folder(const std::string& folder) {
   std::vector<std::string> paths;
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
        at.increment(error)) {
-    std::string ending = at->path().extension().string();
-    for (char& c : ending)
-      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    static const std::set<std::string> kEndings{".src", ".dat", ".sub",  ".mod", ".modx",  ".prg",
-                                                ".sys", ".sysx", ".ls", ".script", ".urscript"};
     std::error_code none;
-    const std::string stem = at->path().stem().string();
-    const bool is_listing = ending == ".va" && (stem.find_first_of("Pp") == 0 ||
-                                                stem.starts_with("sysf") || stem.starts_with("SYSF"));
-    if ((kEndings.contains(ending) || is_listing) && fs::is_regular_file(at->path(), none))
+    if (is_program_text(at->path().string()) && fs::is_regular_file(at->path(), none))
       paths.push_back(at->path().generic_string());
   }
   if (error)

@@ -123,7 +123,7 @@ void check_masses(const TiXmlElement& robot, const std::string& file) {
 // What xacro expands stands in names of elements or in attributes. An expanded document keeps the
 // comments of its source, whatever they hold.
 void refuse_xacro(const std::string& text, const std::string& file) {
-  for (size_t at = 0; const std::optional<XmlTag> tag = next_tag(text, at); at = tag->end) {
+  for (std::optional<XmlTag> tag = next_tag(text, 0); tag; tag = next_tag(text, tag->end)) {
     const std::string_view own = std::string_view(text).substr(tag->begin, tag->end - tag->begin);
     const bool is_macro =
         tag->name.starts_with("xacro:") || own.find("${") != own.npos || own.find("$(") != own.npos;

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "armtrue/diagnosis/log_check.h"
+#include "armtrue/io/archive.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
+#include "armtrue/io/controller_fields.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/products/certificate_io.h"
@@ -18,6 +20,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/urdf/ur_calibration_io.h"
+#include "armtrue/urdf/ur_conf_io.h"
 #include "armtrue/urdf/urdf_io.h"
 #include "fuzz/memory_file.h"
 #include "fuzz/targets.h"
@@ -183,6 +186,26 @@ void read_ur_calibration_document(const std::string& bytes) {
   write_into_ur_calibration(moved(robot), bytes, "calibration.yaml", {.base = true, .tool = true});
 }
 
+void read_ur_conf(const std::string& bytes) {
+  static const Robot type = read_robot(ARMTRUE_CONFIG "/robots/ur5e.yaml").robot;
+  is_ur_conf(bytes);
+  const Robot robot = parse_ur_conf(bytes, "calibration.conf", type, "ur5e.yaml");
+  write_into_ur_conf(robot, bytes, "calibration.conf", type, "ur5e.yaml");
+}
+
+void read_mastering_file(const std::string& bytes) {
+  static const Robot arm = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  const std::vector<double> counts(6, 1000);
+  write_controller_fields(arm, arm.chain, read_mastering(bytes, "machine.dat"), counts);
+}
+
+void read_archive(const std::string& bytes) {
+  const Archive archive{MemoryFile(bytes).path()};
+  const std::string same = archive.with({});
+  require(Archive(MemoryFile(same).path()).members().size() == archive.members().size(),
+          "an archive does not come back");
+}
+
 constexpr Target kTargets[] = {
     {"campaign", read_campaign_file},
     {"path", read_path_file},
@@ -196,6 +219,9 @@ constexpr Target kTargets[] = {
     {"run", read_run_document},
     {"urdf", read_urdf_document},
     {"ur-calibration", read_ur_calibration_document},
+    {"ur-conf", read_ur_conf},
+    {"mastering", read_mastering_file},
+    {"archive", read_archive},
 };
 
 }  // namespace

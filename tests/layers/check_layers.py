@@ -40,6 +40,7 @@ THIRD_PARTY = {
     "tinyxml": ["src/urdf/", "tests/"],
     "console_bridge/": ["src/urdf/"],
     "openssl/": ["src/io/"],
+    "archive": ["src/io/"],
     "CLI/": ["apps/command_line.cc", "apps/options.cc", "tests/bench/"],  # some 10 s to compile
     "kdl/": ["src/urdf/", "tests/"],
     "opencv2/": ["src/images/"],

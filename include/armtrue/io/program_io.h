@@ -22,6 +22,10 @@ struct TextFile {
 std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
                                          bool with_dat);
 
+/// Whether a file is a text of robot programs, by its name: a program, a module, a data list, a
+/// listing of FANUC's registers or frames.
+bool is_program_text(const std::string& path);
+
 /// All texts of robot programs in a folder and the folders in it, by their extensions: programs,
 /// modules, data lists. In the order of their names, which begin with `folder`. One file stands for
 /// itself. Throws InputError if the folder cannot be read or holds none.

@@ -325,11 +325,15 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
   }
   const int from = point_at(parts[0], kind, line, why_not);
   if (from < 0) return -1;
-  if (program_.points[from].is_expression) {  // Offs(Offs(..),..)
-    why_not = kWhy;
-    return -1;
-  }
   ProgramPoint point = program_.points[from];
+  const auto stated_external = external_.find(from);
+  std::optional<std::vector<double>> external;
+  if (stated_external != external_.end()) external = stated_external->second;
+  const bool is_nested = point.is_expression;  // Offs(Offs(..),..): no move goes to the inner one
+  if (is_nested) {
+    external_.erase(from);
+    program_.points.pop_back();
+  }
   std::vector<double> numbers;
   for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
   Pose pose = rapid_dialect().pose_of_numbers(numbers);
@@ -351,23 +355,59 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
   point.begin = argument.begin;
   point.end = argument.end;
   point.is_expression = true;
-  point.starts_from = from;
+  if (!is_nested) point.starts_from = from;
   program_.points.push_back(point);
   const int index = static_cast<int>(program_.points.size()) - 1;
-  if (const auto external = external_.find(from); external != external_.end())
-    external_[index] = std::vector<double>(external->second);
+  if (external) external_[index] = *external;
   return index;
 }
 
-// A number, or the name of a constant number, perhaps with a sign.
+// A number: sums and products of numbers and constants, in brackets or not.
 std::optional<double> RapidData::constant_in(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
-  if (const auto number = cursor.take_number()) return cursor.done() ? number : std::nullopt;
-  const bool is_negative = cursor.take('-');
-  const Datum* const datum = find(cursor.take_name(), argument.begin);
-  if (!datum || !cursor.done() || datum->is_parameter || datum->values != 1 || !datum->number)
-    return std::nullopt;
-  return is_negative ? -*datum->number : *datum->number;
+  const auto value = sum_at(cursor);
+  return cursor.done() ? value : std::nullopt;
+}
+
+std::optional<double> RapidData::sum_at(TextCursor& cursor) {
+  std::optional<double> value = product_at(cursor);
+  while (value) {
+    const bool adds = cursor.take('+');
+    if (!adds && !cursor.take('-')) break;
+    const auto other = product_at(cursor);
+    if (!other) return std::nullopt;
+    value = adds ? *value + *other : *value - *other;
+  }
+  return value;
+}
+
+std::optional<double> RapidData::product_at(TextCursor& cursor) {
+  std::optional<double> value = factor_at(cursor);
+  while (value) {
+    const bool multiplies = cursor.take('*');
+    if (!multiplies && !cursor.take('/')) break;
+    const auto other = factor_at(cursor);
+    if (!other || (!multiplies && *other == 0)) return std::nullopt;
+    value = multiplies ? *value * *other : *value / *other;
+  }
+  return value;
+}
+
+std::optional<double> RapidData::factor_at(TextCursor& cursor) {
+  if (const auto number = cursor.take_number()) return number;
+  if (cursor.take('-')) {
+    const auto value = factor_at(cursor);
+    return value ? std::optional(-*value) : std::nullopt;
+  }
+  if (cursor.take('(')) {
+    const auto value = sum_at(cursor);
+    return cursor.take(')') ? value : std::nullopt;
+  }
+  cursor.next();
+  const size_t at = cursor.at();
+  const Datum* const datum = find(cursor.take_name(), at);
+  if (!datum || datum->is_parameter || datum->values != 1) return std::nullopt;
+  return datum->number;
 }
 
 int RapidData::add_point(const ListItem& list, TargetKind kind, const std::string& name, int line,

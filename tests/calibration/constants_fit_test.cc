@@ -1,0 +1,173 @@
+#include "armtrue/calibration/constants_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/units.h"
+#include "support/oracle.h"
+
+namespace armtrue {
+namespace {
+
+using armtrue_oracle::OracleArm;
+using armtrue_oracle::OracleLink;
+
+constexpr const char* kSagging = ARMTRUE_CONFIG "/robots/kr360-undeclared.yaml";
+constexpr double kSag = 2.2e-7;  // of A3 by gravity, as the file states [rad/(N m)]
+constexpr int kPoses = 40;
+
+// The oracle shares no code with the fit: KDL frames, weights summed in world axes.
+struct Cell {
+  OracleArm constants = armtrue_oracle::read_arm(kSagging);
+  std::vector<std::array<double, 6>> visits;
+  std::vector<KDL::Frame> reached;
+
+  Cell() {
+    armtrue_oracle::Dice dice(3);
+    for (int i = 0; i < kPoses; ++i) {
+      std::array<double, 6>& q = visits.emplace_back();
+      for (size_t j = 0; j < q.size(); ++j)
+        q[j] = dice.uniform(constants.links[j].min, constants.links[j].max);
+      OracleArm sagging = constants;
+      sagging.links[2].theta += kSag * armtrue_oracle::moment_of(constants, q).torque[2];
+      reached.push_back(armtrue_oracle::forward(sagging, q));
+    }
+  }
+
+  // Of points and, with the weight of the header, of turns [m^2].
+  double squares(const OracleArm& arm) const {
+    double sum = 0;
+    for (size_t i = 0; i < visits.size(); ++i) {
+      const KDL::Twist missing = KDL::diff(armtrue_oracle::forward(arm, visits[i]), reached[i]);
+      sum += KDL::dot(missing.vel, missing.vel) +
+             kLengthOfTurn * kLengthOfTurn * KDL::dot(missing.rot, missing.rot);
+    }
+    return sum;
+  }
+
+  double mean_distance(const OracleArm& arm) const {
+    double sum = 0;
+    for (size_t i = 0; i < visits.size(); ++i)
+      sum += (armtrue_oracle::forward(arm, visits[i]).p - reached[i].p).Norm();
+    return sum / kPoses;
+  }
+
+  std::vector<JointVector> joints() const {
+    std::vector<JointVector> all;
+    for (const std::array<double, 6>& q : visits)
+      all.push_back(Eigen::Map<const Eigen::Matrix<double, 6, 1>>(q.data()));
+    return all;
+  }
+};
+
+std::array<double*, 5> numbers(OracleLink& link) {
+  return {&link.alpha, &link.d, &link.theta, &link.r, &link.beta};
+}
+
+OracleArm with_links_of(OracleArm arm, const KinematicChain& chain) {
+  for (size_t j = 0; j < arm.links.size(); ++j) {
+    const Link& link = chain.links[j];
+    OracleLink& own = arm.links[j];
+    own.alpha = link.alpha;
+    own.d = link.d;
+    own.theta = link.theta;
+    own.r = link.r;
+    own.beta = link.beta;
+  }
+  return arm;
+}
+
+// Tries each number of each link up and down, and halves the steps where none helps.
+double searched_squares(const Cell& cell) {
+  OracleArm best = cell.constants;
+  double least = cell.squares(best);
+  for (double step = 1e-3; step > 1e-6;) {
+    bool improved = false;
+    for (OracleLink& link : best.links)
+      for (double* number : numbers(link))
+        for (double sign : {1.0, -1.0}) {
+          const double kept = *number;
+          *number += sign * step;
+          const double squares = cell.squares(best);
+          improved = improved || squares < least;
+          if (squares < least)
+            least = squares;
+          else
+            *number = kept;
+        }
+    if (!improved) step /= 2;
+  }
+  return least;
+}
+
+ConstantsFit fit_of(const Cell& cell) {
+  const Robot robot = read_robot(kSagging).robot;
+  return fit_constants(robot, robot.chain, link_parameters(robot.chain),
+                       visits_at(robot, cell.joints(), {}));
+}
+
+TEST(ConstantsFit, NoSearchFindsConstantsThatComeNearer) {
+  const Cell cell;
+  const OracleArm fitted = with_links_of(cell.constants, fit_of(cell).chain);
+  const double squares = cell.squares(fitted);
+  EXPECT_LT(squares, 0.6 * cell.squares(cell.constants));
+  EXPECT_LT(squares, 1.0001 * searched_squares(cell));
+  armtrue_oracle::Dice dice(4);
+  for (int k = 0; k < 300; ++k) {
+    OracleArm moved = fitted;
+    for (OracleLink& link : moved.links)
+      for (double* number : numbers(link)) *number += 1e-5 * dice.normal();
+    EXPECT_GT(cell.squares(moved), squares * (1 - 1e-6));
+  }
+}
+
+TEST(ConstantsFit, SaysTheErrorsOfBothConstants) {
+  const Cell cell;
+  const ConstantsFit fit = fit_of(cell);
+  EXPECT_NEAR(fit.before.mean, cell.mean_distance(cell.constants), 1e-9);
+  EXPECT_NEAR(fit.after.mean, cell.mean_distance(with_links_of(cell.constants, fit.chain)), 1e-9);
+}
+
+TEST(ConstantsFit, WithoutEffectsChangesNothing) {
+  Robot robot = read_robot(kSagging).robot;
+  robot.effects.clear();
+  const ConstantsFit fit = fit_constants(robot, robot.chain, link_parameters(robot.chain),
+                                         visits_of_travel(robot, {}));
+  EXPECT_EQ(fit.after.max, 0);
+  EXPECT_EQ(fit.chain.links[2].theta, robot.chain.links[2].theta);
+}
+
+TEST(ConstantsFit, FindsZeroOffsetsOfAnotherModelAndMovesNothingElse) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Robot arm = robot;
+  const std::array<double, 6> zeros{1e-4, -2e-3, 7e-4, 0, 3e-4, -5e-4};
+  for (size_t j = 0; j < zeros.size(); ++j) arm.chain.links[j].theta += zeros[j];
+  const ConstantsFit fit = fit_constants(arm, robot.chain, zero_offsets(robot.chain),
+                                         visits_of_travel(arm, {}));
+  EXPECT_GT(fit.before.mean, 1e-3);
+  EXPECT_LT(fit.after.max, 1e-10);
+  for (size_t j = 0; j < zeros.size(); ++j) {
+    EXPECT_NEAR(fit.chain.links[j].theta - robot.chain.links[j].theta, zeros[j], 1e-12);
+    EXPECT_EQ(fit.chain.links[j].alpha, robot.chain.links[j].alpha);
+    EXPECT_EQ(fit.chain.links[j].r, robot.chain.links[j].r);
+  }
+}
+
+// An arm that comes from either side as often has its constants in the middle.
+TEST(ConstantsFit, ABacklashDoesNotMoveTheConstantsOfTheTravel) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Effect backlash{"backlash", "A2.theta", {DriverKind::arrival, 1}, sign_shape(), {{"c", 1e-4}}};
+  robot.effects = {backlash};
+  const ConstantsFit fit = fit_constants(robot, robot.chain, link_parameters(robot.chain),
+                                         visits_of_travel(robot, {}));
+  EXPECT_GT(fit.after.mean, 0.9 * fit.before.mean);
+  EXPECT_LT(std::abs(fit.chain.links[1].theta - robot.chain.links[1].theta), 1e-5);
+}
+
+}  // namespace
+}  // namespace armtrue
