@@ -139,10 +139,10 @@ FindCorners load_corner_finder() {
   void* const function = library ? dlsym(library, kCornerFunction) : nullptr;
   if (!function)
     throw InputError(fmt::format(
-        "--images: the library that finds corners, {}, is not there: OpenCV was not installed when "
-        "these commands were built; install libopencv-contrib-dev and build again: apps/set-up "
-        "commands{}",
-        kCornerLibrary, library ? "" : fmt::format(" ({})", dlerror())));
+        "--images: {}, which finds corners in images, is not there or does not load: OpenCV was "
+        "not installed when these commands were built, or is no more; install "
+        "libopencv-contrib-dev and build again: apps/set-up commands",
+        kCornerLibrary));
   const auto find = reinterpret_cast<decltype(&armtrue_find_corners)>(function);
   return [find](const BoardPattern& pattern, const std::string& file, bool explain) {
     ImageCorners found;
