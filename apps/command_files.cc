@@ -189,8 +189,8 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
   if (!is_calibrated(robot)) return;
   warn(path +
        ": is calibrated already; what it states as nominal are results of other readings, and "
-       "errors of those stay: give the nominal robot, if you have it; after a change of the same arm, or "
-       "for a second one of the type, this file is right");
+       "errors of those stay: give the nominal robot, if you have it; after a change of the same "
+       "arm, or for a second one of the type, this file is right");
 }
 
 void Command::forget_remainder(Robot& robot, const std::string& path) {

@@ -33,7 +33,9 @@ struct Arguments {
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
-  command.add_input("A robot: YAML, URDF, or calibration of Universal Robots (kinematics file or calibration.conf)");
+  command.add_input(
+      "A robot: YAML, URDF, or calibration of Universal Robots (kinematics file or "
+      "calibration.conf)");
   command.add_output(app::ProductKind::document);
   command
       .option("--to", arguments.to,
@@ -193,16 +195,30 @@ std::string in_mm(const ModelDistance& distance) {
                      distance.max / kMillimetre);
 }
 
+bool is_measured(const Effect& effect) {
+  return effect.driver.involves(DriverKind::motor_torque);
+}
+
 // The arm alone: effects of the station, and of the tool that carried the reflectors, are not its.
 Robot arm_of(app::Command& command, const Robot& robot) {
-  std::vector<std::string> left;
-  for (const Effect& effect : robot.effects)
-    if (!moves_program(effect, false)) left.push_back(effect.name);
+  std::vector<std::string> left, measured;
+  for (const Effect& effect : robot.effects) {
+    if (!moves_program(effect, false))
+      left.push_back(effect.name);
+    else if (is_measured(effect))
+      measured.push_back(effect.name);
+  }
   if (!left.empty())
     command.warn(fmt::format("effects of the instrument or the measured tool are not in the "
                              "constants: {}",
                              fmt::join(left, ", ")));
-  return without_station_effects(robot, false);
+  if (!measured.empty())
+    command.warn(fmt::format("effects of measured motor torques, which are not known at other poses, "
+                             "are not in the constants: {}",
+                             fmt::join(measured, ", ")));
+  Robot arm = without_station_effects(robot, false);
+  std::erase_if(arm.effects, is_measured);
+  return arm;
 }
 
 ConstantsFit fit(const Robot& arm, const KinematicChain& from, const std::vector<int>& free,

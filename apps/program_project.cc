@@ -239,8 +239,8 @@ void add_project(Command& command, ProjectFiles& files) {
       "archive (.zip, .tar, .tgz); names are looked up in it as the controller does");
   project.needs(command
                     .option("--project-out", files.out,
-                            "Write the texts of the folder here, corrected: a new or empty folder; of an "
-                            "archive also a new archive of the same kind")
+                            "Write the texts of the folder here, corrected: a new or empty folder; "
+                            "of an archive also a new archive of the same kind")
                     .needs(project));
 }
 

@@ -116,9 +116,14 @@ double old_value(const Mastering& mastering, int axis, const char* field) {
                                field, axis, axis));
 }
 
+// Of "3" and of "E3".
+int number_of(const std::string& axis) {
+  return static_cast<int>(read_number(axis.substr(axis.front() == 'E' ? 1 : 0)).value_or(0));
+}
+
 // The field of an axis, what it holds and what it has to hold; `change` in the unit of the axis.
 std::string kuka_cells(const Mastering& mastering, const std::string& axis, double change) {
-  const int number = axis.front() == 'E' ? kAxesOfArm + std::stoi(axis.substr(1)) : std::stoi(axis);
+  const int number = number_of(axis) + (axis.front() == 'E' ? kAxesOfArm : 0);
   const double old = old_value(mastering, number, kMames);
   return fmt::format("$MAMES[{}],", number) + number_text(old) + "," +
          decimal_text(old + change, kDecimals);
@@ -128,7 +133,7 @@ std::string fanuc_cells(const Mastering& mastering, const std::string& axis, dou
                         const std::vector<double>& counts_per_degree, size_t joint) {
   if (axis.front() == 'E')
     throw InputError(mastering.file + ": holds external axes in another group, which is not read");
-  const double old = old_value(mastering, std::stoi(axis), "$DMR_GRP[1].$MASTER_COUN[");
+  const double old = old_value(mastering, number_of(axis), "$DMR_GRP[1].$MASTER_COUN[");
   return fmt::format("{}[{}],", kCounts, axis) + number_text(old) + "," +
          decimal_text(std::round(old - counts_per_degree[joint] * change), 0);
 }
