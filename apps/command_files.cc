@@ -22,8 +22,8 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/parameters_io.h"
 #include "armtrue/io/program_io.h"
-#include "armtrue/kinematics/parameters.h"
 #include "armtrue/io/source.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
@@ -171,8 +171,9 @@ std::vector<ProgramText> Command::read_program_archive(const Archive& archive,
   }
   std::ranges::sort(texts, {}, &ProgramText::name);
   if (texts.empty())
-    throw InputError(path + ": holds no robot program (.src, .mod, .ls, .script); a backup of a "
-                            "controller has them in a folder such as KRC/R1");
+    throw InputError(path +
+                     ": holds no robot program (.src, .mod, .ls, .script); a backup of a "
+                     "controller has them in a folder such as KRC/R1");
   return texts;
 }
 

@@ -73,15 +73,16 @@ void require_comparable(app::Command& command, const RunFile& before, const RunF
   if (!why.empty()) throw InputError(why);
   app::require_one_arm(command, one, before.name, other, after.name);
   if (one.name != other.name)
-    command.warn(fmt::format("the robots are called '{}' and '{}': is this one arm?", one.name,
-                             other.name));
+    command.warn(
+        fmt::format("the robots are called '{}' and '{}': is this one arm?", one.name, other.name));
 }
 
 void add_loops(app::Command& command, const Arguments& arguments, RunFile& before, RunFile& after) {
   if (arguments.loop.empty()) return;
   if (!before.robot)
-    throw InputError(before.name + ": --loop belongs to a robot file; give the loops themselves as "
-                                   "--before and FILE");
+    throw InputError(before.name +
+                     ": --loop belongs to a robot file; give the loops themselves as "
+                     "--before and FILE");
   const RunFile first = read(command, arguments.loop_before),
                 second = read(command, arguments.loop);
   for (const RunFile* loop : {&first, &second})
@@ -141,8 +142,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(command, arguments.page,
                       comparison_page(found, notes, after.robot ? other.robot->name : after.name,
                                       app::page_head(command, about)));
-  write_output(command.output,
-               write_comparison(found, notes, before, after, command.provenance()));
+  write_output(command.output, write_comparison(found, notes, before, after, command.provenance()));
   command.report(found.sentence + "\n" + comparison_table(found, notes));
   return conclude(command, arguments, found);
 }
@@ -154,7 +154,8 @@ int main(int argc, char** argv) {
       "compare-runs",
       "What changed between two runs: parameters, effects, error and verdict, before a crash and "
       "after, last year and today, or two models of one campaign.",
-      "compare-runs --before last-year.yaml today.yaml -o comparison.yaml --report comparison.html");
+      "compare-runs --before last-year.yaml today.yaml -o comparison.yaml --report "
+      "comparison.html");
   Arguments arguments;
   add_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });

@@ -38,9 +38,10 @@ void add_options(app::Command& command, Arguments& arguments) {
       "calibration.conf)");
   command.add_output(app::ProductKind::document);
   command
-      .option("--to", arguments.to,
-              "yaml, which is JSON in a file that ends in .json, json, urdf, controller (with --into: "
-              "a file of its maker), or fields (the table of the controller's own fields)")
+      .option(
+          "--to", arguments.to,
+          "yaml, which is JSON in a file that ends in .json, json, urdf, controller (with --into: "
+          "a file of its maker), or fields (the table of the controller's own fields)")
       .required()
       .check(app::one_of({"yaml", "json", "urdf", "controller", "fields"}));
   command.option("--base", arguments.ends.base,
@@ -48,31 +49,32 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--tip", arguments.ends.tip,
                  "Link of the URDF whose frame is that of the last link, the flange of programs; the "
                  "only end if absent");
-  app::Option into =
-      command.file("--into", arguments.into,
-                   "URDF, or calibration of Universal Robots (kinematics file of the driver or "
-                   "calibration.conf), of the same arm: write it with the robot's geometry; only the "
-                   "origins of its joints change. With --to fields: what the controller holds now, "
-                   "$machine.dat of KUKA or SYSMAST.VA of FANUC");
+  app::Option into = command.file(
+      "--into", arguments.into,
+      "URDF, or calibration of Universal Robots (kinematics file of the driver or "
+      "calibration.conf), of the same arm: write it with the robot's geometry; only the "
+      "origins of its joints change. With --to fields: what the controller holds now, "
+      "$machine.dat of KUKA or SYSMAST.VA of FANUC");
   command.flag("--keep-base", arguments.kept.base, "With --into: the base stays as in the URDF")
       .needs(into);
   command.flag("--keep-tool", arguments.kept.tool, "With --into: the tool stays as in the URDF")
       .needs(into);
-  command.file("--nominal", arguments.nominal,
-               "The nominal robot: of --to fields the model of the controller, of a calibration.conf "
-               "the type by its DH parameters, such as ur5e.yaml");
+  command.file(
+      "--nominal", arguments.nominal,
+      "The nominal robot: of --to fields the model of the controller, of a calibration.conf "
+      "the type by its DH parameters, such as ur5e.yaml");
   command
-      .joints("--counts-per-deg", arguments.counts_per_degree,
-              "With SYSMAST.VA: how far the count of each encoder rises per deg of its axis, below 0 "
-              "if it falls; separated by commas")
+      .joints(
+          "--counts-per-deg", arguments.counts_per_degree,
+          "With SYSMAST.VA: how far the count of each encoder rises per deg of its axis, below 0 "
+          "if it falls; separated by commas")
       .needs(into);
   command.file("--poses", arguments.poses,
                "Joint targets at which constants stand for the effects; the travel if absent");
   command.option("--payload-kg", arguments.payload_kg, "Payload there; 0 if absent")
       .check(app::payload_of_arm());
   command.option("--t-s", arguments.time_s, "Time since the start of the campaign; 0 if absent");
-  command
-      .option("--temp-c", arguments.temperature_c, "Temperature of all sensors; 20 if absent")
+  command.option("--temp-c", arguments.temperature_c, "Temperature of all sensors; 20 if absent")
       .check(app::temperature_of_arm());
 }
 
@@ -195,9 +197,7 @@ std::string in_mm(const ModelDistance& distance) {
                      distance.max / kMillimetre);
 }
 
-bool is_measured(const Effect& effect) {
-  return effect.driver.involves(DriverKind::motor_torque);
-}
+bool is_measured(const Effect& effect) { return effect.driver.involves(DriverKind::motor_torque); }
 
 // The arm alone: effects of the station, and of the tool that carried the reflectors, are not its.
 Robot arm_of(app::Command& command, const Robot& robot) {
@@ -209,13 +209,15 @@ Robot arm_of(app::Command& command, const Robot& robot) {
       measured.push_back(effect.name);
   }
   if (!left.empty())
-    command.warn(fmt::format("effects of the instrument or the measured tool are not in the "
-                             "constants: {}",
-                             fmt::join(left, ", ")));
+    command.warn(
+        fmt::format("effects of the instrument or the measured tool are not in the "
+                    "constants: {}",
+                    fmt::join(left, ", ")));
   if (!measured.empty())
-    command.warn(fmt::format("effects of measured motor torques, which are not known at other poses, "
-                             "are not in the constants: {}",
-                             fmt::join(measured, ", ")));
+    command.warn(
+        fmt::format("effects of measured motor torques, which are not known at other poses, "
+                    "are not in the constants: {}",
+                    fmt::join(measured, ", ")));
   Robot arm = without_station_effects(robot, false);
   std::erase_if(arm.effects, is_measured);
   return arm;
@@ -243,10 +245,11 @@ Robot with_constants_alone(app::Command& command, Robot robot, const std::string
   }
   const auto [visits, words] = visits_of(arm, arguments);
   const ConstantsFit fitted = fit(arm, arm.chain, link_parameters(arm.chain), visits, file);
-  command.warn(fmt::format(
-      "the constants that are written stand for the effects, too: over {} they miss the arm with its "
-      "effects by {}; those of {} alone miss it by {}",
-      words, in_mm(fitted.after), file, in_mm(fitted.before)));
+  command.warn(
+      fmt::format("the constants that are written stand for the effects, too: over {} they miss "
+                  "the arm with its "
+                  "effects by {}; those of {} alone miss it by {}",
+                  words, in_mm(fitted.after), file, in_mm(fitted.before)));
   robot.chain = fitted.chain;
   return robot;
 }
@@ -289,24 +292,23 @@ std::string controller_fields(app::Command& command, const Robot& robot, const s
 std::string into_conf(app::Command& command, const Robot& robot, const Arguments& arguments,
                       const std::string& document, const std::string& name) {
   const Robot nominal = nominal_robot(command, arguments,
-                                      name + ": is added to the DH parameters of the type; give its "
-                                             "robot file as --nominal, such as ur5e.yaml");
-  const PatchedUrdf patched =
-      write_into_ur_conf(robot, document, name, nominal, arguments.nominal);
+                                      name +
+                                          ": is added to the DH parameters of the type; give its "
+                                          "robot file as --nominal, such as ur5e.yaml");
+  const PatchedUrdf patched = write_into_ur_conf(robot, document, name, nominal, arguments.nominal);
   const auto leave = [&](const char* what, const FrameShift& left) {
     if (left.distance > kNoticeable || left.angle > kNoticeableTurn)
-      command.warn(fmt::format(
-          "{}: has no place for the {}: {:.4g} mm and {:.3g} deg are not written; {}", name, what,
-          left.distance / kMillimetre, left.angle / kDegree,
-          "measure frame and tool of the program anew with the new file"));
+      command.warn(
+          fmt::format("{}: has no place for the {}: {:.4g} mm and {:.3g} deg are not written; {}",
+                      name, what, left.distance / kMillimetre, left.angle / kDegree,
+                      "measure frame and tool of the program anew with the new file"));
   };
   leave("foot beside axis 1", patched.base);
   leave("flange beside axis 6", patched.tool_left_out);
   return patched.text;
 }
 
-std::string into_controller(app::Command& command, const Robot& robot,
-                            const Arguments& arguments) {
+std::string into_controller(app::Command& command, const Robot& robot, const Arguments& arguments) {
   Source source(arguments.into);
   const std::string document = source.read_all();
   if (is_ur_conf(document)) return into_conf(command, robot, arguments, document, source.name());
@@ -328,8 +330,9 @@ Robot read_any(app::Command& command, const std::string& text, const std::string
   if (is_ur_calibration(text)) return parse_ur_calibration(text, file);
   if (!is_ur_conf(text)) return parse_robot(text, file);
   const Robot nominal = nominal_robot(command, arguments,
-                                      file + ": is added to the DH parameters of the type; give its "
-                                             "robot file as --nominal, such as ur5e.yaml");
+                                      file +
+                                          ": is added to the DH parameters of the type; give its "
+                                          "robot file as --nominal, such as ur5e.yaml");
   return parse_ur_conf(text, file, nominal, arguments.nominal);
 }
 
@@ -349,7 +352,8 @@ int run(app::Command& command, const Arguments& arguments) {
   const bool writes_into = arguments.to != "yaml" && arguments.to != "json";
   if (!arguments.into.empty() && (is_xml(text) || !writes_into))
     throw InputError(
-        "--into writes a robot file into another file: it needs --to urdf, controller or fields, and "
+        "--into writes a robot file into another file: it needs --to urdf, controller or fields, "
+        "and "
         "YAML as input");
   const Robot robot = read_any(command, text, source.name(), arguments);
   if (arguments.to == "json") {

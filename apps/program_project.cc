@@ -210,14 +210,15 @@ void check_folders(const ProjectFiles& files) {
   std::string kind, out_kind;
   const bool is_folder = fs::is_directory(files.folder, none);
   if (!is_folder && !is_archive_name(files.folder, kind))
-    throw InputError(files.folder +
-                     ": is no folder and no archive (.zip, .tar, .tgz); name that of the programs, or "
-                     "give one program with --program");
+    throw InputError(
+        files.folder +
+        ": is no folder and no archive (.zip, .tar, .tgz); name that of the programs, or "
+        "give one program with --program");
   if (is_archive_name(files.out, out_kind) && out_kind != kind)
-    throw UsageError(fmt::format("--project-out: '{}' is a {} file, and --project {}; name a new "
-                                 "folder, or a file of the same kind",
-                                 files.out, out_kind,
-                                 is_folder ? "is a folder" : "a " + kind + " file"));
+    throw UsageError(
+        fmt::format("--project-out: '{}' is a {} file, and --project {}; name a new "
+                    "folder, or a file of the same kind",
+                    files.out, out_kind, is_folder ? "is a folder" : "a " + kind + " file"));
   const auto in = fs::weakly_canonical(files.folder, none);
   const auto out = fs::weakly_canonical(files.out, none);
   const auto [end_in, end_out] = std::mismatch(in.begin(), in.end(), out.begin(), out.end());
@@ -235,7 +236,8 @@ void check_folders(const ProjectFiles& files) {
 void add_project(Command& command, ProjectFiles& files) {
   const Option project = command.option(
       "--project", files.folder,
-      "Folder of robot programs to correct together, such as a backup (KUKA KRC/R1, ABB HOME), or its "
+      "Folder of robot programs to correct together, such as a backup (KUKA KRC/R1, ABB HOME), or "
+      "its "
       "archive (.zip, .tar, .tgz); names are looked up in it as the controller does");
   project.needs(command
                     .option("--project-out", files.out,

@@ -17,8 +17,8 @@ namespace {
 
 // Of the travel: thirty for each of the parameters of six axes, so that no pose counts alone.
 constexpr int kVisits = 1000;
-// Of a sum of squares, of columns of unit length. Along a direction below it lengths and angles would
-// move by metres to bring the pose nearer by micrometres.
+// Of a sum of squares, of columns of unit length. Along a direction below it lengths and angles
+// would move by metres to bring the pose nearer by micrometres.
 constexpr double kLeastShown = 1e-6;
 constexpr int kMostSteps = 30;
 constexpr double kSettled = 1e-12;  // of the sum of squares: less is rounding
@@ -75,7 +75,8 @@ class Fit {
     const Eigen::VectorXd by_length = length.cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> of(
         Eigen::MatrixXd(by_length.asDiagonal() * equations.matrix * by_length.asDiagonal()));
-    Eigen::VectorXd along = of.eigenvectors().transpose() * by_length.asDiagonal() * equations.right;
+    Eigen::VectorXd along =
+        of.eigenvectors().transpose() * by_length.asDiagonal() * equations.right;
     for (Eigen::Index k = 0; k < along.size(); ++k)
       along[k] = of.eigenvalues()[k] > kLeastShown * of.eigenvalues().maxCoeff()
                      ? along[k] / of.eigenvalues()[k]
@@ -93,8 +94,7 @@ class Fit {
     const ChainEvaluator evaluator(chain);
     ModelDistance result;
     for (size_t i = 0; i < visits_.size(); ++i) {
-      const double d =
-          (evaluator.pose(visits_[i].q).translation - wanted_[i].translation).norm();
+      const double d = (evaluator.pose(visits_[i].q).translation - wanted_[i].translation).norm();
       result.mean += d / static_cast<double>(visits_.size());
       result.max = std::max(result.max, d);
     }

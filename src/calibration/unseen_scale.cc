@@ -25,8 +25,8 @@ std::optional<UnseenScale> unseen_scale(const Robot& robot, const Campaign& camp
     for (int row = first; row < end; ++row) {
       const Pose& pose = poses[static_cast<size_t>(row - first)];
       const int target = targets.empty() ? -1 : targets[campaign.target[row]];
-      distances[row] = target < 0 ? pose.translation.norm()
-                                  : (pose * in_foot.targets[target].position).norm();
+      distances[row] =
+          target < 0 ? pose.translation.norm() : (pose * in_foot.targets[target].position).norm();
     }
   }
   return UnseenScale{distances.mean(), distances.maxCoeff()};

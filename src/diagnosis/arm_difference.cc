@@ -190,8 +190,8 @@ std::vector<bool> covered(const Robot& robot, const std::vector<JointVector>& po
 }  // namespace
 
 std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after) {
-  constexpr size_t kPoses = 200;   // the mean distance is then known to some 4 %
-  constexpr size_t kFewest = 40;   // readings of a region that the travel hardly meets
+  constexpr size_t kPoses = 200;  // the mean distance is then known to some 4 %
+  constexpr size_t kFewest = 40;  // readings of a region that the travel hardly meets
   constexpr int kDrawn = 2000;
   const std::vector<JointVector> drawn = random_configurations(after, kDrawn, {}, 1);
   const std::vector<bool> by_one = covered(before, drawn), by_other = covered(after, drawn);

@@ -33,7 +33,8 @@ void test_change(const Stated& before, const Stated& after, NumberChange& number
   const auto freedom_of = [](const Stated& one) {
     return one.poses > 0 ? std::max(1.0, one.poses - 1.0) : kManyPoses;
   };
-  const double freedom = (a + b) * (a + b) / (a * a / freedom_of(before) + b * b / freedom_of(after));
+  const double freedom =
+      (a + b) * (a + b) / (a * a / freedom_of(before) + b * b / freedom_of(after));
   number.std = std::sqrt(a + b);
   const double half = student_t_quantile(0.975, freedom) * *number.std;
   number.ci95 = {*number.change - half, *number.change + half};
@@ -107,7 +108,8 @@ std::vector<std::string> held_apart(const Robot& before, const Robot& after) {
   const ParameterLayout layout = layout_of(before.chain);
   for (int index = 0; index < layout.geometric; ++index) {
     const std::string name = parameter_name(before.chain, index);
-    if (!is_of_arm(Parameter(name)) || std_of(before, name) > 0 || std_of(after, name) > 0) continue;
+    if (!is_of_arm(Parameter(name)) || std_of(before, name) > 0 || std_of(after, name) > 0)
+      continue;
     const auto change = change_of(before.chain, after.chain, name);
     if (change && std::abs(*change) > kRounding) names.push_back(name);
   }
@@ -131,14 +133,16 @@ std::vector<ComparedEffect> compared_effects(const ComparedRun& before, const Co
       one.same_inner = old.inner == effect.inner;
       for (size_t c = 0; c < one.numbers.size() && c < old.coefficients.size(); ++c) {
         one.numbers[c].before = old.coefficients[c].value;
-        if (one.same_inner) one.numbers[c].change = *one.numbers[c].after - old.coefficients[c].value;
+        if (one.same_inner)
+          one.numbers[c].change = *one.numbers[c].after - old.coefficients[c].value;
       }
       break;
     }
   }
   for (size_t k = 0; k < before.effects.size(); ++k) {
     if (is_matched[k]) continue;
-    ComparedEffect& one = found.emplace_back(ComparedEffect{before.effects[k], InRuns::before, true, {}});
+    ComparedEffect& one =
+        found.emplace_back(ComparedEffect{before.effects[k], InRuns::before, true, {}});
     for (const NamedCoefficient& coefficient : one.effect.coefficients)
       one.numbers.push_back({coefficient.value, {}, {}, {}, {}, {}});
   }
@@ -155,7 +159,8 @@ double value_at(const Robot& robot, const std::string& parameter, int joint, dou
   for (const Effect& effect : robot.effects) {
     if (!is_in_curve(effect, parameter, joint)) continue;
     std::vector<double> values(effect.coefficients.size());
-    const double x = effect.measured ? std::clamp(q, (*effect.measured)[0], (*effect.measured)[1]) : q;
+    const double x =
+        effect.measured ? std::clamp(q, (*effect.measured)[0], (*effect.measured)[1]) : q;
     evaluate(effect.shape, x, values.data());
     for (size_t k = 0; k < values.size(); ++k) sum += values[k] * effect.coefficients[k].value;
   }
@@ -231,21 +236,24 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
   std::vector<std::string> one_sided;
   for (const ComparedParameter& parameter : found.parameters)
     if (parameter.of_arm && parameter.in != InRuns::both)
-      one_sided.push_back(parameter.name + (parameter.in == InRuns::after ? " (after)" : " (before)"));
+      one_sided.push_back(parameter.name +
+                          (parameter.in == InRuns::after ? " (after)" : " (before)"));
   if (!one_sided.empty())
     reasons.push_back(fmt::format(
         "only one run identified {}, so that other parameters of the other run take its part; "
         "calibrate both with the same --identify",
         fmt::join(one_sided, ", ")));
   if (!found.held_apart.empty())
-    reasons.push_back(fmt::format(
-        "the runs hold {} at different values, {}", fmt::join(found.held_apart, ", "),
-        before.nominal == after.nominal
-            ? "where loops have left the means of their effects; compare what calibrate makes of both"
-            : "as of different nominal robots; calibrate both from one robot file"));
+    reasons.push_back(
+        fmt::format("the runs hold {} at different values, {}", fmt::join(found.held_apart, ", "),
+                    before.nominal == after.nominal
+                        ? "where loops have left the means of their effects; compare what "
+                          "calibrate makes of both"
+                        : "as of different nominal robots; calibrate both from one robot file"));
   if (before.robot && after.robot && (has_curve(*before.robot) || has_curve(*after.robot)))
     reasons.emplace_back(
-        "a model has curves over joints that no cause explains, which differ from run to run; compare "
+        "a model has curves over joints that no cause explains, which differ from run to run; "
+        "compare "
         "what calibrate makes of both, or ask trace-residual --since");
   std::vector<std::string> effects;
   for (const ComparedEffect& effect : found.effects)
@@ -287,7 +295,8 @@ void test_numbers(const ComparedRun& before, const ComparedRun& after, RunCompar
 
 // The robot with one parameter of the arm as another run has it.
 Robot with_change(Robot robot, const ComparedParameter& parameter) {
-  move_parameter(robot.chain, *find_parameter(robot.chain, parameter.name), *parameter.number.change);
+  move_parameter(robot.chain, *find_parameter(robot.chain, parameter.name),
+                 *parameter.number.change);
   return robot;
 }
 
@@ -333,7 +342,8 @@ std::string sentence_of_arm(const RunComparison& found, const KinematicChain& ch
   std::vector<std::string> of_arm, of_station;
   for (const ComparedParameter& parameter : found.parameters)
     if (parameter.number.moved())
-      (parameter.of_arm ? of_arm : of_station).push_back(parameter.of_arm ? moved_in_words(parameter, chain) : parameter.name);
+      (parameter.of_arm ? of_arm : of_station)
+          .push_back(parameter.of_arm ? moved_in_words(parameter, chain) : parameter.name);
   for (const ComparedEffect& effect : found.effects)
     if (std::ranges::any_of(effect.numbers, &NumberChange::moved))
       (effect.effect.of_arm() ? of_arm : of_station).push_back(moved_in_words(effect));
@@ -343,12 +353,13 @@ std::string sentence_of_arm(const RunComparison& found, const KinematicChain& ch
           : fmt::format(" {} changed: the station was set up anew, which is no change of the arm.",
                         listed(of_station));
   const std::string by_chance =
-      arm.by_chance ? fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms),
-                                  mm(*arm.by_chance))
-                    : "";
+      arm.by_chance
+          ? fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms), mm(*arm.by_chance))
+          : "";
   if (of_arm.empty() && arm.moved())
     return fmt::format(
-               "The arm changed by more than chance: {}{}; no parameter alone did, several share it.",
+               "The arm changed by more than chance: {}{}; no parameter alone did, several share "
+               "it.",
                arms_in_words(arm), by_chance) +
            station;
   if (of_arm.empty())
@@ -362,18 +373,17 @@ std::string sentence_of_arm(const RunComparison& found, const KinematicChain& ch
 std::string error_change(const RunErrors& before, const RunErrors& after) {
   if (!before.after || !after.after) return "";
   return fmt::format(" Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
-         (before.floor && after.floor
-              ? fmt::format("; a perfect model would have {} and {}.", mm(*before.floor),
-                            mm(*after.floor))
-              : ".");
+         (before.floor && after.floor ? fmt::format("; a perfect model would have {} and {}.",
+                                                    mm(*before.floor), mm(*after.floor))
+                                      : ".");
 }
 
 std::string sentence_of_errors(const RunErrors& before, const RunErrors& after) {
   std::string text;
   if (!before.verdict.empty() && !after.verdict.empty())
-    text = before.verdict == after.verdict
-               ? fmt::format("Both loops end {}.", after.verdict)
-               : fmt::format("The loop ended {} before and {} after.", before.verdict, after.verdict);
+    text = before.verdict == after.verdict ? fmt::format("Both loops end {}.", after.verdict)
+                                           : fmt::format("The loop ended {} before and {} after.",
+                                                         before.verdict, after.verdict);
   return text + error_change(before, after);
 }
 
@@ -410,8 +420,7 @@ Shared shared_rows(const TrainingRows& before, const TrainingRows& after) {
   return is_all ? Shared::all : Shared::some;
 }
 
-Shared shared_files(const std::vector<std::string>& before,
-                    const std::vector<std::string>& after) {
+Shared shared_files(const std::vector<std::string>& before, const std::vector<std::string>& after) {
   if (before.empty() || after.empty()) return Shared::unknown;
   if (before == after) return Shared::all;
   const bool any = std::ranges::any_of(before, [&](const std::string& file) {
@@ -457,7 +466,8 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
       notes.emplace_back("Some readings are in both runs.");
       break;
     case Shared::none:
-      notes.emplace_back("The runs are of different readings, so that changes have standard deviations.");
+      notes.emplace_back(
+          "The runs are of different readings, so that changes have standard deviations.");
       break;
     case Shared::unknown:
       notes.emplace_back(
@@ -468,8 +478,9 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
   if (before.nominal.empty() || after.nominal.empty())
     notes.emplace_back("The files do not tell from which robot file each run started.");
   else
-    notes.emplace_back(before.nominal == after.nominal ? "Both started from the same robot file."
-                                                       : "They started from different robot files.");
+    notes.emplace_back(before.nominal == after.nominal
+                           ? "Both started from the same robot file."
+                           : "They started from different robot files.");
   if (!before.command.empty() && !after.command.empty()) {
     const std::string one = before.command + " " + before.version,
                       other = after.command + " " + after.version;
@@ -477,12 +488,12 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
                                  : fmt::format("They were made by {} and {}.", one, other));
   }
   if (before.robot && after.robot && before.robot->name != after.robot->name)
-    notes.push_back(fmt::format("The robots are called {} and {}.", before.robot->name,
-                                after.robot->name));
+    notes.push_back(
+        fmt::format("The robots are called {} and {}.", before.robot->name, after.robot->name));
   if (before.spread && after.spread)
-    notes.push_back(fmt::format(
-        "The calibrations leave residuals of {} before and {} after, per axis (RMS).",
-        mm(before.spread->position), mm(after.spread->position)));
+    notes.push_back(
+        fmt::format("The calibrations leave residuals of {} before and {} after, per axis (RMS).",
+                    mm(before.spread->position), mm(after.spread->position)));
   return notes;
 }
 
@@ -522,12 +533,13 @@ std::string why_not_comparable(const Robot& before, const std::string& name_befo
     const auto apart = [](double x, double y) {
       return std::abs(std::remainder(x - y, 2 * std::numbers::pi));
     };
-    for (const auto& [what, x, y] : {std::tuple("alpha", one.alpha, other.alpha),
-                                     std::tuple("theta", one.theta, other.theta),
-                                     std::tuple("beta", one.beta, other.beta)})
+    for (const auto& [what, x, y] :
+         {std::tuple("alpha", one.alpha, other.alpha), std::tuple("theta", one.theta, other.theta),
+          std::tuple("beta", one.beta, other.beta)})
       if (apart(x, y) > kOtherConvention)
         return fmt::format(
-            "{}.{} is {:.4g} deg in {} and {:.4g} deg in {}, as in two conventions or of two arms{}",
+            "{}.{} is {:.4g} deg in {} and {:.4g} deg in {}, as in two conventions or of two "
+            "arms{}",
             one.name, what, x / kDegree, name_before, y / kDegree, name_after, remedy);
   }
   return "";

@@ -113,10 +113,9 @@ ArchiveMember member_of(archive_entry* entry, const std::string& file) {
   const auto type = archive_entry_filetype(entry);
   const bool links = archive_entry_hardlink(entry) != nullptr;
   if (links || (type != AE_IFREG && type != AE_IFDIR))
-    throw InputError(fmt::format("{}: '{}' is {}, which no backup of a controller has; {}", file,
-                                 member.stated_path,
-                                 links || type == AE_IFLNK ? "a link" : "no file and no folder",
-                                 kUnpack));
+    throw InputError(fmt::format(
+        "{}: '{}' is {}, which no backup of a controller has; {}", file, member.stated_path,
+        links || type == AE_IFLNK ? "a link" : "no file and no folder", kUnpack));
   if (archive_entry_is_encrypted(entry))
     throw InputError(fmt::format("{}: '{}' is encrypted; {} with its password", file,
                                  member.stated_path, kUnpack));
@@ -151,9 +150,14 @@ void read_content(archive* reader, ArchiveMember& member, size_t& total, const s
 struct KnownEnding {
   const char *ending, *kind;
 };
-constexpr std::array<KnownEnding, 8> kEndings{
-    {{".zip", ".zip"}, {".tar", ".tar"}, {".tgz", ".tar.gz"}, {".tar.gz", ".tar.gz"},
-     {".tbz2", ".tar.bz2"}, {".tar.bz2", ".tar.bz2"}, {".txz", ".tar.xz"}, {".tar.xz", ".tar.xz"}}};
+constexpr std::array<KnownEnding, 8> kEndings{{{".zip", ".zip"},
+                                               {".tar", ".tar"},
+                                               {".tgz", ".tar.gz"},
+                                               {".tar.gz", ".tar.gz"},
+                                               {".tbz2", ".tar.bz2"},
+                                               {".tar.bz2", ".tar.bz2"},
+                                               {".txz", ".tar.xz"},
+                                               {".tar.xz", ".tar.xz"}}};
 
 }  // namespace
 
@@ -189,7 +193,8 @@ Archive::Archive(const std::string& path) : file_(path) {
     if (!names.insert(member.path).second)
       throw InputError(fmt::format("{}: has two members '{}'; {}", path, member.path, kUnpack));
     if (names.size() > kMostMembers)
-      throw InputError(fmt::format("{}: has more than {} members; {}", path, kMostMembers, kUnpack));
+      throw InputError(
+          fmt::format("{}: has more than {} members; {}", path, kMostMembers, kUnpack));
     if (!member.is_folder) read_content(reader.get(), member, total, path);
     members_.push_back(std::move(member));
   }
@@ -217,9 +222,10 @@ std::string Archive::with(const std::map<std::string, std::string>& changed) con
   archive_write_set_bytes_in_last_block(writer.get(), 1);
   std::string bytes;
   const auto fail = [&](const std::string& at) {
-    throw InputError(fmt::format("{}: '{}' cannot be written into an archive ({}); give a folder as "
-                                 "--project-out",
-                                 file_, at, text_of(archive_error_string(writer.get()))));
+    throw InputError(
+        fmt::format("{}: '{}' cannot be written into an archive ({}); give a folder as "
+                    "--project-out",
+                    file_, at, text_of(archive_error_string(writer.get()))));
   };
   const auto append = [](archive*, void* to, const void* from, size_t size) -> la_ssize_t {
     static_cast<std::string*>(to)->append(static_cast<const char*>(from), size);
@@ -233,7 +239,8 @@ std::string Archive::with(const std::map<std::string, std::string>& changed) con
     archive_entry_set_pathname(entry.get(), member.stated_path.c_str());
     archive_entry_set_filetype(entry.get(), member.is_folder ? AE_IFDIR : AE_IFREG);
     archive_entry_set_perm(entry.get(), static_cast<mode_t>(member.mode));
-    archive_entry_set_mtime(entry.get(), static_cast<time_t>(member.modified_s), member.modified_ns);
+    archive_entry_set_mtime(entry.get(), static_cast<time_t>(member.modified_s),
+                            member.modified_ns);
     archive_entry_set_uid(entry.get(), member.user);
     archive_entry_set_gid(entry.get(), member.group);
     archive_entry_set_uname(entry.get(), member.user_name.c_str());

@@ -47,8 +47,8 @@ std::vector<NumberedLine> lines_of(const std::string& text) {
   for (size_t begin = 0; begin <= text.size();) {
     const size_t newline = std::min(text.find('\n', begin), text.size());
     const std::string line = text.substr(begin, newline - begin);
-    lines.push_back({upper(trimmed(line.substr(0, line.find(';')))),
-                     static_cast<int>(lines.size()) + 1});
+    lines.push_back(
+        {upper(trimmed(line.substr(0, line.find(';')))), static_cast<int>(lines.size()) + 1});
     begin = newline + 1;
   }
   return lines;
@@ -77,8 +77,8 @@ std::optional<Element> element_of(const NumberedLine& line, size_t bracket,
 
 void take(const Element& element, const NumberedLine& line, Mastering& mastering) {
   if (!mastering.values.emplace(element.index, element.value).second)
-    throw InputError(fmt::format("{}, line {}: axis {} has a value before; keep one", mastering.file,
-                                 line.number, element.index));
+    throw InputError(fmt::format("{}, line {}: axis {} has a value before; keep one",
+                                 mastering.file, line.number, element.index));
 }
 
 std::optional<Mastering> read_kuka(const std::vector<NumberedLine>& lines,
@@ -196,9 +196,10 @@ Mastering read_mastering(const std::string& text, const std::string& file) {
   const std::vector<NumberedLine> lines = lines_of(text);
   if (const auto kuka = read_kuka(lines, file)) return *kuka;
   if (const auto fanuc = read_fanuc(lines, file)) return *fanuc;
-  throw InputError(file +
-                   ": holds no mastering that is known: lines $MAMES[1]=... of KUKA's $machine.dat, "
-                   "or $DMR_GRP[1].$MASTER_COUN of FANUC's SYSMAST.VA");
+  throw InputError(
+      file +
+      ": holds no mastering that is known: lines $MAMES[1]=... of KUKA's $machine.dat, "
+      "or $DMR_GRP[1].$MASTER_COUN of FANUC's SYSMAST.VA");
 }
 
 std::string write_controller_fields(const Robot& fitted, const KinematicChain& nominal,
@@ -225,10 +226,10 @@ std::string write_controller_fields(const Robot& fitted, const KinematicChain& n
     double change = own.sign * turned / joints[j].si();
     if (std::abs(change) < kNoChange) change = 0;
     table += csv_cell(own.name) + ",";
-    const std::string cells = !mastering ? ",,"
-                              : is_fanuc ? fanuc_cells(*mastering, joints[j].axis, change,
-                                                       counts_per_degree, j)
-                                         : kuka_cells(*mastering, joints[j].axis, change);
+    const std::string cells =
+        !mastering ? ",,"
+        : is_fanuc ? fanuc_cells(*mastering, joints[j].axis, change, counts_per_degree, j)
+                   : kuka_cells(*mastering, joints[j].axis, change);
     const size_t comma = cells.find(',');
     table += cells.substr(0, comma) + "," + joints[j].unit() + "," +
              decimal_text(change, kDecimals) + cells.substr(comma) + "\n";

@@ -48,8 +48,9 @@ bool is_program_text(const std::string& path) {
   std::string ending = name.extension().string();
   for (char& c : ending)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  static const std::set<std::string> kEndings{".src", ".dat", ".sub",  ".mod", ".modx",  ".prg",
-                                              ".sys", ".sysx", ".ls", ".script", ".urscript"};
+  static const std::set<std::string> kEndings{".src",  ".dat",    ".sub",     ".mod",
+                                              ".modx", ".prg",    ".sys",     ".sysx",
+                                              ".ls",   ".script", ".urscript"};
   const std::string stem = name.stem().string();
   const bool is_listing = ending == ".va" && (stem.find_first_of("Pp") == 0 ||
                                               stem.starts_with("sysf") || stem.starts_with("SYSF"));

@@ -52,8 +52,8 @@ void subtract(const Vectors& v, const Coefficients& w, double* column, Eigen::In
     for (int i = 0; i < kTogether; ++i) column[row] -= v[i][row] * w[i];
 }
 
-// Turns a column of the rows into the vector v of a reflection I - tau [1; v] [1; v]^T that takes it
-// to zero; returns tau.
+// Turns a column of the rows into the vector v of a reflection I - tau [1; v] [1; v]^T that takes
+// it to zero; returns tau.
 double reflect(double& corner, Eigen::Ref<Eigen::VectorXd> column) {
   const double squares = column.squaredNorm();
   if (squares == 0) return 0;

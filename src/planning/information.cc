@@ -216,8 +216,8 @@ void Information::set_chosen(int candidate, bool chosen) {
 }
 
 // tr(A M^-1 A^T), `schur` the information of the common unknowns beside the own ones. With
-// K = D^-1 F the common unknowns add tr(S^-1 (A_c^T A_c + sum K^T B)), B = A_o^T A_o K - 2 A_o^T A_c, of each
-// group: S^-1 sees the symmetric part alone.
+// K = D^-1 F the common unknowns add tr(S^-1 (A_c^T A_c + sum K^T B)), B = A_o^T A_o K - 2 A_o^T
+// A_c, of each group: S^-1 sees the symmetric part alone.
 double Information::variance(const std::vector<Block>& blocks, const Eigen::MatrixXd& schur) const {
   double variance = 0;
   Eigen::Index owned = 0;
@@ -361,9 +361,8 @@ Eigen::VectorXd Information::values_of_adding() const {
           gram = with_identity(one.transpose().lazyProduct(one));
           root.compute(gram);
           of_block[k] =
-              is_aimed
-                  ? root.solve(one.transpose() * seen.middleCols(first[k], size_of(k))).trace()
-                  : of_block[k] + log_determinant(root);
+              is_aimed ? root.solve(one.transpose() * seen.middleCols(first[k], size_of(k))).trace()
+                       : of_block[k] + log_determinant(root);
         }
         return 0;
       },

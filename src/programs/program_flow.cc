@@ -107,8 +107,7 @@ class FlowOfValue {
   };
 
   static bool begins_routine(const Event& event) {
-    return event.step &&
-           (event.step->step == Step::routine || event.step->step == Step::interrupt);
+    return event.step && (event.step->step == Step::routine || event.step->step == Step::interrupt);
   }
 
   // A routine within another one interrupts the text of the other.

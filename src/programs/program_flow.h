@@ -90,8 +90,8 @@ class FlowOfVariables {
     int entry(int routine) const;
 
     const FlowOfVariables* flow_ = nullptr;
-    std::vector<int> followed_;  // routines, in ascending order
-    ProgramFlow::Values values_;  // in them
+    std::vector<int> followed_;           // routines, in ascending order
+    ProgramFlow::Values values_;          // in them
     mutable std::map<int, int> entries_;  // of the others, as far as they were asked for
   };
   /// The values must not outlive this.
@@ -116,7 +116,7 @@ class FlowOfVariables {
   std::vector<const Place*> steps_;  // in their order
   std::vector<int> routine_behind_;  // of each step
   std::vector<Routine> routines_;
-  std::map<std::string, std::vector<int>> named_;  // routines
+  std::map<std::string, std::vector<int>> named_;   // routines
   std::map<std::string, std::vector<Call>> calls_;  // by the name that they call
   std::vector<int> endless_;
   bool is_simple_ = true;  // no calls without a name, no interrupts

@@ -78,7 +78,7 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
     words.emplace_back(place, shown[k]->name);
     panel.range(place, from / si, *number.change / si, to / si,
                 number.moved() ? Look::after : Look::nominal,
-                number.moved()    ? "moved"
+                number.moved()   ? "moved"
                 : number.p_value ? "not beyond chance"
                                  : "not tested",
                 fmt::format("{}: {:.3g} {}, from {:.3g} to {:.3g}", shown[k]->name,
@@ -97,7 +97,8 @@ std::string parameters_table(const std::vector<ComparedParameter>& parameters) {
     const std::string ending = parameter.unit.name == "1" ? "" : "_" + parameter.unit.name;
     const std::string key = fmt::format("parameters/{}/", k);
     rows.push_back({escaped(parameter.name), parameter.of_arm ? "arm" : "station",
-                    word_of(parameter.in), parameter.unit.name, value_cell(number.before, si, key + "before" + ending),
+                    word_of(parameter.in), parameter.unit.name,
+                    value_cell(number.before, si, key + "before" + ending),
                     value_cell(number.after, si, key + "after" + ending),
                     statistic_cell(number.change, si, key + "change" + ending),
                     statistic_cell(number.std, si, key + "std" + ending), moved_cell(number)});
@@ -122,7 +123,8 @@ void add_effects(Page& page, const RunComparison& found) {
       };
       rows.push_back({escaped(effect.effect.in_words() + ": " + coefficient.name),
                       word_of(effect.in), escaped(coefficient.unit), value(number.before, "before"),
-                      value(number.after, "after"), statistic_cell(number.change, 1, key + "change"),
+                      value(number.after, "after"),
+                      statistic_cell(number.change, 1, key + "change"),
                       statistic_cell(number.std, 1, key + "std"),
                       effect.same_inner ? moved_cell(number) : "other shape"});
     }
@@ -170,9 +172,9 @@ void add_errors(Page& page, const RunComparison& found) {
   page.add(table({"run", "verdict", "error before, mm", "error after, mm", "floor, mm"}, rows));
   for (const size_t k : {0, 1})
     if (const std::string& sentence = (*found.errors)[k].sentence; !sentence.empty())
-      page.add(paragraph(std::string(k == 0 ? "Before: " : "After: ") +
-                         keyed(sentence, std::string("errors/") + (k == 0 ? "before" : "after") +
-                                             "/sentence")));
+      page.add(paragraph(
+          std::string(k == 0 ? "Before: " : "After: ") +
+          keyed(sentence, std::string("errors/") + (k == 0 ? "before" : "after") + "/sentence")));
 }
 
 }  // namespace
@@ -182,7 +184,9 @@ Report comparison_page(const RunComparison& found, const std::vector<std::string
   const std::optional<bool> moved = found.arm_moved();
   Page page(head, robot, "Two runs compared");
   page.verdict(!moved || *moved ? Tone::attention : Tone::good,
-               !moved ? "not tested" : *moved ? "the arm moved" : "nothing beyond chance",
+               !moved   ? "not tested"
+               : *moved ? "the arm moved"
+                        : "nothing beyond chance",
                keyed(found.sentence, "sentence"));
   if (found.arm) {
     const ArmDifference& arm = *found.arm;

@@ -25,15 +25,15 @@ std::string comparison_table(const RunComparison& found, const std::vector<std::
   text += fmt::format("{:<28}{:<11}{:>12}{:>12}{:>12}{:>12}\n", "", "unit", "before", "after",
                       "change", "std");
   for (const ComparedParameter& parameter : found.parameters)
-    text += number_row(
-        parameter.name + (parameter.in == InRuns::both     ? ""
-                          : parameter.in == InRuns::before ? " (only before)"
-                                                           : " (only after)"),
-        parameter.unit.name, parameter.unit.si, parameter.number, "{:.4f}");
+    text += number_row(parameter.name + (parameter.in == InRuns::both     ? ""
+                                         : parameter.in == InRuns::before ? " (only before)"
+                                                                          : " (only after)"),
+                       parameter.unit.name, parameter.unit.si, parameter.number, "{:.4f}");
   for (const ComparedEffect& effect : found.effects) {
-    text += effect.effect.in_words() + (effect.in == InRuns::both     ? ""
-                                        : effect.in == InRuns::before ? ": only before"
-                                                                      : ": only after") +
+    text += effect.effect.in_words() +
+            (effect.in == InRuns::both     ? ""
+             : effect.in == InRuns::before ? ": only before"
+                                           : ": only after") +
             "\n";
     for (size_t k = 0; k < effect.numbers.size(); ++k)
       text += number_row("  " + effect.effect.coefficients[k].name,

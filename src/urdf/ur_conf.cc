@@ -33,10 +33,9 @@ struct NamedRow {
   const char* name;
   OfAxes DhTable::*row;
 };
-constexpr std::array<NamedRow, 4> kRows{NamedRow{"delta_theta", &DhTable::theta},
-                                        NamedRow{"delta_a", &DhTable::a},
-                                        NamedRow{"delta_d", &DhTable::d},
-                                        NamedRow{"delta_alpha", &DhTable::alpha}};
+constexpr std::array<NamedRow, 4> kRows{
+    NamedRow{"delta_theta", &DhTable::theta}, NamedRow{"delta_a", &DhTable::a},
+    NamedRow{"delta_d", &DhTable::d}, NamedRow{"delta_alpha", &DhTable::alpha}};
 
 // No calibration moves an axis farther; beyond it the arm is another.
 constexpr double kSameAxis = 50 * kMillimetre, kSameAxisAngle = 5 * kDegree;
@@ -69,9 +68,10 @@ std::optional<Place> find_row(const std::string& text, std::string_view name,
     if (equals != std::string_view::npos && without_blanks(line.substr(0, equals)) == name) {
       const std::string_view value = without_blanks(line.substr(equals + 1));
       if (!value.starts_with('[') || !value.ends_with(']'))
-        throw InputError(fmt::format("{}, line {}: '{}' needs six numbers in brackets, as {} = [0, "
-                                     "0, 0, 0, 0, 0]",
-                                     file, number, value, name));
+        throw InputError(
+            fmt::format("{}, line {}: '{}' needs six numbers in brackets, as {} = [0, "
+                        "0, 0, 0, 0, 0]",
+                        file, number, value, name));
       if (found)
         throw InputError(fmt::format("{}, line {}: '{}' stands in line {} too; keep one", file,
                                      number, name, found->line));
@@ -85,9 +85,10 @@ std::optional<Place> find_row(const std::string& text, std::string_view name,
 
 Place place_of_row(const std::string& text, const char* name, const std::string& file) {
   if (const auto place = find_row(text, name, file)) return *place;
-  throw InputError(fmt::format("{}: has no line '{} = [...]'; a calibration.conf has delta_theta, "
-                               "delta_a, delta_d and delta_alpha",
-                               file, name));
+  throw InputError(
+      fmt::format("{}: has no line '{} = [...]'; a calibration.conf has delta_theta, "
+                  "delta_a, delta_d and delta_alpha",
+                  file, name));
 }
 
 OfAxes read_row(const std::string& text, const char* name, const std::string& file) {
@@ -197,9 +198,8 @@ DhArm dh_of(const KinematicChain& chain, const DhTable& type) {
   arm.foot.translation = from - z * from.dot(z);
   Pose here = arm.foot;
   for (size_t j = 0; j + 1 < kAxes; ++j) {
-    const DhLink link =
-        dh_towards(inverse(here) * axes[j + 1],
-                   {type.theta[j], type.d[j], type.a[j], type.alpha[j]});
+    const DhLink link = dh_towards(inverse(here) * axes[j + 1],
+                                   {type.theta[j], type.d[j], type.a[j], type.alpha[j]});
     arm.dh.theta[j] = link.theta;
     arm.dh.d[j] = link.d;
     arm.dh.a[j] = link.a;
@@ -224,9 +224,10 @@ FrameShift shift_of(const Pose& pose) {
 // Axes of the two arms, seen from R_0, must lie together.
 void require_arm_of_type(const Robot& robot, const Robot& nominal, const std::string& about) {
   const auto fail = [&](const std::string& why) {
-    throw InputError(fmt::format("the robot '{}' is no arm of the type of {}: {}; give the robot file "
-                                 "of its type as --nominal",
-                                 robot.name, about, why));
+    throw InputError(
+        fmt::format("the robot '{}' is no arm of the type of {}: {}; give the robot file "
+                    "of its type as --nominal",
+                    robot.name, about, why));
   };
   if (!is_six_axis_arm(robot.chain)) fail("it has not six axes");
   Pose own, expected;
@@ -237,7 +238,8 @@ void require_arm_of_type(const Robot& robot, const Robot& nominal, const std::st
     expected = expected * link_transform(other);
     const Vector3d z = expected.rotation.col(2), between = own.translation - expected.translation;
     const double distance = (between - z * z.dot(between)).norm();
-    const double angle = std::atan2(z.cross(own.rotation.col(2)).norm(), z.dot(own.rotation.col(2)));
+    const double angle =
+        std::atan2(z.cross(own.rotation.col(2)).norm(), z.dot(own.rotation.col(2)));
     if (distance > kSameAxis || angle > kSameAxisAngle)
       fail(fmt::format("axis {} lies {:.4g} mm and {:.3g} deg beside", j + 1,
                        distance / kMillimetre, angle / kDegree));

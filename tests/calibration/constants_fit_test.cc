@@ -136,8 +136,8 @@ TEST(ConstantsFit, SaysTheErrorsOfBothConstants) {
 TEST(ConstantsFit, WithoutEffectsChangesNothing) {
   Robot robot = read_robot(kSagging).robot;
   robot.effects.clear();
-  const ConstantsFit fit = fit_constants(robot, robot.chain, link_parameters(robot.chain),
-                                         visits_of_travel(robot, {}));
+  const ConstantsFit fit =
+      fit_constants(robot, robot.chain, link_parameters(robot.chain), visits_of_travel(robot, {}));
   EXPECT_EQ(fit.after.max, 0);
   EXPECT_EQ(fit.chain.links[2].theta, robot.chain.links[2].theta);
 }
@@ -147,8 +147,8 @@ TEST(ConstantsFit, FindsZeroOffsetsOfAnotherModelAndMovesNothingElse) {
   Robot arm = robot;
   const std::array<double, 6> zeros{1e-4, -2e-3, 7e-4, 0, 3e-4, -5e-4};
   for (size_t j = 0; j < zeros.size(); ++j) arm.chain.links[j].theta += zeros[j];
-  const ConstantsFit fit = fit_constants(arm, robot.chain, zero_offsets(robot.chain),
-                                         visits_of_travel(arm, {}));
+  const ConstantsFit fit =
+      fit_constants(arm, robot.chain, zero_offsets(robot.chain), visits_of_travel(arm, {}));
   EXPECT_GT(fit.before.mean, 1e-3);
   EXPECT_LT(fit.after.max, 1e-10);
   for (size_t j = 0; j < zeros.size(); ++j) {
@@ -163,8 +163,8 @@ TEST(ConstantsFit, ABacklashDoesNotMoveTheConstantsOfTheTravel) {
   Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
   Effect backlash{"backlash", "A2.theta", {DriverKind::arrival, 1}, sign_shape(), {{"c", 1e-4}}};
   robot.effects = {backlash};
-  const ConstantsFit fit = fit_constants(robot, robot.chain, link_parameters(robot.chain),
-                                         visits_of_travel(robot, {}));
+  const ConstantsFit fit =
+      fit_constants(robot, robot.chain, link_parameters(robot.chain), visits_of_travel(robot, {}));
   EXPECT_GT(fit.after.mean, 0.9 * fit.before.mean);
   EXPECT_LT(std::abs(fit.chain.links[1].theta - robot.chain.links[1].theta), 1e-5);
 }

@@ -61,9 +61,12 @@ Calibrated calibrated(const Robot& truth, unsigned seed, const Plan& plan = {}) 
 ComparedRun run_of(const std::string& name, const Calibrated& of) {
   ComparedRun run{name, &of.robot, &of.training};
   for (const Effect& effect : of.robot.effects) {
-    NamedEffect& named = run.effects.emplace_back(
-        NamedEffect{effect.name, to_string(effect.parameter), to_string(effect.driver),
-                    to_string(effect.shape), "", {}});
+    NamedEffect& named = run.effects.emplace_back(NamedEffect{effect.name,
+                                                              to_string(effect.parameter),
+                                                              to_string(effect.driver),
+                                                              to_string(effect.shape),
+                                                              "",
+                                                              {}});
     for (const Coefficient& c : effect.coefficients)
       named.coefficients.push_back({c.name, "rad/(N m)", c.value, c.std});
   }
@@ -97,8 +100,8 @@ int pairs(int usual) {
 
 struct Alarms {
   int pairs = 0, any = 0, of_arm = 0;
-  double times_chance = 0;   // distance of the arms, mean over the pairs
-  double hold_zero = 0;      // share of the intervals
+  double times_chance = 0;  // distance of the arms, mean over the pairs
+  double hold_zero = 0;     // share of the intervals
 };
 
 // Pairs of runs between which nothing has changed.
@@ -120,11 +123,11 @@ Alarms alarms(const std::string& truth, const Plan& plan, int count) {
   }
   found.times_chance /= found.pairs;
   found.hold_zero = inside / intervals;
-  std::printf("%s, %d poses x %d%s, %.2f blunders: %d pairs, %d alarms, %d of the arm as a whole; "
-              "distance %.2f of chance; %.3f of the intervals hold 0\n",
-              truth.c_str(), plan.poses, plan.repeats, plan.orientation ? "" : ", points",
-              plan.blunders, found.pairs, found.any, found.of_arm, found.times_chance,
-              found.hold_zero);
+  std::printf(
+      "%s, %d poses x %d%s, %.2f blunders: %d pairs, %d alarms, %d of the arm as a whole; "
+      "distance %.2f of chance; %.3f of the intervals hold 0\n",
+      truth.c_str(), plan.poses, plan.repeats, plan.orientation ? "" : ", points", plan.blunders,
+      found.pairs, found.any, found.of_arm, found.times_chance, found.hold_zero);
   return found;
 }
 
@@ -205,7 +208,11 @@ TEST(RunComparison, AnEffectThatMayBeNoneHindersNoTest) {
   const Robot truth = shipped("kr360-table4");
   const Calibrated before = calibrated(truth, 1), after = calibrated(truth, 2);
   ComparedRun with = run_of("after.yaml", after);
-  with.effects = {{"joint compliance", "A5.theta", "gravity-torque 5", "linear", "",
+  with.effects = {{"joint compliance",
+                   "A5.theta",
+                   "gravity-torque 5",
+                   "linear",
+                   "",
                    {{"c", "rad/(N m)", 1e-8, 2e-8}}}};
   EXPECT_THAT(compare_runs(run_of("before.yaml", before), with).untested, testing::IsEmpty());
   with.effects.front().coefficients.front().value = 1e-7;
@@ -214,10 +221,8 @@ TEST(RunComparison, AnEffectThatMayBeNoneHindersNoTest) {
 
 TEST(RunComparison, AStationSetUpAnewIsNoChangeOfTheArm) {
   const Calibrated before = calibrated(shipped("kr360-table4"), 1);
-  const Calibrated after = calibrated(moved(shipped("kr360-table4"), {{"base.x", 0.5},
-                                                              {"base.rz", 0.3},
-                                                              {"tool.z", 0.02}}),
-                               2);
+  const Calibrated after = calibrated(
+      moved(shipped("kr360-table4"), {{"base.x", 0.5}, {"base.rz", 0.3}, {"tool.z", 0.02}}), 2);
   const RunComparison found = compared(before, after);
   EXPECT_THAT(found.arm_moved(), testing::Optional(false));
   EXPECT_LT(found.arm->rms, 2 * *found.arm->by_chance);
@@ -242,8 +247,9 @@ TEST(RunComparison, TheDistanceOfTheArmsIsThatOfTheChange) {
 
 TEST(RunComparison, BaseAndToolAreNoDifference) {
   const Robot nominal = shipped("kr360-spindle");
-  const Robot other = moved(nominal, {{"base.x", 1.0}, {"base.rz", 2.0}, {"A1.theta", 1e-3},
-                                      {"A6.theta", 2e-3}, {"tool.y", 0.1}});
+  const Robot other = moved(
+      nominal,
+      {{"base.x", 1.0}, {"base.rz", 2.0}, {"A1.theta", 1e-3}, {"A6.theta", 2e-3}, {"tool.y", 0.1}});
   EXPECT_LT(arm_difference(nominal, other, poses_of_both(nominal, nominal)).max, 1e-7);
   EXPECT_LT(arm_difference(nominal, nominal, poses_of_both(nominal, nominal)).max, 1e-9);
 }
@@ -270,15 +276,20 @@ TEST(RunComparison, OtherUnknownsAreNotTested) {
 }
 
 NamedEffect sag(double value) {
-  return {"joint compliance", "A3.theta", "gravity-torque 3", "linear", "",
-          {{"c", "rad/(N m)", value, 1e-9}}};
+  return {"joint compliance", "A3.theta", "gravity-torque 3",
+          "linear",           "",         {{"c", "rad/(N m)", value, 1e-9}}};
 }
 
 TEST(RunComparison, EffectsAreMatchedByWhatTheyAre) {
   ComparedRun before{"before.yaml"}, after{"after.yaml"};
   before.effects = {sag(2e-7)};
-  after.effects = {sag(3e-7), {"eccentricity", "A4.theta", "joint-angle 4", "harmonic 1", "",
-                              {{"sin", "rad", 1e-4, 1e-6}, {"cos", "rad", 0, 1e-6}}}};
+  after.effects = {sag(3e-7),
+                   {"eccentricity",
+                    "A4.theta",
+                    "joint-angle 4",
+                    "harmonic 1",
+                    "",
+                    {{"sin", "rad", 1e-4, 1e-6}, {"cos", "rad", 0, 1e-6}}}};
   before.readings = {"a"};
   after.readings = {"b"};
   const RunComparison found = compare_runs(before, after);

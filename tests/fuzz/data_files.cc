@@ -115,7 +115,9 @@ void read_findings_document(const std::string& bytes) {
 
 void read_about_document(const std::string& bytes) { read_about(MemoryFile(bytes).path()); }
 
-void read_run_document(const std::string& bytes) { compared_run(read_run(MemoryFile(bytes).path())); }
+void read_run_document(const std::string& bytes) {
+  compared_run(read_run(MemoryFile(bytes).path()));
+}
 
 void read_certificate_document(const std::string& bytes) {
   read_certificate(MemoryFile(bytes).path());

@@ -21,13 +21,14 @@ struct NumberChange {
   std::optional<double> std;  ///< of the change, sqrt(s1^2 + s2^2); only of independent readings
   /// 95 % interval: Student's t with the degrees of freedom of both (Welch, Satterthwaite).
   std::optional<std::array<double, 2>> ci95;
-  std::optional<double> p_value;  ///< two-sided, times the number of all that are tested (Bonferroni)
+  std::optional<double>
+      p_value;  ///< two-sided, times the number of all that are tested (Bonferroni)
 
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
 };
 
-/// Whether an effect predicts and is no cause: part of the remainder, or a curve over one joint that
-/// the catalogue does not explain.
+/// Whether an effect predicts and is no cause: part of the remainder, or a curve over one joint
+/// that the catalogue does not explain.
 bool is_nameless(const Effect& effect);
 
 /// In which of the runs something was identified or found.
@@ -52,12 +53,13 @@ struct NamedCoefficient {
 /// An effect as a document states it.
 struct NamedEffect {
   std::string name, parameter, driver, shape;
-  std::string inner;  ///< inner values of the shape: only coefficients of equal ones can be compared
+  std::string
+      inner;  ///< inner values of the shape: only coefficients of equal ones can be compared
   std::vector<NamedCoefficient> coefficients;
 
   bool of_arm() const;
-  /// Whether the 95 % intervals of all coefficients hold zero, as those of effects that only a prior
-  /// keeps in a model: a model without it says nothing else.
+  /// Whether the 95 % intervals of all coefficients hold zero, as those of effects that only a
+  /// prior keeps in a model: a model without it says nothing else.
   bool may_be_none() const;
   std::string in_words() const;  ///< "joint compliance (A3.theta follows gravity-torque 3)"
 };
@@ -70,14 +72,14 @@ struct ComparedEffect {
   std::vector<NumberChange> numbers;  ///< one for each of its coefficients
 };
 
-/// The effects without a name (is_nameless()) that move one parameter by the angle of one joint, added
-/// up, over the angles that both runs have seen.
+/// The effects without a name (is_nameless()) that move one parameter by the angle of one joint,
+/// added up, over the angles that both runs have seen.
 struct RemainderCurve {
   std::string parameter;
-  int joint = 0;                      ///< 0-based
-  DisplayUnit unit;                   ///< of the values
-  std::vector<double> q;              ///< [rad or m]
-  std::vector<double> before, after;  ///< [rad or m]
+  int joint = 0;                                         ///< 0-based
+  DisplayUnit unit;                                      ///< of the values
+  std::vector<double> q;                                 ///< [rad or m]
+  std::vector<double> before, after;                     ///< [rad or m]
   double rms_before = 0, rms_after = 0, rms_change = 0;  ///< without their means
 };
 
@@ -99,10 +101,10 @@ struct RunErrors {
 
 /// One side of a comparison.
 struct ComparedRun {
-  std::string name;                         ///< of its file, for sentences
-  const Robot* robot = nullptr;             ///< of a calibrated robot
-  const TrainingRows* training = nullptr;   ///< its readings
-  std::optional<ReadingSigma> spread{};     ///< of its residuals
+  std::string name;                        ///< of its file, for sentences
+  const Robot* robot = nullptr;            ///< of a calibrated robot
+  const TrainingRows* training = nullptr;  ///< its readings
+  std::optional<ReadingSigma> spread{};    ///< of its residuals
   std::vector<NamedEffect> effects{};
   std::optional<RunErrors> errors{};
   // What made it, as its file states it; empty if it does not.
@@ -114,8 +116,8 @@ struct ComparedRun {
 /// the SHA-256 of their files.
 Shared shared_readings(const ComparedRun& before, const ComparedRun& after);
 
-/// What decides the meaning of a difference, a sentence each: readings, nominal robots, commands and
-/// versions, names of the robots, residuals.
+/// What decides the meaning of a difference, a sentence each: readings, nominal robots, commands
+/// and versions, names of the robots, residuals.
 std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after);
 
 struct RunComparison {
@@ -124,8 +126,8 @@ struct RunComparison {
   std::vector<std::string> untested;
   int tested = 0;  ///< numbers
   std::vector<ComparedParameter> parameters;
-  /// Parameters of links that neither run identified and that differ: those of other nominal robots,
-  /// or the means that a loop has left in its arm.
+  /// Parameters of links that neither run identified and that differ: those of other nominal
+  /// robots, or the means that a loop has left in its arm.
   std::vector<std::string> held_apart;
   std::vector<ComparedEffect> effects;
   std::vector<RemainderCurve> remainder;
@@ -144,14 +146,14 @@ struct RunComparison {
 std::string why_not_comparable(const Robot& before, const std::string& name_before,
                                const Robot& after, const std::string& name_after);
 
-/// Compares two runs. With robots, their arms are compared at `poses`, or at poses_of_both() if there
-/// are none.
+/// Compares two runs. With robots, their arms are compared at `poses`, or at poses_of_both() if
+/// there are none.
 ///
 /// Numbers are tested if the readings of the runs are others, and if both have the same unknowns:
 /// where one model holds a parameter, or lacks an effect that is not NamedEffect::may_be_none(),
-/// other parameters take its part, and their change is none of the arm. Of independent readings the change of a number has the standard
-/// deviation sqrt(s1^2 + s2^2); it is significant if its p-value, times the number of all that are
-/// tested, is below kChangeSignificance.
+/// other parameters take its part, and their change is none of the arm. Of independent readings the
+/// change of a number has the standard deviation sqrt(s1^2 + s2^2); it is significant if its
+/// p-value, times the number of all that are tested, is below kChangeSignificance.
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
                            const std::vector<JointVector>& poses = {});
 

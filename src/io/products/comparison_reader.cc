@@ -13,7 +13,7 @@ namespace armtrue {
 namespace {
 
 // The keys that state the inner values of a shape.
-constexpr const char* kInnerKeys[] = {"at_s",  "at_deg",  "at_mm", "tau_s",
+constexpr const char* kInnerKeys[] = {"at_s",    "at_deg", "at_mm", "tau_s",
                                       "tau_deg", "tau_mm", "since"};
 
 std::optional<double> length(YamlMap& map, const std::string& key) {
@@ -45,8 +45,8 @@ std::string inner_text(YamlMap& map) {
 
 // An effect of a loop document, whose numbers nobody needs the robot for.
 NamedEffect named_effect(YamlMap map) {
-  NamedEffect effect{map.text("name"), map.text("parameter"), map.text("driver"), map.text("shape"),
-                     inner_text(map), {}};
+  NamedEffect effect{map.text("name"),  map.text("parameter"), map.text("driver"),
+                     map.text("shape"), inner_text(map),       {}};
   for (YamlMap& entry : map.maps("coefficients"))
     effect.coefficients.push_back({entry.text("name"), entry.text("unit", ""),
                                    entry.number("value"), entry.number("std", 0)});
@@ -54,8 +54,12 @@ NamedEffect named_effect(YamlMap map) {
 }
 
 NamedEffect named_effect(const Effect& effect, const KinematicChain& chain) {
-  NamedEffect named{effect.name, to_string(effect.parameter), to_string(effect.driver),
-                    to_string(effect.shape), "", {}};
+  NamedEffect named{effect.name,
+                    to_string(effect.parameter),
+                    to_string(effect.driver),
+                    to_string(effect.shape),
+                    "",
+                    {}};
   for (const auto& entry : effect_form_node(effect, chain)) {
     const std::string key = entry.first.as<std::string>();
     if (key != "name" && key != "parameter" && key != "driver" && key != "shape")
@@ -138,9 +142,9 @@ RunFile read_run(const std::string& path) {
   RunFile run;
   run.name = source.name();
   run.sha256 = source.sha256();
-  YamlMap document =
-      read_document(text, run.name, {"armtrue-robot/1", "armtrue-loop/1", "armtrue-summary/1",
-                                     "armtrue-certificate/1"});
+  YamlMap document = read_document(
+      text, run.name,
+      {"armtrue-robot/1", "armtrue-loop/1", "armtrue-summary/1", "armtrue-certificate/1"});
   const std::string format = document.text("format");
   if (format == "armtrue-certificate/1")
     document.fail("format", "is a certificate; certify --against compares two of them");
@@ -150,8 +154,7 @@ RunFile read_run(const std::string& path) {
     run.robot->sha256 = run.sha256;
     run.provenance = run.robot->provenance;
     for (const Effect& effect : run.robot->robot.effects)
-      if (!is_nameless(effect))
-        run.effects.push_back(named_effect(effect, run.robot->robot.chain));
+      if (!is_nameless(effect)) run.effects.push_back(named_effect(effect, run.robot->robot.chain));
     return run;
   }
   if (document.has("provenance")) run.provenance = read_provenance(document);

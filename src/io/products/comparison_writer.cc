@@ -119,9 +119,9 @@ YAML::Node errors_node(const RunErrors& errors) {
   if (!errors.verdict.empty()) node["verdict"] = errors.verdict;
   if (!errors.sentence.empty()) node["sentence"] = errors.sentence;
   node["poses"] = whole_number(errors.poses);
-  for (const auto& [key, value] : {std::pair("before_mm", errors.before),
-                                   std::pair("after_mm", errors.after),
-                                   std::pair("floor_mm", errors.floor)})
+  for (const auto& [key, value] :
+       {std::pair("before_mm", errors.before), std::pair("after_mm", errors.after),
+        std::pair("floor_mm", errors.floor)})
     if (value) node[key] = rounded(*value / kMillimetre);
   return node;
 }
@@ -160,8 +160,7 @@ Document write_comparison(const RunComparison& found, const std::vector<std::str
     std::vector<YAML::Node> parameters, curves;
     for (const ComparedParameter& parameter : found.parameters)
       parameters.push_back(parameter_node(parameter));
-    for (const RemainderCurve& curve : found.remainder)
-      curves.push_back(curve_node(curve, chain));
+    for (const RemainderCurve& curve : found.remainder) curves.push_back(curve_node(curve, chain));
     root["parameters"] = list_node(parameters);
     root["held_apart"] = texts_node(found.held_apart);
     root["remainder"] = list_node(curves);

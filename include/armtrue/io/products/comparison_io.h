@@ -17,17 +17,17 @@ struct RunFile {
   Kind kind = Kind::robot;
   std::string name, sha256;
   Provenance provenance;
-  std::optional<RobotFile> robot;   ///< of a robot file
-  std::vector<NamedEffect> effects; ///< with a name
-  std::optional<RunErrors> errors;  ///< of a loop or an evaluation
+  std::optional<RobotFile> robot;    ///< of a robot file
+  std::vector<NamedEffect> effects;  ///< with a name
+  std::optional<RunErrors> errors;   ///< of a loop or an evaluation
 };
 
 /// Reads an armtrue-robot/1, armtrue-loop/1 or armtrue-summary/1 document. Throws InputError, for a
 /// certificate with the command that compares it.
 RunFile read_run(const std::string& path);
 
-/// As a comparison sees it; it refers to `run`. The first input of a run is its robot, those that are
-/// no documents are its readings.
+/// As a comparison sees it; it refers to `run`. The first input of a run is its robot, those that
+/// are no documents are its readings.
 ComparedRun compared_run(const RunFile& run);
 
 /// "a robot file", "the document of a loop", "an evaluation".
