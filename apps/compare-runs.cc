@@ -1,13 +1,11 @@
 #include <fmt/format.h>
 
-#include "armtrue/diagnosis/run_comparison.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/comparison_io.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/comparison_page.h"
-#include "armtrue/text/input_error.h"
 #include "command_line.h"
 #include "report_arguments.h"
 
@@ -54,13 +52,6 @@ RunFile read(app::Command& command, const std::string& path) {
   return run;
 }
 
-void require_same_kind(const RunFile& before, const RunFile& after) {
-  if (before.kind != after.kind)
-    throw InputError(fmt::format("{} is {}, but {} is {}; give two documents of one kind",
-                                 before.name, kind_in_words(before.kind), after.name,
-                                 kind_in_words(after.kind)));
-}
-
 // Throws unless the numbers of both robots mean the same.
 void require_comparable(app::Command& command, const RunFile& before, const RunFile& after) {
   for (const RunFile* run : {&before, &after})
@@ -85,10 +76,8 @@ void add_loops(app::Command& command, const Arguments& arguments, RunFile& befor
                      "--before and FILE");
   const RunFile first = read(command, arguments.loop_before),
                 second = read(command, arguments.loop);
-  for (const RunFile* loop : {&first, &second})
-    if (loop->kind != RunFile::Kind::loop)
-      throw InputError(fmt::format("{}: is {}; give the document that close-loop -o wrote",
-                                   loop->name, kind_in_words(loop->kind)));
+  require_loop(first);
+  require_loop(second);
   before.errors = first.errors;
   after.errors = second.errors;
 }
@@ -125,7 +114,7 @@ int conclude(app::Command& command, const Arguments& arguments, const RunCompari
 
 int run(app::Command& command, const Arguments& arguments) {
   RunFile before = read(command, arguments.before), after = read(command, command.input);
-  require_same_kind(before, after);
+  require_one_kind(before, after);
   if (before.robot) require_comparable(command, before, after);
   if (!before.robot && (arguments.max_change_mm || !arguments.poses.empty()))
     throw InputError(before.name + ": is " + kind_in_words(before.kind) +

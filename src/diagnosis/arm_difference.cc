@@ -187,17 +187,37 @@ std::vector<bool> covered(const Robot& robot, const std::vector<JointVector>& po
   return inside;
 }
 
+// To the angles that curves over a joint have seen.
+void clip_travel(const Robot& robot, KinematicChain& chain) {
+  for (const Effect& effect : robot.effects) {
+    if (!effect.measured || !is_of_one_angle(effect)) continue;
+    Link& link = chain.links[link_of_joint(chain, effect.driver.joint)];
+    const double low = std::max(link.min, (*effect.measured)[0]),
+                 high = std::min(link.max, (*effect.measured)[1]);
+    if (low < high) {
+      link.min = low;
+      link.max = high;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after) {
   constexpr size_t kPoses = 200;  // the mean distance is then known to some 4 %
   constexpr size_t kFewest = 40;  // readings of a region that the travel hardly meets
   constexpr int kDrawn = 2000;
-  const std::vector<JointVector> drawn = random_configurations(after, kDrawn, {}, 1);
-  const std::vector<bool> by_one = covered(before, drawn), by_other = covered(after, drawn);
+  constexpr std::ptrdiff_t kAtOnce = 250;
+  Robot within = after;
+  for (const Robot* robot : {&before, &after}) clip_travel(*robot, within.chain);
+  const std::vector<JointVector> drawn = random_configurations(within, kDrawn, {}, 1);
   std::vector<JointVector> poses;
-  for (size_t k = 0; k < drawn.size() && poses.size() < kPoses; ++k)
-    if (by_one[k] && by_other[k]) poses.push_back(drawn[k]);
+  for (auto first = drawn.begin(); first != drawn.end() && poses.size() < kPoses; first += kAtOnce) {
+    const std::vector<JointVector> some(first, first + kAtOnce);
+    const std::vector<bool> by_one = covered(before, some), by_other = covered(after, some);
+    for (size_t k = 0; k < some.size() && poses.size() < kPoses; ++k)
+      if (by_one[k] && by_other[k]) poses.push_back(some[k]);
+  }
   if (poses.size() < kFewest) poses.assign(drawn.begin(), drawn.begin() + kPoses);
   return poses;
 }

@@ -176,7 +176,7 @@ double rms_about_mean(const std::vector<double>& values) {
 }
 
 std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot& after) {
-  constexpr int kPoints = 61;  // every 6 deg of a turn
+  constexpr int kPoints = 37;  // every 10 deg of a turn
   std::vector<RemainderCurve> curves;
   const std::vector<JointName> names = joint_names(after.chain);
   for (const Robot* robot : {&after, &before})
@@ -215,6 +215,15 @@ std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot&
   return curves;
 }
 
+// The first ones, and how many there are beside them.
+std::string some_of(const std::vector<std::string>& names, const char* between) {
+  constexpr size_t kShown = 4;  // of a sentence
+  if (names.size() <= kShown) return fmt::format("{}", fmt::join(names, between));
+  return fmt::format("{}{}and {} others",
+                     fmt::join(names.begin(), names.begin() + kShown, between), between,
+                     names.size() - kShown);
+}
+
 // Whether an effect is a curve that readings determined and no prior.
 bool has_curve(const Robot& robot) {
   return std::ranges::any_of(robot.effects, [](const Effect& effect) {
@@ -242,14 +251,13 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
     reasons.push_back(fmt::format(
         "only one run identified {}, so that other parameters of the other run take its part; "
         "calibrate both with the same --identify",
-        fmt::join(one_sided, ", ")));
+        some_of(one_sided, ", ")));
   if (!found.held_apart.empty())
-    reasons.push_back(
-        fmt::format("the runs hold {} at different values, {}", fmt::join(found.held_apart, ", "),
-                    before.nominal == after.nominal
-                        ? "where loops have left the means of their effects; compare what "
-                          "calibrate makes of both"
-                        : "as of different nominal robots; calibrate both from one robot file"));
+    reasons.push_back(fmt::format(
+        "the runs hold {} at different values, {}", some_of(found.held_apart, ", "),
+        before.nominal == after.nominal
+            ? "where loops have left the means of their effects; compare what calibrate makes of both"
+            : "as of different nominal robots; calibrate both from one robot file"));
   if (before.robot && after.robot && (has_curve(*before.robot) || has_curve(*after.robot)))
     reasons.emplace_back(
         "a model has curves over joints that no cause explains, which differ from run to run; "
@@ -264,7 +272,7 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
     reasons.push_back(fmt::format(
         "only one model has {}, whose part parameters of the other take; compare what calibrate "
         "makes of both, or ask trace-residual --since",
-        fmt::join(effects, "; ")));
+        some_of(effects, "; ")));
   return reasons;
 }
 
@@ -397,7 +405,7 @@ std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
   }
   std::string text;
   const auto tell = [&](const char* what, const std::vector<std::string>& which) {
-    if (!which.empty()) text += fmt::format(" {}: {}.", what, fmt::join(which, "; "));
+    if (!which.empty()) text += fmt::format(" {}: {}.", what, some_of(which, "; "));
   };
   tell("Only before", gone);
   tell("Only after", added);

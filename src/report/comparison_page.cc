@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -156,6 +157,19 @@ Drawing curve_picture(const RemainderCurve& curve, size_t number) {
   return picture;
 }
 
+constexpr size_t kCurvesShown = 6;  // as pictures
+
+// Their numbers, those of angles first, the largest change first.
+std::vector<size_t> by_change(const std::vector<RemainderCurve>& curves) {
+  std::vector<size_t> order(curves.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, [&](size_t a, size_t b) {
+    return std::pair(curves[a].unit.name == "mm", -curves[a].rms_change) <
+           std::pair(curves[b].unit.name == "mm", -curves[b].rms_change);
+  });
+  return order;
+}
+
 void add_errors(Page& page, const RunComparison& found) {
   if (!found.errors) return;
   page.section("Error and verdict");
@@ -219,9 +233,23 @@ Report comparison_page(const RunComparison& found, const std::vector<std::string
   if (!found.remainder.empty()) {
     page.section("Effects without a name");
     std::vector<Drawing> pictures;
-    for (size_t k = 0; k < found.remainder.size(); ++k)
-      pictures.push_back(curve_picture(found.remainder[k], k));
+    std::vector<TableRow> rows;
+    for (const size_t k : by_change(found.remainder)) {
+      const RemainderCurve& curve = found.remainder[k];
+      if (pictures.size() < kCurvesShown) pictures.push_back(curve_picture(curve, k));
+      const std::string key = fmt::format("remainder/{}/rms_", k), unit = "_" + curve.unit.name;
+      const auto cell = [&](double rms, const char* which) {
+        return keyed(rms / curve.unit.si, key + which + unit);
+      };
+      rows.push_back({escaped(curve.parameter), std::to_string(curve.joint + 1), curve.unit.name,
+                      cell(curve.rms_before, "before"), cell(curve.rms_after, "after"),
+                      cell(curve.rms_change, "change")});
+    }
     page.pictures(pictures);
+    page.add(folded(fmt::format("{} curves", rows.size()),
+                    table({"parameter", "over joint", "unit", "RMS before", "RMS after",
+                           "RMS of the change"},
+                          rows)));
   }
   add_errors(page, found);
   return page.finish();

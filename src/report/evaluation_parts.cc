@@ -1,12 +1,6 @@
 #include "report/evaluation_parts.h"
 
-#include <algorithm>
-#include <functional>
-#include <numeric>
-#include <set>
-
 #include "armtrue/kinematics/units.h"
-#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 
@@ -31,39 +25,12 @@ std::string errors_table(const std::vector<TabledModel>& models, const Campaign&
          table({"axis", "mean, mm", "min, mm", "max, mm"}, axes);
 }
 
-namespace {
-
-// The readings that the last model misses most, one of each pose.
-std::string worst_poses(const std::vector<Judged>& models, const Campaign& campaign) {
-  constexpr size_t kShown = 5;
-  const Evaluation& last = models.back().evaluation;
-  std::vector<std::vector<double>> errors;
-  for (const Judged& model : models) errors.push_back(model.evaluation.reading_errors());
-  std::vector<size_t> order(errors.back().size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::ranges::stable_sort(order, std::greater(), [&](size_t k) { return errors.back()[k]; });
-  TableRow head{"the worst poses"};
-  for (const Judged& model : models) head.push_back(escaped(model.name) + ", mm");
-  std::vector<TableRow> rows;
-  std::set<std::string> named;
-  for (size_t reading : order) {
-    const std::string name = reading_name(campaign, last, reading);
-    if (rows.size() == kShown || !named.insert(name).second) continue;
-    TableRow& row = rows.emplace_back(TableRow{escaped(name)});
-    for (const std::vector<double>& of : errors) row.push_back(rounded(of[reading] / kMillimetre));
-  }
-  return table(head, rows);
-}
-
-}  // namespace
-
 void add_error_pictures(Page& page, const std::vector<Judged>& models, const Campaign& campaign,
                         const std::vector<bool>& left_out, const std::string& readings,
                         const Eigen::Vector3d& up) {
   page.section("Errors of the " + readings);
   page.pictures({histogram_picture(models, readings), axes_picture(models, campaign),
                  campaign_picture(models, campaign, left_out)});
-  page.add(worst_poses(models, campaign));
   const size_t shown = std::min<size_t>(2, models.size());
   const std::vector<Drawing> maps = residual_maps(
       {models.end() - static_cast<std::ptrdiff_t>(shown), models.end()}, campaign, up);

@@ -1,6 +1,7 @@
 #include "report/residual_pictures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -64,6 +65,28 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
     for (auto& residuals : placed.residuals) residuals[k] /= counts[k];
   }
   return placed;
+}
+
+}  // namespace
+
+namespace {
+
+// "The worst poses with its effects: P7 0.42 mm, ..." By the largest error of a pose's readings.
+std::string worst_poses(const Judged& model, const Campaign& campaign) {
+  constexpr size_t kShown = 5;
+  std::map<std::string, double> worst;
+  const std::vector<double> errors = model.evaluation.reading_errors();
+  for (size_t reading = 0; reading < errors.size(); ++reading) {
+    double& of_pose = worst[reading_name(campaign, model.evaluation, reading)];
+    of_pose = std::max(of_pose, errors[reading]);
+  }
+  std::vector<std::pair<double, std::string>> order;
+  for (const auto& [name, error] : worst) order.emplace_back(-error, name);
+  std::ranges::sort(order);
+  std::vector<std::string> texts;
+  for (size_t k = 0; k < std::min(kShown, order.size()); ++k)
+    texts.push_back(fmt::format("{} {:.3g}", order[k].second, in_mm(-order[k].first)));
+  return fmt::format("The worst, {}: {} mm.", model.name, fmt::join(texts, ", "));
 }
 
 }  // namespace
@@ -165,8 +188,8 @@ Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& camp
   const std::vector<Eigen::Index> drawn = evenly(rows, kMostReadings);
   auto picture = std::make_shared<Picture>(
       "campaign", "Errors along the campaign",
-      "Each reading, in the order of the file: a drift or a jump shows here." +
-          thinned_note(rows, drawn.size(), "readings"),
+      "Each reading, in the order of the file: a drift or a jump shows here. " +
+          worst_poses(models.back(), campaign) + thinned_note(rows, drawn.size(), "readings"),
       count_axis(static_cast<double>(rows), "reading"));
   Panel& panel =
       picture->panel(round_axis(0, largest_error(models), "length of the error, mm"), 190);

@@ -30,9 +30,9 @@ struct ArmDifference {
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
 };
 
-/// Up to 200 of 2000 random poses over the travel of the joints, always the same ones: those that
-/// the readings of both calibrations cover (Prediction::leverage of at most 1). Fewer than 40 are
-/// too few: then 200 of the whole travel.
+/// Up to 200 of 2000 random poses over the travel of the joints, always the same ones: those that the
+/// readings of both calibrations cover (Prediction::leverage of at most 1), at the angles that curves
+/// over a joint have seen (Effect::measured). Fewer than 40 are too few: then 200 of these angles.
 std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after);
 
 /// At these poses, without payload and forces. Effects of the station do not count, see

@@ -6,6 +6,7 @@
 #include "armtrue/io/products/comparison_io.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
 #include "io/yaml/yaml_map.h"
 #include "io/yaml/yaml_text.h"
 
@@ -134,6 +135,19 @@ std::string kind_in_words(RunFile::Kind kind) {
       break;
   }
   return "a robot file";
+}
+
+void require_one_kind(const RunFile& before, const RunFile& after) {
+  if (before.kind != after.kind)
+    throw InputError(fmt::format("{} is {}, but {} is {}; give two documents of one kind",
+                                 before.name, kind_in_words(before.kind), after.name,
+                                 kind_in_words(after.kind)));
+}
+
+void require_loop(const RunFile& run) {
+  if (run.kind != RunFile::Kind::loop)
+    throw InputError(fmt::format("{}: is {}; give the document that close-loop -o wrote", run.name,
+                                 kind_in_words(run.kind)));
 }
 
 RunFile read_run(const std::string& path) {

@@ -33,6 +33,11 @@ ComparedRun compared_run(const RunFile& run);
 /// "a robot file", "the document of a loop", "an evaluation".
 std::string kind_in_words(RunFile::Kind kind);
 
+/// Throws InputError, with the remedy, if the documents are of different kinds.
+void require_one_kind(const RunFile& before, const RunFile& after);
+/// The same if it is not that of a loop.
+void require_loop(const RunFile& run);
+
 /// The document armtrue-comparison/1. `notes`: see notes_of_runs().
 Document write_comparison(const RunComparison& found, const std::vector<std::string>& notes,
                           const RunFile& before, const RunFile& after,
