@@ -172,17 +172,21 @@ class Page(html.parser.HTMLParser):
     TAGS = set("html head meta title style link body header footer main section h1 h2 h3 h4 p span strong em b i ul ol li dl "
                "dt dd div table thead tbody tr th td caption details summary figure figcaption svg g path rect circle line "
                "text tspan desc polyline polygon a br hr code clippath defs lineargradient stop use symbol pre small sub "
-               "sup nav article button input label abbr time".split())
+               "sup nav article button input label abbr time script".split())
 
     def __init__(self, text):
         super().__init__()
-        self.wrong = []
+        self.wrong, self.scripts = [], 0
         self.feed(text)
         self.close()
 
     def handle_starttag(self, tag, attributes):
         if tag not in self.TAGS:
             self.wrong.append(f"the tag <{tag}>, which armtrue does not write")
+        if tag == "script":
+            self.scripts += 1
+            if self.scripts > 1 or attributes:
+                self.wrong.append("a script beside that of the page")
         for name, _ in attributes:
             if name.startswith("on"):
                 self.wrong.append(f"the attribute {name}")
