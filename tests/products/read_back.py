@@ -590,7 +590,8 @@ def self_test():
     assert mistakes("0032: 1\n", ("0032", scalar("1")))
     assert not table_mistakes('pose,x\n"a,b",1\n', {"rows": [["pose", "x"], ["a,b", "1"]]})
     assert table_mistakes("pose,x\na,b,1\n", {"rows": [["pose", "x"], ["a,b", "1"]]})
-    assert Page("<p><b>A</b></p>").wrong == [] and Page("<script>alert(1)</script>").wrong
+    assert Page("<p><b>A</b></p>").wrong == [] and Page("<script></script><script>alert(1)</script>").wrong
+    assert Page("<script></script>").wrong == [] and Page("<script src='a.js'></script>").wrong
     options = {"calibrate": {"--zone", "--report"}, "close-loop": {"--robot-out"}}
     assert not line_mistakes("calibrate: give --zone, or close-loop --robot-out", options)
     assert line_mistakes("calibrate: give --robot-out", options)
