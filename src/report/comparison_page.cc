@@ -36,7 +36,7 @@ std::string moved_cell(const NumberChange& number) {
 // Changes of one unit with their 95 % intervals, those farthest from zero first.
 Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool of_arm,
                         const std::string& unit_in_files) {
-  constexpr size_t kShown = 6;  // whose names stand beside each other
+  constexpr size_t kShown = 5;  // whose names have room beside each other
   std::vector<const ComparedParameter*> shown;
   for (const ComparedParameter& parameter : parameters)
     if (parameter.of_arm == of_arm && parameter.unit.name == unit_in_files &&
