@@ -5,6 +5,7 @@
     stdout           expected output, token by token; numbers may differ by 1e-6 of themselves
     stdout.contains  lines, each of which must stand somewhere in the output
     stderr.contains  the same for stderr
+    needs            a target of CMake, a library, without which the case is left out
 
 Without stdout and stdout.contains, stdout must be empty. Without stderr.contains, stderr must be empty and the exit
 code must be 0: a case that expects an error says which. A command that a signal n ends has the exit code 128 + n.
