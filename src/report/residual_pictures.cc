@@ -71,7 +71,7 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
 
 namespace {
 
-// "The worst poses with its effects: P7 0.42 mm, ..." By the largest error of a pose's readings.
+// "Worst, with its effects: pose P7 (0.42 mm), ..." By the largest error of a pose's readings.
 std::string worst_poses(const Judged& model, const Campaign& campaign) {
   constexpr size_t kShown = 5;
   std::map<std::string, double> worst;
@@ -85,8 +85,8 @@ std::string worst_poses(const Judged& model, const Campaign& campaign) {
   std::ranges::sort(order);
   std::vector<std::string> texts;
   for (size_t k = 0; k < std::min(kShown, order.size()); ++k)
-    texts.push_back(fmt::format("{} {:.3g}", order[k].second, in_mm(-order[k].first)));
-  return fmt::format("The worst, {}: {} mm.", model.name, fmt::join(texts, ", "));
+    texts.push_back(fmt::format("{} ({:.3g} mm)", order[k].second, in_mm(-order[k].first)));
+  return fmt::format("Worst, {}: {}.", model.name, fmt::join(texts, ", "));
 }
 
 }  // namespace

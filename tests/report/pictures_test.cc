@@ -245,8 +245,8 @@ TEST(Campaign, EachReadingStandsAtItsErrorInMillimetres) {
   ASSERT_EQ(starts(panel, "point mark").size(), 1u);
   EXPECT_NEAR(x.at(starts(panel, "point mark").front().x()), 5, 0.05);
   ASSERT_EQ(tips(panel).size(), 24u);  // the mark of a reading left out is the third at its place
-  EXPECT_NE(svg.find("The worst, found: pose P11 0.12, pose P10 0.11, pose P9 0.1, pose P8 0.09, "
-                     "pose P7 0.08 mm."),
+  EXPECT_NE(svg.find("Worst, found: pose P11 (0.12 mm), pose P10 (0.11 mm), pose P9 (0.1 mm), "
+                     "pose P8 (0.09 mm), pose P7 (0.08 mm)."),
             std::string::npos);
   EXPECT_EQ(tips(panel)[2], "pose P2: 0.3 mm, nominal");
   EXPECT_EQ(tips(panel)[12 + 6], "pose P6: 0.07 mm, found");
