@@ -277,6 +277,27 @@ std::string lost_in_words(const Robot& robot, const Campaign& campaign,
   return fmt::format("{}", fmt::join(of_tool, "; "));
 }
 
+std::string near_nominal_in_words(const CalibrationResult& fit, const Campaign& campaign) {
+  const NearNominal near = near_nominal(fit, campaign);
+  if (near.parameters.empty()) return "";
+  std::string names;
+  for (int k : near.parameters) names += (names.empty() ? "" : ", ") + fit.names[k];
+  return names + ": near the nominal value for lack of readings; " +
+         (near.poses > 0
+              ? fmt::format("some {} more poses like these would determine them", near.poses)
+              : "no number of poses like these would determine them; move every joint over its "
+                "travel");
+}
+
+std::string far_from_readings(const WeightedZone& zone) {
+  if (zone.nearest_outside <= zone.zone.radius) return "";
+  return fmt::format(
+      "no reading lies in the zone or near it, the nearest {:.4g} mm outside: what the robot will "
+      "do there is extrapolated; measure poses in it (plan-poses --zone), or correct --zone, which "
+      "is x,y,z,radius in mm in the instrument's frame",
+      zone.nearest_outside / kMillimetre);
+}
+
 std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
   constexpr size_t kNamed = 6;
   std::string names;

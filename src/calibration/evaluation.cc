@@ -283,6 +283,15 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
   return noise_floor_of(robot, campaign, evaluation, rows);
 }
 
+NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& robot,
+                               const Campaign& campaign) {
+  std::vector<int> sound;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (!std::ranges::binary_search(blunders, row)) sound.push_back(row);
+  const Campaign readings = campaign.select(sound);
+  return noise_floor(robot, readings, evaluate(robot, readings));
+}
+
 double mean_error_of_noise(double deviation_per_axis, int axes) {
   return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
 }

@@ -100,4 +100,12 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   return placed_robot;
 }
 
+std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& fit,
+                                       const Campaign& campaign) {
+  if (campaign.target_names.empty() ||
+      std::ranges::find(fit.set.kept, kFirstBaseParameter) == fit.set.kept.end())
+    return std::nullopt;
+  return placed_nominal(nominal, campaign);
+}
+
 }  // namespace armtrue

@@ -279,7 +279,7 @@ def line_mistakes(line, options, unknown=()):
 
 
 # What stands beside the file of a command, and is of it alone.
-PARTS = {"loop_inputs": "close-loop", "certificate_inputs": "certify", "map_inputs": "map-errors",
+PARTS = {"calibration_inputs": "calibrate", "import_inputs": "import-readings", "loop_inputs": "close-loop", "certificate_inputs": "certify", "map_inputs": "map-errors",
          "mirror_inputs": "mirror-correct", "pass_inputs": "simulate-path"}
 
 

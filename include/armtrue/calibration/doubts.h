@@ -7,6 +7,7 @@
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/left_out.h"
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/zone.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 
@@ -55,6 +56,14 @@ std::string not_converged(const CalibrationResult& fit);
 /// arm alone show; empty if there is none.
 std::string lost_in_words(const Robot& robot, const Campaign& campaign,
                           const CalibrationResult& fit);
+
+/// Which parameters stay near their nominal value for lack of readings, and how many more poses
+/// would determine them; empty if there is none.
+std::string near_nominal_in_words(const CalibrationResult& fit, const Campaign& campaign);
+
+/// That the readings lie more than the radius of the zone outside it, so that the fit extrapolates
+/// there; else empty.
+std::string far_from_readings(const WeightedZone& zone);
 
 /// That `identify` leaves out parameters which the readings show, for a search of effects.
 std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);

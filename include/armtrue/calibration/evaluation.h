@@ -83,6 +83,10 @@ struct NoiseFloor {
 /// pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
+/// The same without the rows of blunders (ascending), evaluated with the robot.
+NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& robot,
+                               const Campaign& campaign);
+
 /// Mean length of an error that is normal noise only, with the standard deviation s per axis: s
 /// sqrt(8 / pi) for three axes, s sqrt(2 / pi) for one.
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);

@@ -27,4 +27,9 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
                                         const Campaign& sound, const std::vector<double>& errors,
                                         const std::vector<int>& blunders, int gross_rows);
 
+/// The nominal robot with base and targets placed, where the readings are of targets, which stand
+/// for the tool, and `fit` identifies the base; else nothing.
+std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& fit,
+                                       const Campaign& campaign);
+
 }  // namespace armtrue

@@ -35,13 +35,13 @@ std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& abso
   return text;
 }
 
-YAML::Node zone_node(const WeightedZone& weighted_zone) {
-  const auto& [zone, inside] = weighted_zone;
+YAML::Node zone_node(const WeightedZone& weighted) {
+  const Zone& zone = weighted.zone;
   return flow_map({{"x_mm", number_text(zone.centre.x(), kMillimetre)},
                    {"y_mm", number_text(zone.centre.y(), kMillimetre)},
                    {"z_mm", number_text(zone.centre.z(), kMillimetre)},
                    {"radius_mm", number_text(zone.radius, kMillimetre)},
-                   {"readings_inside", whole_number(inside)}});
+                   {"readings_inside", whole_number(weighted.readings_inside)}});
 }
 
 YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign,

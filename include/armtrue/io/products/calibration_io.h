@@ -13,12 +13,6 @@
 
 namespace armtrue {
 
-/// The zone in which the arm must be accurate, and the number of readings in it.
-struct WeightedZone {
-  Zone zone;
-  int readings_inside;
-};
-
 /// Results of a calibration beside the robot.
 struct CalibrationFindings {
   std::optional<WeightedZone> zone;
