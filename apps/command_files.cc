@@ -107,7 +107,7 @@ bool look_like_radians(const JointRows& q, const std::vector<JointName>& joints)
   int angles = 0, moving = 0;
   for (size_t j = 0; j < joints.size(); ++j) {
     if (joints[j].is_length) continue;
-    const auto at = [j](const JointVector& joint) { return joint[static_cast<Eigen::Index>(j)]; };
+    const auto at = [j](const JointVector& joint) { return joint[j]; };
     const auto [least, largest] = std::ranges::minmax(q, {}, at);
     if (std::max(-at(least), at(largest)) > kTurn) return false;
     ++angles;

@@ -7,44 +7,11 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/comparison_page.h"
 #include "command_line.h"
-#include "report_arguments.h"
+#include "comparison_inputs.h"
 
 using namespace armtrue;
 
 namespace {
-
-struct Arguments {
-  std::string before, loop_before, loop, poses;
-  app::ReportArguments page;
-  std::optional<double> max_change_mm;
-  bool require_unchanged = false;
-};
-
-void add_options(app::Command& command, Arguments& arguments) {
-  command.add_input("The later run: a calibrated robot, a loop or an evaluation");
-  command.add_output(app::ProductKind::document);
-  command
-      .file("--before", arguments.before,
-            "The earlier run, or the other model of the same readings; a document of the same kind")
-      .required();
-  const app::Option loop_before =
-      command.file("--loop-before", arguments.loop_before,
-                   "Loop document of the earlier robot: error and verdict are compared, too");
-  const app::Option loop =
-      command.file("--loop", arguments.loop, "Loop document of the later robot");
-  loop_before.needs(loop);
-  loop.needs(loop_before);
-  command.file("--poses", arguments.poses,
-               "Joint targets at which the arms are compared [200 poses over the travel of the "
-               "joints that both runs cover]");
-  command
-      .option("--max-change-mm", arguments.max_change_mm,
-              "Exit with 3 if the arms differ by more than this on average")
-      .check(app::above_zero());
-  command.flag("--require-unchanged", arguments.require_unchanged,
-               "Exit with 3 if the arm changed by more than chance, or if that cannot be tested");
-  app::add_report(command, arguments.page, "with the changes and their intervals");
-}
 
 RunFile read(app::Command& command, const std::string& path) {
   RunFile run = read_run(path);
@@ -68,7 +35,7 @@ void require_comparable(app::Command& command, const RunFile& before, const RunF
         fmt::format("the robots are called '{}' and '{}': is this one arm?", one.name, other.name));
 }
 
-void add_loops(app::Command& command, const Arguments& arguments, RunFile& before, RunFile& after) {
+void add_loops(app::Command& command, const app::ComparisonArguments& arguments, RunFile& before, RunFile& after) {
   if (arguments.loop.empty()) return;
   if (!before.robot)
     throw InputError(before.name +
@@ -94,7 +61,7 @@ std::vector<JointVector> poses_of(app::Command& command, const std::string& path
   return poses;
 }
 
-int conclude(app::Command& command, const Arguments& arguments, const RunComparison& found) {
+int conclude(app::Command& command, const app::ComparisonArguments& arguments, const RunComparison& found) {
   bool is_met = true;
   if (arguments.max_change_mm && found.arm &&
       found.arm->mean > *arguments.max_change_mm * kMillimetre) {
@@ -112,7 +79,7 @@ int conclude(app::Command& command, const Arguments& arguments, const RunCompari
   return is_met ? app::kSuccess : app::kNotReached;
 }
 
-int run(app::Command& command, const Arguments& arguments) {
+int run(app::Command& command, const app::ComparisonArguments& arguments) {
   RunFile before = read(command, arguments.before), after = read(command, command.input);
   require_one_kind(before, after);
   if (before.robot) require_comparable(command, before, after);
@@ -145,7 +112,7 @@ int main(int argc, char** argv) {
       "after, last year and today, or two models of one campaign.",
       "compare-runs --before last-year.yaml today.yaml -o comparison.yaml --report "
       "comparison.html");
-  Arguments arguments;
-  add_options(command, arguments);
+  app::ComparisonArguments arguments;
+  app::add_comparison_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });
 }

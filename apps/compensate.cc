@@ -223,7 +223,7 @@ DividedProgram correct(app::Command& command, const app::Models& models, RobotPr
       if (program)
         for (const std::string& warning : program->warnings) command.warn(warning);
       warn_of_hints(command, arguments, controller, file);
-      const auto row = static_cast<size_t>(error.row);
+      const size_t row = error.row;
       throw InputError(fmt::format("{}:{}: target '{}': {}", file.source,
                                    file.program.visits.line[row], file.program.visits.pose_ids[row],
                                    error.what()));

@@ -14,7 +14,7 @@ ErrorMap map_program(const Robot& robot, const Robot& controller, const Program&
   try {
     return map_errors(robot, controller, program, options, following);
   } catch (const UnreachableTarget& error) {
-    const auto row = static_cast<size_t>(error.row);
+    const size_t row = error.row;
     throw InputError(fmt::format("{}:{}: target '{}': {}", program.visits.source,
                                  program.visits.line[row], program.visits.pose_ids[row],
                                  error.what()));

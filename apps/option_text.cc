@@ -82,7 +82,7 @@ JointVector joints_of(const std::vector<double>& numbers, const Robot& robot,
   }
   JointVector q(std::ssize(numbers));
   for (size_t j = 0; j < joints.size(); ++j)
-    q[static_cast<Eigen::Index>(j)] = numbers[j] * joints[j].si();
+    q[j] = numbers[j] * joints[j].si();
   return q;
 }
 

@@ -54,7 +54,7 @@ Fold BlockFolder::of(int begin, int end) {
     if (!kept_)
       at_.blocks_of_predictions(first, count, own_rows(place, count));
     else if (!model_.has_replicates())
-      at_.residuals(first, std::span(residuals_).first(static_cast<size_t>(count)));
+      at_.residuals(first, std::span(residuals_).first(count));
     for (int k = 0; k < count; ++k) add(first + k, place + k);
     if (filled_ == kRowsPerFactor || first + count == end) empty();
   }
@@ -85,13 +85,13 @@ void BlockFolder::add(int prediction, int place) {
   weigh(prediction, gathered_);
   out.setZero();
   for (size_t k = 0; k < nonzero_.size(); ++k)
-    out.col(nonzero_[k]) = gathered_.col(static_cast<Eigen::Index>(k));
+    out.col(nonzero_[k]) = gathered_.col(k);
   if (folded_.bend.size() == 0) return;
   slope_.noalias() = bending_ * (bent_.transpose() * gathered_);
   auto slopes = room_for_slopes();
   slopes.setZero();
   for (size_t k = 0; k + 1 < nonzero_.size(); ++k)
-    slopes.row(nonzero_[k]) = slope_.col(static_cast<Eigen::Index>(k)).transpose();
+    slopes.row(nonzero_[k]) = slope_.col(k).transpose();
 }
 
 Eigen::Block<Eigen::MatrixXd> BlockFolder::room_for_slopes() {
@@ -154,12 +154,12 @@ void BlockFolder::gather(int prediction, int place) {
     return;
   }
   const size_t begin = kept_->first[prediction];
-  const size_t count = kept_->first[static_cast<size_t>(prediction) + 1] - begin;
-  nonzero_.assign(kept_->column.begin() + static_cast<std::ptrdiff_t>(begin),
+  const size_t count = kept_->first[prediction + 1] - begin;
+  nonzero_.assign(kept_->column.begin() + begin,
                   kept_->column.begin() + static_cast<std::ptrdiff_t>(begin + count));
   nonzero_.push_back(last);
-  const auto columns = static_cast<Eigen::Index>(count);
-  const auto at_size = static_cast<Eigen::Index>(size);
+  const Eigen::Index columns = count;
+  const Eigen::Index at_size = size;
   gathered_.resize(at_size, columns + 1);
   gathered_.leftCols(columns) = Eigen::Map<const Eigen::MatrixXd>(
       kept_->value.data() + begin * static_cast<size_t>(size), at_size, columns);

@@ -241,7 +241,7 @@ bool ends_at_readings(const Shape& shape, double covered) {
 // What this campaign has fitted ends where its readings do, with all that moves the same parameter
 // by the same angle: readings determine their sum, in which large parts may cancel.
 void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
-  const std::span fitted(robot.effects.begin(), static_cast<size_t>(fitted_effects));
+  const std::span fitted(robot.effects.begin(), fitted_effects);
   for (const Effect& ending : fitted) {
     if (!is_of_one_angle(ending)) continue;
     const int joint = ending.driver.joint;

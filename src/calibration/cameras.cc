@@ -106,7 +106,7 @@ std::optional<Pose> place_by_homography(const std::vector<Eigen::Vector2d>& corn
   for (size_t i = 0; i < chosen.size(); ++i) {
     const Eigen::Vector3d corner = (corners[chosen[i]] / size).homogeneous();
     const Eigen::Vector2d& direction = directions[chosen[i]];
-    const auto row = static_cast<Eigen::Index>(2 * i);
+    const Eigen::Index row = 2 * i;
     equations.row(row) << corner.transpose(), 0, 0, 0, -direction.x() * corner.transpose();
     equations.row(row + 1) << 0, 0, 0, corner.transpose(), -direction.y() * corner.transpose();
   }
@@ -185,7 +185,7 @@ class BoardView {
       best = place;
       least = typical;
     };
-    std::vector<int> all(static_cast<size_t>(count));
+    std::vector<int> all(count);
     for (int k = 0; k < count; ++k) all[k] = k;
     attempt(all);
     for (int t = 0; t < kTries && count > kCornersOfHomography; ++t) {
@@ -263,7 +263,7 @@ Places closed_form(const std::vector<Loop>& loops, const std::vector<int>& chose
   Eigen::VectorXd right(3 * chosen.size());
   for (size_t i = 0; i < chosen.size(); ++i) {
     const Loop& loop = loops[chosen[i]];
-    const auto row = static_cast<Eigen::Index>(3 * i);
+    const Eigen::Index row = 3 * i;
     equations.block<3, 3>(row, 0) = loop.arm.rotation;
     equations.block<3, 3>(row, 3) = -Eigen::Matrix3d::Identity();
     right.segment<3>(row) =

@@ -162,7 +162,7 @@ bool is_place_of_target(const KinematicChain& chain, int parameter) {
 ColumnChoice::ColumnChoice(const SessionModels& models, const KinematicChain& chain)
     : models_(models), chain_(chain), rows_(Eigen::Index{models.rows()} * models.row_size()) {
   // Rows of a target lie together, of whatever session they are.
-  std::vector<int> groups(static_cast<size_t>(models.groups()));
+  std::vector<int> groups(models.groups());
   for (int g = 0; g < models.groups(); ++g) groups[g] = g;
   std::ranges::stable_sort(groups, {}, [&](int group) { return models.target_of(group); });
   std::map<std::pair<int, int>, Column> columns;  // by session and place
@@ -288,7 +288,7 @@ void ColumnChoice::test(const Column& column) {
   if (norm > 1e-12) {
     const Eigen::VectorXd of_kept = common_.shares(part);
     for (size_t k = 0; k < kept_.size(); ++k) {
-      const double share = of_kept[static_cast<Eigen::Index>(k)];
+      const double share = of_kept[k];
       of_own -= share * in_own_[k];
       if (kept_[k]->session == kFirstSession) shares.emplace_back(kept_[k]->parameter, share);
     }
@@ -297,7 +297,7 @@ void ColumnChoice::test(const Column& column) {
       const Eigen::VectorXd of_target = own.basis.shares(of_own.segment(taken, own.basis.rank()));
       taken += own.basis.rank();
       for (size_t k = 0; k < own.parameters.size(); ++k)
-        shares.emplace_back(own.parameters[k], of_target[static_cast<Eigen::Index>(k)]);
+        shares.emplace_back(own.parameters[k], of_target[k]);
     }
   }
   absorb(column.parameter, std::move(shares));
@@ -309,7 +309,7 @@ void ColumnChoice::test(const Column& column) {
 void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd& head,
                                  const Eigen::MatrixXd& later, Eigen::MatrixXd& before) {
   const Eigen::Index columns = head.cols();
-  const auto count = static_cast<Eigen::Index>(target.parameters.size());
+  const Eigen::Index count = target.parameters.size();
   Eigen::MatrixXd of_head = head.middleRows(target.first_row, target.rows);
   Eigen::MatrixXd stacked(2 * columns + target.rows, columns);
   stacked << before, of_head, later;
@@ -346,10 +346,10 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
             -head.middleRows(other.first_row, other.basis.rows()) * of_all.head(columns);
         const Eigen::VectorXd taken = other.basis.shares(other.basis.basis().transpose() * moved);
         for (size_t c = 0; c < other.parameters.size(); ++c)
-          shares.emplace_back(other.parameters[c], taken[static_cast<Eigen::Index>(c)]);
+          shares.emplace_back(other.parameters[c], taken[c]);
       }
       for (size_t c = 0; c < own.parameters.size(); ++c)
-        shares.emplace_back(own.parameters[c], of_all[columns + static_cast<Eigen::Index>(c)]);
+        shares.emplace_back(own.parameters[c], of_all[columns + c]);
     }
     absorb(target.parameters[k], std::move(shares));
   }
@@ -363,7 +363,7 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
 void ColumnChoice::choose_targets() {
   Eigen::MatrixXd head(rows_, std::ssize(kept_));
   for (size_t k = 0; k < kept_.size(); ++k)
-    head.col(static_cast<Eigen::Index>(k)) = kept_[k]->derivatives;
+    head.col(k) = kept_[k]->derivatives;
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(head.cols(), head.cols());
   std::vector<Eigen::MatrixXd> later{none};  // of the last target first
   for (auto target = targets_.rbegin(); target != targets_.rend(); ++target)

@@ -48,7 +48,7 @@ class Fit {
 
   NormalEquations at(const KinematicChain& chain) const {
     const ChainEvaluator evaluator(chain);
-    const auto n = static_cast<Eigen::Index>(free_.size());
+    const Eigen::Index n = free_.size();
     NormalEquations all{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0};
     PoseJacobian jacobian;
     Eigen::MatrixXd rows(6, n);
@@ -58,7 +58,7 @@ class Fit {
       missing << wanted_[i].translation - pose.translation,
           kLengthOfTurn * rotation_log(wanted_[i].rotation * pose.rotation.transpose());
       for (Eigen::Index k = 0; k < n; ++k) {
-        rows.col(k) = jacobian.col(free_[static_cast<size_t>(k)]);
+        rows.col(k) = jacobian.col(free_[k]);
         rows.col(k).tail<3>() *= kLengthOfTurn;
       }
       all.matrix.noalias() += rows.transpose() * rows;
@@ -86,7 +86,7 @@ class Fit {
 
   KinematicChain moved(KinematicChain chain, const Eigen::VectorXd& step) const {
     for (size_t k = 0; k < free_.size(); ++k)
-      move_parameter(chain, free_[k], step[static_cast<Eigen::Index>(k)]);
+      move_parameter(chain, free_[k], step[k]);
     return chain;
   }
 
@@ -118,7 +118,7 @@ ConstantsVisits visits_of_travel(const Robot& robot, const Context& conditions) 
     // Every combination of sides occurs as often, in another order than the angles.
     const int sides = kVisits - number++;
     for (int j = 0; j < static_cast<int>(q.size()); ++j)
-      visit.arrival[static_cast<size_t>(j)] = (sides >> j & 1) ? 1 : -1;
+      visit.arrival[j] = (sides >> j & 1) ? 1 : -1;
   }
   return visits;
 }
@@ -163,7 +163,7 @@ ConstantsFit fit_constants(const Robot& arm, const KinematicChain& from,
 }
 
 std::vector<int> link_parameters(const KinematicChain& chain) {
-  std::vector<int> all(static_cast<size_t>(layout_of(chain).tool - kFirstLinkParameter));
+  std::vector<int> all(layout_of(chain).tool - kFirstLinkParameter);
   std::iota(all.begin(), all.end(), kFirstLinkParameter);
   return all;
 }

@@ -30,7 +30,7 @@ struct Visit {
 };
 
 std::vector<Visit> visits_of(const Campaign& campaign, const std::vector<bool>& left_out) {
-  std::vector<int> order(static_cast<size_t>(campaign.rows()));
+  std::vector<int> order(campaign.rows());
   std::iota(order.begin(), order.end(), 0);
   if (!campaign.time_s.empty())
     std::ranges::stable_sort(order, {}, [&](int row) { return campaign.time_s[row]; });
@@ -104,7 +104,7 @@ std::string on_one_target(const Campaign& campaign, const std::vector<bool>& lef
 
 std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines) {
   if (lines.empty()) return "";
-  std::vector<bool> left_out(static_cast<size_t>(campaign.rows()));
+  std::vector<bool> left_out(campaign.rows());
   for (int row = 0; row < campaign.rows(); ++row)
     left_out[row] = std::ranges::binary_search(lines, campaign.line[row]);
   const std::string on_target = on_one_target(campaign, left_out);

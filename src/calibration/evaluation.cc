@@ -32,7 +32,7 @@ class MedianResiduals {
         orientation_(median_of(campaign.sigma_orientation, rows)) {}
 
   Eigen::Matrix<double, 6, 1> at(int row) const {
-    const auto r = static_cast<size_t>(row);
+    const size_t r = row;
     Eigen::Matrix<double, 6, 1> residual = evaluation_.residuals[r];
     if (position_) residual.head<3>() /= campaign_.sigma_position[r] / *position_;
     if (orientation_) residual.tail<3>() /= campaign_.sigma_orientation[r] / *orientation_;
@@ -86,7 +86,7 @@ void for_each_replicates(const Campaign& campaign, const MedianResiduals& residu
     while (end < order.size() && same(order[begin], order[end])) ++end;
     return end;
   };
-  const auto at = [&](size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+  const auto at = [&](size_t k) { return order.begin() + k; };
   for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     end = end_of(begin, [&](int a, int b) { return campaign.pose[a] == campaign.pose[b]; });
     if (end - begin > 1)
@@ -190,7 +190,7 @@ std::vector<double> Evaluation::reading_errors() const {
     const size_t end = k + 1 < first_rows.size() ? static_cast<size_t>(first_rows[k + 1])
                                                  : position.size();
     double squares = 0;
-    for (auto row = static_cast<size_t>(first_rows[k]); row < end; ++row)
+    for (size_t row = first_rows[k]; row < end; ++row)
       squares += position[row] * position[row];
     errors.push_back(std::sqrt(squares));
   }
@@ -211,7 +211,7 @@ void for_each_residual(const Robot& robot, const Campaign& campaign, const Use& 
     for_ordered_blocks<int>(
         model.rows(), kRowsPerBlock,
         [&](int begin, int end) {
-          std::vector<Eigen::Matrix<double, 6, 1>> part(static_cast<size_t>(end - begin));
+          std::vector<Eigen::Matrix<double, 6, 1>> part(end - begin);
           at.residuals(begin, part);
           for (int row = begin; row < end; ++row) {
             Eigen::Matrix<double, 6, 1>& residual = part[row - begin];
@@ -219,7 +219,7 @@ void for_each_residual(const Robot& robot, const Campaign& campaign, const Use& 
               residual.head<3>() = own_from_common * residual.head<3>();
               residual.tail<3>() = own_from_common * residual.tail<3>();
             }
-            use(static_cast<size_t>(rows[row]), residual);
+            use(rows[row], residual);
           }
           return 0;
         },
@@ -246,7 +246,7 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
 }
 
 std::vector<double> position_errors(const Robot& robot, const Campaign& campaign) {
-  std::vector<double> errors(static_cast<size_t>(campaign.rows()));
+  std::vector<double> errors(campaign.rows());
   for_each_residual(robot, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
     errors[row] = residual.head<3>().norm();
   });
@@ -278,7 +278,7 @@ PoseErrors errors_of(const Robot& robot, const Campaign& campaign) {
 }
 
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
-  std::vector<int> rows(static_cast<size_t>(campaign.rows()));
+  std::vector<int> rows(campaign.rows());
   std::iota(rows.begin(), rows.end(), 0);
   return noise_floor_of(robot, campaign, evaluation, rows);
 }

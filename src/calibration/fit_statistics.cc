@@ -166,15 +166,15 @@ void set_condition(const SingularValues& s, int rows, CalibrationResult& result)
 std::vector<std::vector<Eigen::Index>> own_places(const SessionModels& model,
                                                   const std::vector<int>& unknowns) {
   constexpr int kNobody = -1, kSeveral = -2;
-  std::vector<int> owner(static_cast<size_t>(model.unknowns()), kNobody);
+  std::vector<int> owner(model.unknowns(), kNobody);
   for (int g = 0; g < model.groups(); ++g)
     for (const SessionModels::Run& run : model.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k)
         owner[k] = owner[k] == kNobody ? g : kSeveral;
-  std::vector<std::vector<Eigen::Index>> places(static_cast<size_t>(model.groups()));
+  std::vector<std::vector<Eigen::Index>> places(model.groups());
   for (size_t place = 0; place < unknowns.size(); ++place)
     if (const int group = owner[unknowns[place]]; group >= 0)
-      places[group].push_back(static_cast<Eigen::Index>(place));
+      places[group].push_back(place);
   std::erase_if(places, [](const auto& own) { return own.empty(); });
   return places;
 }

@@ -21,7 +21,7 @@ void for_each_residual(const ObservationModel::At& at, int begin, int end, const
   std::array<Residual, kRowsAtOnce> residuals;
   for (int first = begin; first < end; first += kRowsAtOnce) {
     const int count = std::min(kRowsAtOnce, end - first);
-    at.residuals(first, std::span(residuals).first(static_cast<size_t>(count)));
+    at.residuals(first, std::span(residuals).first(count));
     for (int k = 0; k < count; ++k) take(first + k, residuals[k]);
   }
 }

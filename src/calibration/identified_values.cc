@@ -37,7 +37,7 @@ std::vector<IdentifiedValue> identified_values(const Robot& nominal,
       row.std = std->second;
     const auto centre = row.value ? row.value : row.change;
     if (row.std && centre) row.ci95 = {*centre - wide * *row.std, *centre + wide * *row.std};
-    const auto unknown = static_cast<Eigen::Index>(k);
+    const Eigen::Index unknown = k;
     if (result.prior_weight.size() > unknown && result.prior_weight[unknown] != 0)
       row.share_of_readings = result.share_of_readings[unknown];
   }

@@ -49,7 +49,7 @@ class FoldedCost : public ceres::CostFunction {
     r.setZero();
     Eigen::VectorXd of_priors(std::ssize(priors_));
     for (size_t k = 0; k < priors_.size(); ++k)
-      of_priors[static_cast<Eigen::Index>(k)] = priors_[k].residual(x);
+      of_priors[k] = priors_[k].residual(x);
     if (!jacobians) {
       const bool apart = fold_by_ == FoldBy::qr;
       r[p] = std::sqrt(total_loss(at, model_, law_) + (apart ? 0 : of_priors.squaredNorm()));
@@ -110,7 +110,7 @@ class FoldedCost : public ceres::CostFunction {
       const int unknown = priors_[k].unknown;
       const double weight = 1.0 / priors_[k].deviation;
       whole(unknown, unknown) += weight * weight;
-      gradient[unknown] -= weight * of_priors[static_cast<Eigen::Index>(k)];
+      gradient[unknown] -= weight * of_priors[k];
     }
     const double loss = folded.loss + of_priors.squaredNorm();
     r[p] = std::sqrt(loss);
@@ -172,14 +172,14 @@ std::vector<std::vector<Prior>> priors_by_group(const SessionModels& models,
   struct Place {
     int group = kNobody, place = 0;
   };
-  std::vector<Place> places(static_cast<size_t>(models.unknowns()));
+  std::vector<Place> places(models.unknowns());
   for (int g = 0; g < models.groups(); ++g) {
     int place = 0;
     for (const SessionModels::Run& run : models.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k, ++place)
         if (places[k].group == kNobody) places[k] = {g, place};
   }
-  std::vector<std::vector<Prior>> own(static_cast<size_t>(models.groups()));
+  std::vector<std::vector<Prior>> own(models.groups());
   for (Prior prior : priors) {
     const auto [group, place] = places[prior.unknown];
     if (group == kNobody) continue;  // no reading, and so no step, has anything to do with it

@@ -26,8 +26,8 @@ bool has_kind(const Campaign& campaign, ReadingKind kind) {
 
 // The first row that has the name of this number in its column.
 size_t first_row_of(size_t number, const std::vector<int>& column) {
-  return static_cast<size_t>(std::find(column.begin(), column.end(), static_cast<int>(number)) -
-                             column.begin());
+  return std::find(column.begin(), column.end(), number) -
+                             column.begin();
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
     while (row < campaign.rows() &&
            (campaign.kind(row) != ReadingKind::distance || campaign.anchor[row] != anchor))
       ++row;
-    return static_cast<size_t>(row);
+    return row;
   };
   std::vector<int> indices;
   for (const std::string& name : campaign.anchor_names) {
@@ -272,7 +272,7 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain) {
     if (campaign.kind(row) == ReadingKind::touch && campaign.distance[row] != 0 &&
         is_point[campaign.touch[row].contact])
       fail_at(
-          campaign, static_cast<size_t>(row),
+          campaign, row,
           "column 'l_mm': a gauge shows how far the tool stands off a plane or a sphere, and '" +
               campaign.contact_names[campaign.touch[row].contact] + "' is a point; empty the cell");
   touches_to_coordinates(campaign, is_point);

@@ -26,7 +26,7 @@ MovedPositions::OwnRoot MovedPositions::root_of(int group) const {
   const std::vector<int> in_root = models_.in_first_session(group);
   for (size_t k = 0; k < in_root.size(); ++k) {
     if (in_root[k] < 0 || in_root[k] >= root_.rows()) continue;
-    own.unknowns.push_back(static_cast<Eigen::Index>(k));
+    own.unknowns.push_back(k);
     rows.push_back(in_root[k]);
   }
   own.rows = root_(rows, Eigen::all);

@@ -12,7 +12,7 @@ namespace armtrue {
 /// miss(found, index).
 template <typename Fit, typename Miss>
 auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
-  std::vector<int> chosen(static_cast<size_t>(count));
+  std::vector<int> chosen(count);
   std::iota(chosen.begin(), chosen.end(), 0);
   auto found = fit(chosen);
   for (int round = 0; round < 2; ++round) {

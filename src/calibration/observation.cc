@@ -27,7 +27,7 @@ bool same_posture(const Campaign& campaign, int a, int b) {
 std::vector<int> first_rows_of_posture(const Campaign& campaign) {
   constexpr int kNone = -1;
   std::vector<int> last_of_pose(campaign.pose_ids.size(), kNone);
-  std::vector<int> first(static_cast<size_t>(campaign.rows()));
+  std::vector<int> first(campaign.rows());
   for (int row = 0; row < campaign.rows(); ++row) {
     int& last = last_of_pose[campaign.pose[row]];
     const bool is_again = last != kNone && same_posture(campaign, row, last);
@@ -86,7 +86,7 @@ void ObservationModel::choose_columns() {
     const int first = !turns                    ? parameter
                       : parameter < layout.tool ? kFirstBaseParameter + 3
                                                 : layout.tool + 3;
-    for (int k = first; k < first + (turns ? 3 : 1); ++k) needed.set(static_cast<size_t>(k));
+    for (int k = first; k < first + (turns ? 3 : 1); ++k) needed.set(k);
   };
   for (int parameter : geometric_) need(parameter);
   for (int e = 0; e < fitted_effects_; ++e)
@@ -191,7 +191,7 @@ void ObservationModel::find_replicates() {
   number.reserve(rows());
   int count = 0;
   for (int row = 0; row < rows(); ++row) {
-    const auto pose = static_cast<size_t>(campaign_.pose[row]);
+    const size_t pose = campaign_.pose[row];
     const int last = std::exchange(last_of_pose[pose], row);
     if (visits[pose] == 1)
       number.push_back(count);

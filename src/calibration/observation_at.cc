@@ -84,10 +84,10 @@ void ObservationModel::At::for_each_prediction(int count, const RowOf& row_of,
   std::vector<Eigen::VectorXd> all(model_.effects_.empty() ? 0 : kPosesAtOnce);
   std::vector<ParameterOffsets> of_chain(all.size());
   ColumnSet columns;
-  for (int k : model_.columns_) columns.set(static_cast<size_t>(k));
+  for (int k : model_.columns_) columns.set(k);
   const Eigen::VectorXd none;
   for (int begin = 0; begin < count; begin += kPosesAtOnce) {
-    const auto rows = static_cast<size_t>(std::min(kPosesAtOnce, count - begin));
+    const size_t rows = std::min(kPosesAtOnce, count - begin);
     for (size_t k = 0; k < rows; ++k) {
       const int row = row_of(begin + static_cast<int>(k));
       q[k] = model_.campaign_.q[row];

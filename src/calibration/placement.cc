@@ -82,7 +82,7 @@ Eigen::VectorXd step_of(const Links& links, const State& state, double scale, do
   using Base = Eigen::Matrix<double, 6, 6>;
   Base base = Base::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
-  std::vector<TargetEquations> targets(static_cast<size_t>(state.targets.cols()));
+  std::vector<TargetEquations> targets(state.targets.cols());
   Eigen::Matrix<double, 3, 6> of_base;
   for (size_t row = 0; row < links.pose.size(); ++row) {
     TargetEquations& target = targets[links.target[row]];

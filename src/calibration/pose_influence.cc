@@ -104,8 +104,8 @@ Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::Matrix
 }
 
 SumOfSquares::SumOfSquares(Eigen::Index count)
-    : coordinate_at_(static_cast<size_t>(count)),
-      place_of_(static_cast<size_t>(count)),
+    : coordinate_at_(count),
+      place_of_(count),
       squares_(Eigen::MatrixXd::Zero(count, count)) {
   std::iota(coordinate_at_.begin(), coordinate_at_.end(), 0);
   std::iota(place_of_.begin(), place_of_.end(), 0);
@@ -162,7 +162,7 @@ void InfluenceSums::add(const PoseInfluence& pose, const std::vector<Eigen::Inde
 }
 
 void InfluenceSums::add(const PoseInfluence& pose) {
-  std::vector<Eigen::Index> all(static_cast<size_t>(pose.change.size()));
+  std::vector<Eigen::Index> all(pose.change.size());
   std::iota(all.begin(), all.end(), 0);
   add(pose, all, pose.change.size());
 }
@@ -212,7 +212,7 @@ GroupedRows some_poses(const GroupedRows& all, int count) {
   if (all.groups() <= count) return all;
   GroupedRows some{{0}, {}};
   for (int k = 0; k < count; ++k) {
-    const auto pose = static_cast<size_t>(static_cast<long>(k) * all.groups() / count);
+    const size_t pose = static_cast<long>(k) * all.groups() / count;
     some.row.insert(some.row.end(), all.row.begin() + all.first[pose],
                     all.row.begin() + all.first[pose + 1]);
     some.first.push_back(static_cast<int>(some.row.size()));
@@ -226,7 +226,7 @@ int poses_per_block(int poses) {
 }
 
 std::vector<int> poses_by_group(const SessionModels::At& at, const GroupedRows& rows) {
-  std::vector<int> order(static_cast<size_t>(rows.groups()));
+  std::vector<int> order(rows.groups());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {},
                            [&](int pose) { return at.group_of(rows.row[rows.first[pose]]); });
@@ -248,7 +248,7 @@ RootsOfGroups::RootsOfGroups(const SessionModels& models, const SparseRows& root
     group.root = Eigen::MatrixXd::Zero(std::ssize(unknowns), std::ssize(coordinates));
     for (size_t k = 0; k < unknowns.size(); ++k)
       for (SparseRows::InnerIterator entry(root, unknowns[k]); entry; ++entry)
-        group.root(static_cast<Eigen::Index>(k),
+        group.root(k,
                    std::ranges::lower_bound(coordinates, entry.col()) - coordinates.begin()) =
             entry.value();
   }

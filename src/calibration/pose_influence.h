@@ -123,7 +123,7 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
   constexpr int kRowsOfOnePart = 40;
   const int size = at.models().row_size();
   const Eigen::Index p = root.rows();
-  std::vector<Eigen::Index> all(static_cast<size_t>(root.cols()));
+  std::vector<Eigen::Index> all(root.cols());
   std::iota(all.begin(), all.end(), 0);
   for_ordered_blocks<Sums>(
       rows.groups(), poses_per_block(rows.groups()),

@@ -20,7 +20,7 @@ namespace {
 
 // Covariances of the positions of all rows that a root gives, 3 x 3, or 1 x 1 of lengths.
 std::vector<Eigen::MatrixXd> position_covariances(const MovedPositions& positions, int rows) {
-  std::vector<Eigen::MatrixXd> covariances(static_cast<size_t>(rows));
+  std::vector<Eigen::MatrixXd> covariances(rows);
   positions.for_each_row([&](size_t row, const auto& moved, const auto&) {
     covariances[row] = moved * moved.transpose();
   });
@@ -238,7 +238,7 @@ Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
   Eigen::MatrixXd rows(model.rows() * size, model.unknowns() + 1);
   for (int row = 0; row < model.rows(); ++row) at.block(row, rows.middleRows(row * size, size));
 
-  const auto own = static_cast<Eigen::Index>(refitted.size());
+  const Eigen::Index own = refitted.size();
   const auto rest = std::min<Eigen::Index>(std::ssize(others), model.unknowns() - own);
   others.resize(rest);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.leftCols(own));

@@ -42,7 +42,7 @@ struct Rows {
         variance(Eigen::ArrayXd::Ones(std::ssize(norms))),
         size(reading_size) {
     for (size_t row = 0; row < norms.size(); ++row) {
-      const auto k = static_cast<Eigen::Index>(row);
+      const Eigen::Index k = row;
       position[k] = norms[row][0];
       orientation[k] = size.orientation > 0 ? norms[row][1] : 0.0;
       if (!variances.empty()) variance[k] = variances[row];
@@ -202,7 +202,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
     ReadingSigma sigma;
   };
   for_ordered_blocks<Tried>(
-      static_cast<int>(kFreedom.size()), 1,
+      kFreedom.size(), 1,
       [&](int k, int) {
         const double dof = kFreedom[k];
         const ReadingSigma sigma = most_likely_sigma(rows, start, dof, correction);
@@ -241,7 +241,7 @@ ReadingSigma sigma_by_prior_too(const ReadingSigma& sigma, const Eigen::Array2d&
     change = 0;
     for (size_t k = 0; k < (has_orientation ? 2u : 1u); ++k) {
       const double ratio = of_sigma[k] / of_expected[k], mean = rho * u[1 - k];
-      const auto f = freedom[static_cast<Eigen::Index>(k)];
+      const auto f = freedom[k];
       double low = std::log(kMinSigma / of_expected[k]);
       double high = std::max(mean, std::log(ratio)) + 1;
       while (high - low > 0.1 * kTolerance) {

@@ -198,13 +198,13 @@ Eigen::VectorXd SessionModels::unknowns_of(int group, const Eigen::VectorXd& x) 
 }
 
 std::vector<std::vector<Eigen::Index>> SessionModels::unknowns_by_groups() const {
-  std::vector<std::vector<int>> groups_of(static_cast<size_t>(unknowns()));
+  std::vector<std::vector<int>> groups_of(unknowns());
   for (int g = 0; g < groups(); ++g)
     for (const Run& run : runs_[g])
       for (int k = run.first; k < run.first + run.count; ++k) groups_of[k].push_back(g);
   std::map<std::vector<int>, std::vector<Eigen::Index>> unknowns_of;
   for (size_t k = 0; k < groups_of.size(); ++k)
-    unknowns_of[groups_of[k]].push_back(static_cast<Eigen::Index>(k));
+    unknowns_of[groups_of[k]].push_back(k);
   std::vector<std::vector<Eigen::Index>> all;
   for (auto& [groups, unknowns] : unknowns_of) all.push_back(std::move(unknowns));
   return all;

@@ -23,7 +23,7 @@ std::optional<UnseenScale> unseen_scale(const Robot& robot, const Campaign& camp
     q.assign(campaign.q.begin() + first, campaign.q.begin() + end);
     evaluator.poses(q, {}, std::span(poses).first(q.size()));
     for (int row = first; row < end; ++row) {
-      const Pose& pose = poses[static_cast<size_t>(row - first)];
+      const Pose& pose = poses[row - first];
       const int target = targets.empty() ? -1 : targets[campaign.target[row]];
       distances[row] =
           target < 0 ? pose.translation.norm() : (pose * in_foot.targets[target].position).norm();

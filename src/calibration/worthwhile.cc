@@ -38,7 +38,7 @@ double mean_error(const std::vector<double>& errors, const std::vector<int>& fir
       begins = true;
       ++reading;
     }
-    if (std::ranges::binary_search(blunders, static_cast<int>(row))) continue;
+    if (std::ranges::binary_search(blunders, row)) continue;
     if (begins && !first_rows.empty()) kept.first_rows.push_back(static_cast<int>(kept.position.size()));
     begins = false;
     kept.position.push_back(errors[row]);

@@ -13,13 +13,13 @@ WeightedZone weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& 
   const Eigen::Matrix3Xd points =
       own_points(starting_robot(robot, campaign, require_identifiable(robot, campaign)), campaign);
   // Only the ratios of the standard deviations count.
-  const auto rows = static_cast<size_t>(campaign.rows());
+  const size_t rows = campaign.rows();
   if (campaign.sigma_position.empty()) campaign.sigma_position.assign(rows, 1e-3);
   if (campaign.has_orientation() && campaign.sigma_orientation.empty())
     campaign.sigma_orientation.assign(rows, 1e-3);
   WeightedZone weighted{zone, 0, std::numeric_limits<double>::infinity()};
   for (size_t row = 0; row < rows; ++row) {
-    const Eigen::Vector3d point = points.col(static_cast<Eigen::Index>(row));
+    const Eigen::Vector3d point = points.col(row);
     const double outside = std::max(0.0, (point - zone.centre).norm() - zone.radius);
     weighted.readings_inside += outside == 0;
     weighted.nearest_outside = std::min(weighted.nearest_outside, outside);

@@ -14,7 +14,7 @@ constexpr long kMinPosesOfSession = 30;  // enough for a base and a few offsets 
 }  // namespace
 
 std::vector<int> evenly_chosen(const std::vector<int>& rows, long count) {
-  const auto available = static_cast<long>(rows.size());
+  const long available = rows.size();
   const long kept = std::min(available, count);
   std::vector<int> chosen;
   for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
@@ -31,7 +31,7 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count) {
         row);
   std::vector<int> chosen;
   for (const auto& [key, rows] : alike) {
-    const auto available = static_cast<long>(rows.size());
+    const long available = rows.size();
     const long share = count * available / campaign.rows();
     const long kept = std::min(available, std::max<long>(share, kMinAlike));
     const std::vector<int> own = evenly_chosen(rows, kept);
@@ -42,14 +42,14 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count) {
 }
 
 std::vector<int> rows_of_some_poses(const Campaign& campaign, long count) {
-  const long available = static_cast<long>(campaign.pose_ids.size());
+  const long available = campaign.pose_ids.size();
   const std::vector<int> pose_by_id = campaign.pose_by_id();
   std::map<int, std::set<int>> poses_of_session;
   for (int row = 0; row < campaign.rows(); ++row)
     poses_of_session[campaign.session.empty() ? 0 : campaign.session[row]].insert(pose_by_id[row]);
   std::set<int> chosen;
   for (const auto& [session, poses] : poses_of_session) {
-    const auto own = static_cast<long>(poses.size());
+    const long own = poses.size();
     const long taken = std::clamp(own * count / available, std::min(own, kMinPosesOfSession), own);
     long place = 0;
     for (int pose : poses) {

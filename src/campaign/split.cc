@@ -30,7 +30,7 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) 
   std::vector<int> poses(distinct.begin(), distinct.end());
   shuffle(poses, seed);
   const auto count = static_cast<size_t>(std::lround(share * static_cast<double>(poses.size())));
-  const std::set<int> held_out(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count));
+  const std::set<int> held_out(poses.begin(), poses.begin() + count);
   return without_poses(pose, held_out);
 }
 
@@ -48,7 +48,7 @@ Split split_by_region(const Robot& robot, const Campaign& campaign, double share
   for (const auto& [id, point] : point_of_pose)
     scatter += (point - mean) * (point - mean).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(scatter)};
-  const auto choice = static_cast<Eigen::Index>((seed + 5) % 6);
+  const Eigen::Index choice = (seed + 5) % 6;
   Eigen::Vector3d direction = eigen.eigenvectors().col(2 - choice / 2);
   // The sign of an eigenvector is arbitrary.
   Eigen::Index largest = 0;

@@ -28,7 +28,7 @@ StatedBlocks stated_blocks(const Campaign& campaign) {
 }
 
 PoseCovariance stated_covariance(const Campaign& campaign, int row) {
-  const auto index = static_cast<size_t>(row);
+  const size_t index = row;
   const StatedBlocks blocks = stated_blocks(campaign);
   PoseCovariance root = campaign.whitening[index].inverse();
   root.topRows<3>() *= blocks.position ? campaign.sigma_position[index] : 1.0;

@@ -34,7 +34,7 @@ class Hash {
 // Joint values are angles but for those of rails, which a step of an angle marks as well: 0.017 mm.
 std::uint32_t mark_of(const Campaign& campaign, int row) {
   Hash hash;
-  const auto k = static_cast<size_t>(row);
+  const size_t k = row;
   for (const double joint : campaign.q[k]) hash.add(joint, kAngleStep);
   if (campaign.has_distances())
     hash.add(campaign.length(row), kLengthStep);

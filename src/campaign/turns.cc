@@ -68,7 +68,7 @@ bool states_travel(const Link& link) { return std::isfinite(link.min) && std::is
 void join_poses(const std::vector<int>& pose, Angles& angles) {
   std::vector<double> first;  // of each pose; NaN before it is read
   for (size_t k = 0; k < pose.size(); ++k) {
-    const auto number = static_cast<size_t>(pose[k]);
+    const size_t number = pose[k];
     if (number >= first.size()) first.resize(number + 1, std::nan(""));
     double &value = angles.moved[k], &reference = first[number];
     if (std::isnan(reference)) reference = value;

@@ -60,7 +60,7 @@ double chance_of_the_same(const Eigen::Matrix3Xd& differences, double step) {
                                                             differences.transpose());
   double chance = 1;
   for (const auto& along : (axes.eigenvectors().transpose() * differences).eval().rowwise()) {
-    std::vector<double> lengths(static_cast<size_t>(differences.cols()));
+    std::vector<double> lengths(differences.cols());
     std::ranges::transform(along, lengths.begin(), [](double part) { return std::abs(part); });
     const auto quarter = lengths.begin() + std::ssize(lengths) / 4;
     std::ranges::nth_element(lengths, quarter);

@@ -17,7 +17,7 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   figures.passes = n;
   figures.planes = found.planes;
   figures.of_path =
-      static_cast<Eigen::Index>(cross_normal_planes(commanded, commanded).sample.size());
+      cross_normal_planes(commanded, commanded).sample.size();
   figures.at = found.at;
   figures.rt = found.rt;
   figures.frame_is_fitted = clock.fit_frame;

@@ -44,7 +44,7 @@ Repeatability repeatability(const std::vector<Visit>& visits) {
 
 // 3 S of the rotation vectors from the first visit to each, by axis of R_A.
 Eigen::Vector3d turn_repeatability(const std::vector<Visit>& visits) {
-  Eigen::Matrix3Xd turns(3, static_cast<Eigen::Index>(visits.size()));
+  Eigen::Matrix3Xd turns(3, visits.size());
   for (Eigen::Index j = 0; j < turns.cols(); ++j)
     turns.col(j) = rotation_log(*visits[j].orientation * visits.front().orientation->transpose());
   const Eigen::Vector3d mean = turns.rowwise().mean();
@@ -79,7 +79,7 @@ void add_directions(const std::vector<Visit>& visits, PoseFigures& figures) {
 void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
   if (visits.size() < 4 || !visits.front().time_s) return;
   std::ranges::stable_sort(visits, {}, [](const Visit& visit) { return *visit.time_s; });
-  const auto half = static_cast<std::ptrdiff_t>(visits.size() / 2);
+  const std::ptrdiff_t half = visits.size() / 2;
   const std::vector<Visit> first(visits.begin(), visits.begin() + half);
   const std::vector<Visit> last(visits.end() - half, visits.end());
   const double size = mean_of(visits, &Visit::attained).norm();

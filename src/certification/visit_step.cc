@@ -71,7 +71,7 @@ std::vector<Cause> causes_of(const Robot& robot, const Campaign& campaign,
   for (const auto& rows : places) middle += campaign.position[rows.front()];
   middle /= static_cast<double>(places.size());
   for (const auto& rows : places) {
-    const auto row = static_cast<size_t>(rows.front());
+    const size_t row = rows.front();
     shift.columns.emplace_back(Eigen::Matrix3d::Identity());
     Eigen::Matrix3Xd moved(3, 6);
     moved << Eigen::Matrix3d::Identity(), -cross_matrix(campaign.position[row] - middle);
@@ -94,11 +94,11 @@ struct Fall {
 Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const Eigen::MatrixXd& shapes) {
   const Index unknowns = cause.unknowns(), count = shapes.cols();
   const size_t places = cause.columns.size();
-  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(static_cast<Index>(places), count);
-  Eigen::VectorXd of_place = Eigen::VectorXd::Zero(static_cast<Index>(places));
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(places, count);
+  Eigen::VectorXd of_place = Eigen::VectorXd::Zero(places);
   for (size_t i = 0; i < visits.size(); ++i) {
-    mean.row(static_cast<Index>(visits[i].place)) += shapes.row(static_cast<Index>(i));
-    of_place[static_cast<Index>(visits[i].place)] += 1;
+    mean.row(visits[i].place) += shapes.row(i);
+    of_place[visits[i].place] += 1;
   }
   mean.array().colwise() /= of_place.array();
   std::vector<Eigen::MatrixXd> gram(places, Eigen::MatrixXd::Zero(count, count));
@@ -106,7 +106,7 @@ Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const E
   for (size_t i = 0; i < visits.size(); ++i) {
     const size_t place = visits[i].place;
     const Eigen::RowVectorXd shape =
-        shapes.row(static_cast<Index>(i)) - mean.row(static_cast<Index>(place));
+        shapes.row(i) - mean.row(place);
     gram[place] += shape.transpose() * shape;
     on[place] += visits[i].residual * shape;
   }
@@ -128,7 +128,7 @@ Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const E
 
 // What is left by the drift of the same cause that explains most.
 double left_by_drift(const Cause& cause, const std::vector<VisitInTime>& visits, double all) {
-  const auto rows = static_cast<Index>(visits.size());
+  const Index rows = visits.size();
   Eigen::VectorXd time(rows);
   for (Index i = 0; i < rows; ++i) time[i] = visits[i].time;
   Eigen::MatrixXd cubic(rows, 3);
@@ -165,8 +165,8 @@ Step best_step(const std::vector<Cause>& causes, const std::vector<VisitInTime>&
     if (first < least || first + least > visits.size() ||
         visits[first].time == visits[first - 1].time)
       return;
-    Eigen::VectorXd later = Eigen::VectorXd::Zero(static_cast<Index>(visits.size()));
-    later.tail(static_cast<Index>(visits.size() - first)).setOnes();
+    Eigen::VectorXd later = Eigen::VectorXd::Zero(visits.size());
+    later.tail(visits.size() - first).setOnes();
     for (const Cause& cause : causes) {
       ++tried;
       const Fall fall = fall_by(cause, visits, later);
@@ -206,7 +206,7 @@ std::optional<std::string> find_visit_step(const Robot& robot, const Campaign& c
   if (!step.cause || step.p_value >= kChanceOfStep || step.fall.squares < kShareThatMatters * all ||
       left_by_drift(*step.cause, visits, all) <= all - step.fall.squares)
     return std::nullopt;
-  const auto row = static_cast<size_t>(visits[step.first].row);
+  const size_t row = visits[step.first].row;
   const std::string from =
       campaign.time_s.empty()
           ? fmt::format("line {}", campaign.line[row])

@@ -46,7 +46,7 @@ class PosturesInClosedForm {
  private:
   Vector3d axis(const LinkFrames& frames, int j) const { return frame(frames, j).rotation.col(2); }
   const Pose& frame(const LinkFrames& frames, int j) const {
-    return frames[static_cast<size_t>(joints_.first_link + j)];
+    return frames[joints_.first_link + j];
   }
   void turn(JointVector& q, int j, double angle) const {
     q[joints_.arm[j]] += joint_link(arm_.robot().chain, joints_.arm[j]).sign * angle;

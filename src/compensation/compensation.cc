@@ -40,7 +40,7 @@ bool changes_turn(const KinematicChain& chain, const JointVector& a, const Joint
 // Whether each row states its joint angles, so that it does not depend on the row before.
 bool states_joints(const Program& program) {
   for (int row = 0; row < program.rows(); ++row)
-    if (const auto r = static_cast<size_t>(row); program.is_cartesian(r) && !program.hinted[r])
+    if (const size_t r = row; program.is_cartesian(r) && !program.hinted[r])
       return false;
   return true;
 }
@@ -102,14 +102,14 @@ class Compensation {
   }
 
   CorrectedTarget target_at(int row) {
-    arms_now_ = &arms(static_cast<size_t>(row));
+    arms_now_ = &arms(row);
     Context context = visits_.context(row);
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
     motion_.arrive(context, target.q);
     context.q = target.programmed;
-    const Pose intended = program_.is_cartesian(static_cast<size_t>(row))
+    const Pose intended = program_.is_cartesian(row)
                               ? wanted_at(row)
                               : controller().pose(context);
     settle(target, context, intended);
@@ -118,7 +118,7 @@ class Compensation {
     visits_.stroke[row] = context.stroke;
     finish(target, context, intended);
     target.reached_q = target.programmed;
-    if (!program_.is_cartesian(static_cast<size_t>(row)))
+    if (!program_.is_cartesian(row))
       if (const JointCorrection there =
               joints_of_pose(controller(), context, arms_now_->options.base * target.reached,
                              target.programmed);
@@ -177,7 +177,7 @@ class Compensation {
   Pose wanted_at(int row) const { return arms_now_->options.base * program_.poses[row]; }
 
   JointVector programmed_at(int row, Context context) const {
-    const auto r = static_cast<size_t>(row);
+    const size_t r = row;
     const std::optional<JointVector>& previous = reached_;
     if (program_.is_cartesian(r) && !program_.configurations.empty() && !program_.hinted[r])
       if (const Configuration& stated = program_.configurations[r];
@@ -225,11 +225,11 @@ class Compensation {
   void cover_rows_of(const Arms& own, const Robot& identified) {
     std::vector<int> rows;
     for (int row = 0; row < program_.rows(); ++row)
-      if (&arms(static_cast<size_t>(row)) == &own) rows.push_back(row);
+      if (&arms(row) == &own) rows.push_back(row);
     if (rows.empty()) return;
     const Coverage known = coverage(identified, own.options, visits_.select(rows));
     for (size_t k = 0; k < rows.size(); ++k)
-      cover(static_cast<size_t>(rows[k]), known.deviation[k], known.leverage[k]);
+      cover(rows[k], known.deviation[k], known.leverage[k]);
   }
 
   void cover(size_t row, double deviation, double leverage) {
@@ -274,7 +274,7 @@ std::vector<CorrectedTarget> compensate_rows(const Robot& identified, const Robo
   for_ordered_blocks<Block>(
       program.rows(), kRowsPerBlock,
       [&](int begin, int end) {
-        std::vector<int> rows(static_cast<size_t>(end - begin));
+        std::vector<int> rows(end - begin);
         std::iota(rows.begin(), rows.end(), begin);
         const Program block = select(program, rows);
         try {

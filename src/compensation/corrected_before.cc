@@ -157,7 +157,7 @@ std::optional<RoundWhereReached> find_round_where_reached(
       angles.push_back({i, written[i], reached[i], kAngles, 0, row});
     }
     for (size_t j = 0; j < names.size(); ++j) {
-      const auto at = static_cast<Eigen::Index>(j);
+      const Eigen::Index at = j;
       (names[j].is_length ? joint_lengths : joint_angles)
           .push_back({static_cast<int>(j), target.programmed[at] / names[j].si(),
                       target.reached_q[at] / names[j].si(),

@@ -186,7 +186,7 @@ std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mappe
   std::optional<JointVector> previous;
   int misses = 0;
   for (int row = 0; row < program.rows(); ++row) {
-    const auto r = static_cast<size_t>(row);
+    const size_t r = row;
     MapPoint& point = points[r];
     if (program.is_cartesian()) point.position = program.poses[r].translation;
     Context context = visits.context(row);
@@ -274,7 +274,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid
     point.q = joints[k];
   }
   predict_all(map, mapper, [&](int begin, int end) {
-    return still.select(std::vector<int>(static_cast<size_t>(end - begin), 0));
+    return still.select(std::vector<int>(end - begin, 0));
   });
   return map;
 }

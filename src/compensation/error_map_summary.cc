@@ -25,7 +25,7 @@ class BoxSums {
     for (int point = 0; point < grid.points(); ++point) {
       const auto [x, y, z] = grid.place(point);
       sums_[index(x + 1, y + 1, z + 1)] =
-          value_of(static_cast<size_t>(point)) + at(x, y + 1, z + 1) + at(x + 1, y, z + 1) +
+          value_of(point) + at(x, y + 1, z + 1) + at(x + 1, y, z + 1) +
           at(x + 1, y + 1, z) - at(x, y, z + 1) - at(x, y + 1, z) - at(x + 1, y, z) + at(x, y, z);
     }
   }
@@ -88,7 +88,7 @@ BestAndWorst placements(const ErrorMap& map, const Eigen::Vector3d& part, const 
         Placement here;
         here.mean = values.sum(low, size) / points;
         for (int axis = 0; axis < 3; ++axis) {
-          const auto side = static_cast<size_t>(axis);
+          const size_t side = axis;
           here.low[axis] = grid.coordinate(axis, low[side]);
           here.high[axis] = grid.coordinate(axis, low[side] + size[side] - 1);
         }

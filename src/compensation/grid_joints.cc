@@ -26,7 +26,7 @@ class GridFlood {
         base_(base),
         start_(start),
         posture_(arm, start, NearPosture::Turns::within_travel),
-        q_(static_cast<size_t>(grid.points())),
+        q_(grid.points()),
         wave_(q_.size(), kNever) {}
 
   std::vector<std::optional<JointVector>> run() {
@@ -42,7 +42,7 @@ class GridFlood {
 
  private:
   static constexpr int kNever = -1;
-  static size_t index(int point) { return static_cast<size_t>(point); }
+  static size_t index(int point) { return point; }
 
   Pose wanted(int point) const { return base_ * Pose{grid_.orientation, grid_.position(point)}; }
 

@@ -140,7 +140,7 @@ class MoveDivision {
         UnreachableTarget of_program(static_cast<int>(row.target()), error.what());
         for (const auto& [other, why] : error.out_of_reach)
           if (const Row& of = rows_[other]; !of.is_placed)
-            of_program.out_of_reach.emplace_back(static_cast<int>(of.target()), why);
+            of_program.out_of_reach.emplace_back(of.target(), why);
         throw of_program;
       }
       closed_[row.move] = "the controller's model does not reach a point on its way";

@@ -48,7 +48,7 @@ bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& pr
   const auto is_pose = [](const ProgramTarget& target) {
     return target.kind == TargetKind::cartesian;
   };
-  const auto poses = static_cast<size_t>(std::ranges::count_if(program.targets, is_pose));
+  const size_t poses = std::ranges::count_if(program.targets, is_pose);
   if (error.out_of_reach.empty() || error.out_of_reach.size() == poses) return false;
   std::map<size_t, std::string> why;
   for (const auto& [row, reason] : error.out_of_reach) {

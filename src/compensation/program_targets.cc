@@ -138,7 +138,7 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
                               target.tool < 0 ? options.tool
                                               : options.flange * frame_of(program, target.tool)};
     const auto [place, is_new] =
-        set_ups.try_emplace({target.base, target.tool}, static_cast<int>(result.set_ups.size()));
+        set_ups.try_emplace({target.base, target.tool}, result.set_ups.size());
     if (is_new) result.set_ups.push_back(set_up);
     result.set_up.push_back(place->second);
     if (!is_cartesian) continue;

@@ -50,7 +50,7 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
 }
 
 JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& previous) const {
-  const auto r = static_cast<size_t>(row);
+  const size_t r = row;
   if (!program_.is_cartesian(r) || program_.hinted[r]) return program_.visits.q[r];
   if (previous) return with_external(row, *previous);
   if (!options_.start)
@@ -70,7 +70,7 @@ JointVector ProgrammedJoints::with_external(int row, JointVector q) const {
 
 JointVector ProgrammedJoints::at(int row, const Context& context, const JointVector& hint,
                                  int more_starts) const {
-  if (!program_.is_cartesian(static_cast<size_t>(row))) {
+  if (!program_.is_cartesian(row)) {
     check_turn(row, hint);
     return hint;
   }

@@ -192,7 +192,7 @@ std::string doubt_of_table(const std::string& file, const Program& program) {
 std::string contradiction_of_hints(const Program& program, const Robot& controller,
                                    const CompensationOptions& options) {
   constexpr size_t kFewestRows = 4;
-  const auto rows = static_cast<size_t>(program.rows());
+  const size_t rows = program.rows();
   if (!program.is_cartesian() || rows < kFewestRows || !program.set_up.empty() ||
       options.tool_is_measured || !std::ranges::all_of(program.hinted, std::identity()))
     return "";

@@ -86,9 +86,9 @@ class UnknownsOfBoth {
       const std::string& name = known.parameters[k];
       if (!find_parameter(robot_.chain, name)) continue;
       const auto std = file.std.find(name);
-      take(number_of(name), static_cast<Eigen::Index>(k), std == file.std.end() ? 0 : std->second);
+      take(number_of(name), k, std == file.std.end() ? 0 : std->second);
     }
-    auto row = static_cast<Eigen::Index>(known.parameters.size());
+    Eigen::Index row = known.parameters.size();
     for (const Effect& effect : file.effects) {
       const int place = place_of(effect);
       for (size_t k = 0; k < effect.coefficients.size(); ++k, ++row) {
@@ -104,7 +104,7 @@ class UnknownsOfBoth {
 
   // The robot with the covariance of the difference of both calibrations.
   Robot robot() const {
-    const auto geometric = static_cast<Eigen::Index>(names_.size());
+    const Eigen::Index geometric = names_.size();
     Eigen::Index coefficients = 0, columns = 0;
     for (const Effect& effect : robot_.effects) coefficients += std::ssize(effect.coefficients);
     for (const Eigen::Index of_one : columns_) columns += of_one;
@@ -124,7 +124,7 @@ class UnknownsOfBoth {
 
  private:
   int number_of(const std::string& name) {
-    const auto [entry, is_new] = numbers_.emplace(name, static_cast<int>(names_.size()));
+    const auto [entry, is_new] = numbers_.emplace(name, names_.size());
     if (is_new) names_.push_back(name);
     return entry->second;
   }

@@ -79,7 +79,7 @@ std::vector<Explanation> each_beside(const ChangeProblem& problem, const std::ve
 }
 
 std::vector<int> all_but(std::vector<int> moved, size_t which) {
-  moved.erase(moved.begin() + static_cast<std::ptrdiff_t>(which));
+  moved.erase(moved.begin() + which);
   return moved;
 }
 

@@ -40,9 +40,9 @@ struct ChangeProblem::Models {
       at[session].blocks(first, count, of_model);
     for (size_t i = 0; i < column[session].size(); ++i)
       if (const int from = column[session][i]; from >= 0)
-        out.col(static_cast<Eigen::Index>(i)) = of_model.col(from);
+        out.col(i) = of_model.col(from);
       else
-        out.col(static_cast<Eigen::Index>(i)).setZero();
+        out.col(i).setZero();
     out.rightCols<1>() = of_model.rightCols<1>();
   }
 
@@ -130,7 +130,7 @@ void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
   const Models models(*this, unknowns, result.x);
   const int size = models_.row_size();
   const Eigen::Index count = result.x.size(), height = std::max<Eigen::Index>(256, 2 * count + 2);
-  std::vector<std::pair<int, int>> place(static_cast<size_t>(models_.rows()));  // session, row
+  std::vector<std::pair<int, int>> place(models_.rows());  // session, row
   for (int s = 0; s < sessions(); ++s)
     for (size_t own = 0; own < models_.rows_of(s).size(); ++own)
       place[models_.rows_of(s)[own]] = {s, static_cast<int>(own)};

@@ -135,7 +135,7 @@ void ChangeProblem::count_replicates() {
   const auto count_different = [](std::vector<Key> keys) {
     return static_cast<double>(std::unique(keys.begin(), keys.end()) - keys.begin());
   };
-  std::vector<int> all(static_cast<size_t>(campaign.rows()));
+  std::vector<int> all(campaign.rows());
   std::iota(all.begin(), all.end(), 0);
   const std::vector<Key> keys = sorted_keys(all);
   // Not std::ranges: clang 14, which builds the fuzzers, cannot compile its subranges.
@@ -211,7 +211,7 @@ void ChangeProblem::correlate_errors() {
   const Eigen::MatrixXd root = previous_.uncertainty->root(rows, Eigen::all);
   const Eigen::LLT<Eigen::MatrixXd> llt(root * root.transpose());
   if (llt.info() != Eigen::Success) return;
-  const auto count = static_cast<Eigen::Index>(rows.size());
+  const Eigen::Index count = rows.size();
   correlated_ = llt.matrixL().solve(Eigen::MatrixXd::Identity(count, count));
 }
 
@@ -300,7 +300,7 @@ double ChangeProblem::mean_error(const std::vector<int>& moved, const Fit& fitte
     for_ordered_blocks<double>(
         model.rows(), kRowsPerBlock,
         [&](int begin, int end) {
-          std::vector<Eigen::Matrix<double, 6, 1>> residuals(static_cast<size_t>(end - begin));
+          std::vector<Eigen::Matrix<double, 6, 1>> residuals(end - begin);
           at.residuals(begin, residuals);
           double of_block = 0;
           for (const auto& residual : residuals) of_block += residual.head<3>().norm();
@@ -388,7 +388,7 @@ double ChangeProblem::overdispersion(const Fit& fitted) const {
 double ChangeProblem::widening(const std::vector<int>& moved, size_t which,
                                const Fit& fitted) const {
   const Eigen::Index first = first_of(moved, which);
-  const auto count = static_cast<Eigen::Index>(hypotheses_[moved[which]].moves.size());
+  const Eigen::Index count = hypotheses_[moved[which]].moves.size();
   const Eigen::VectorXd ratio =
       fitted.by_pose.diagonal()
           .segment(first, count)
@@ -399,7 +399,7 @@ double ChangeProblem::widening(const std::vector<int>& moved, size_t which,
 Eigen::Index ChangeProblem::first_of(const std::vector<int>& moved, size_t which) const {
   size_t first = errors_.size();
   for (size_t i = 0; i < which; ++i) first += hypotheses_[moved[i]].moves.size();
-  return static_cast<Eigen::Index>(first);
+  return first;
 }
 
 }  // namespace armtrue

@@ -93,7 +93,7 @@ Eigen::MatrixXd sag_columns(const FitEquations& equations, const Robot& robot,
           columns.push_back(times(equations.columns.col(joint), torques));
       }
   Eigen::MatrixXd all(equations.residual.size(), std::ssize(columns));
-  for (size_t k = 0; k < columns.size(); ++k) all.col(static_cast<Eigen::Index>(k)) = columns[k];
+  for (size_t k = 0; k < columns.size(); ++k) all.col(k) = columns[k];
   return all;
 }
 

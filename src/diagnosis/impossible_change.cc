@@ -28,7 +28,7 @@ std::optional<LargeChange> find_large_change(const Robot& nominal, const Calibra
   constexpr double kClearly = 5;  // standard deviations
   for (size_t i = 0; i < result.set.kept.size(); ++i) {
     const int parameter = result.set.kept[i];
-    const auto k = static_cast<Eigen::Index>(i);
+    const Eigen::Index k = i;
     const bool is_length = parameter_unit(nominal.chain, parameter) == ParameterUnit::metre;
     const double moved = result.change[k];
     if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;

@@ -347,7 +347,7 @@ void check_loads(const Campaign& campaign, Findings& findings) {
     check_load(load, campaign, findings);
   }
   if (!campaign.motor_torque_nm.empty()) {
-    const auto joints = static_cast<size_t>(campaign.q.front().size());
+    const size_t joints = campaign.q.front().size();
     Load load{fmt::format("tau1_nm to tau{}_nm", joints), {}, false};
     for (size_t j = 0; j < joints; ++j) {
       Series& series = load.components.emplace_back(

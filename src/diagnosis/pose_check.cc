@@ -64,7 +64,7 @@ void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
   mistakes.push_back({"the joint angles are in rad",
                       [joints](Reading& r) {
                         for (size_t j = 0; j < joints.size(); ++j)
-                          if (!joints[j].is_length) r.q[static_cast<Eigen::Index>(j)] /= kDegree;
+                          if (!joints[j].is_length) r.q[j] /= kDegree;
                       },
                       kMaxJoints});
   if (is_six_axis_arm(robot.chain) && robot.chain.couplings.empty())

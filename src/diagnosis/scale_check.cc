@@ -56,7 +56,7 @@ std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot&
         parameter_unit(nominal.chain, parameter) != ParameterUnit::metre)
       continue;
     const Link& of = nominal.chain.links[link_of_parameter(parameter)];
-    const auto k = static_cast<Eigen::Index>(i);
+    const Eigen::Index k = i;
     lengths[k] = kind_of_parameter(parameter) == LinkParameter::d ? of.d : of.r;
     changes[k] = fit.result.change[k];
     ++changed;

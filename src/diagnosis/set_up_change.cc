@@ -53,7 +53,7 @@ Eigen::VectorXd explained_by(const SetUpChange& change, const FitEquations& equa
                              const Cause& cause, const std::vector<int>& order) {
   const int size = equations.row_size;
   Eigen::VectorXd later = Eigen::VectorXd::Zero(equations.residual.size());
-  for (size_t k = static_cast<size_t>(change.first_row); k < order.size(); ++k)
+  for (size_t k = change.first_row; k < order.size(); ++k)
     later.segment(order[k] * size, size) =
         equations.columns.block(order[k] * size, cause.first_column, size, cause.count) *
         change.moved;
@@ -100,7 +100,7 @@ std::string place_of(size_t row, const Order& order, const Campaign& campaign) {
 }
 
 ChangedPart part_of(const SetUpChange& change, const Order& order, const Campaign& campaign) {
-  const auto row = static_cast<size_t>(order.rows[change.first_row]);
+  const size_t row = order.rows[change.first_row];
   std::string by_time;
   if (order.of == "time")
     by_time = fmt::format("--new-session-at-s {:.10g} or ", campaign.time_s[row]);

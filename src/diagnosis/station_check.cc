@@ -74,7 +74,7 @@ std::vector<Part> parts_of(const Campaign& readings) {
     parts.push_back({{order[k]}, fmt::format("in {}", name(k))});
   for (size_t k = 1; k + 1 < order.size(); ++k)
     parts.push_back(
-        {{order.begin() + static_cast<long>(k), order.end()}, fmt::format("from {} on", name(k))});
+        {{order.begin() + k, order.end()}, fmt::format("from {} on", name(k))});
   return parts;
 }
 

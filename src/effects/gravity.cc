@@ -180,7 +180,7 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
   const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
   std::vector<LinkFrames> frames;
   for (const JointVector& pose : poses) frames.push_back(evaluator.link_frames(pose));
-  const auto motions = static_cast<Eigen::Index>(motions_of_basis(frames.front()).size());
+  const Eigen::Index motions = motions_of_basis(frames.front()).size();
   // Keep values that are independent of the constant of each motion and of those kept already.
   Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(motions * kBasisPoses, motions);
   for (Eigen::Index m = 0; m < motions; ++m)

@@ -102,7 +102,7 @@ class SeenGrid {
 
   const Points& points() const { return points_; }
   const cv::Point2f& at(int column, int row) const {
-    return points_[static_cast<size_t>(row * columns_ + column)];
+    return points_[row * columns_ + column];
   }
 
   // The board is seen from its front: x to the right, y down.
@@ -276,7 +276,7 @@ Markers find_markers(const cv::Mat& image, const BoardPattern& pattern, const Fa
   Markers markers;
   for (size_t k = 0; k < ids.size(); ++k)
     if (ids[k] < static_cast<int>(places.size()) && std::ranges::count(ids, ids[k]) == 1)
-      markers[ids[k]] = {places[static_cast<size_t>(ids[k])], quads[k]};
+      markers[ids[k]] = {places[ids[k]], quads[k]};
   return markers;
 }
 
@@ -357,7 +357,7 @@ Markers tags_in_place(const Markers& seen, const BoardPattern& pattern) {
       for (const auto& [id, marker] : seen) {
         const int row = id / pattern.columns, column = id % pattern.columns;
         const int own = (from_below ? pattern.rows - 1 - row : row) * pattern.columns + column;
-        Marker& turned = markers[own] = {places[static_cast<size_t>(own)], marker.corners};
+        Marker& turned = markers[own] = {places[own], marker.corners};
         std::ranges::rotate(turned.corners, turned.corners.begin() + turn);
       }
       if (Markers kept = those_in_place(markers, true); kept.size() > best.size())

@@ -104,7 +104,7 @@ class Mapper {
 
   // Controllers log axes that they could drive: such a column holds one value.
   void leave_still_axis(int k) {
-    const auto column = static_cast<size_t>(k);
+    const size_t column = k;
     for (const PlainRow& row : table_.rows)
       if (row.cells[column] != table_.rows.front().cells[column])
         table_.fail(row, k,

@@ -77,7 +77,7 @@ void ColumnUnits::refuse_doubted_unit(const std::string& name) const {
 
 // Times in words state their unit themselves.
 bool ColumnUnits::is_clock_time(int k) const {
-  const auto column = static_cast<size_t>(k);
+  const size_t column = k;
   const auto first = std::ranges::find_if(
       table_.rows, [&](const PlainRow& row) { return !row.cells[column].empty(); });
   if (first == table_.rows.end()) return true;

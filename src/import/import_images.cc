@@ -131,7 +131,7 @@ class ImageJoin {
       if (found->second.size() > 1)
         throw InputError(fmt::format("{}:{}: column 'image': '{}' may be {}; write the whole name",
                                      table_, line, cell, fmt::join(found->second, " or ")));
-      const auto [place, is_new] = row_of.try_emplace(found->second.front(), static_cast<int>(row));
+      const auto [place, is_new] = row_of.try_emplace(found->second.front(), row);
       if (!is_new)
         throw InputError(
             fmt::format("{}:{}: column 'image': '{}' stands in line {} too; an image is of one row",

@@ -112,7 +112,7 @@ class CampaignBuilder {
   }
 
   int numbered_pose(int row) {
-    const auto last = static_cast<size_t>(row);
+    const size_t last = row;
     if (row > 0 && campaign_.line[last] == campaign_.line[last - 1])
       return campaign_.pose.back();  // of another marker
     const auto is_same = [&](int first) { return differs(first, row) <= kSamePose; };

@@ -242,7 +242,7 @@ class TimeJoin {
       point_s_.push_back(points.since(r, zero) + options_.clock_offset_s.value_or(0));
     for (int r = 0; r < joints_.rows(); ++r) {
       joint_s_.push_back(joints.since(r, zero));
-      if (r > 0 && joint_s_[r] <= joint_s_[static_cast<size_t>(r) - 1])
+      if (r > 0 && joint_s_[r] <= joint_s_[r - 1])
         joints_.fail(r, "t",
                      "is not after the time of the row above; joint angles that are joined by time "
                      "need increasing times");

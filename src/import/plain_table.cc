@@ -181,7 +181,7 @@ std::vector<std::string> split_cells(std::string_view line, char separator,
 }
 
 void PlainTable::fail(const PlainRow& row, int column, const std::string& what) const {
-  const auto index = static_cast<size_t>(column);
+  const size_t index = column;
   throw InputError(at_line(file, row.line) + "column '" + columns[index].name + "': '" +
                    row.cells[index] + "' " + what);
 }

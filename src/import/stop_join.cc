@@ -100,7 +100,7 @@ class StopJoin {
     if (!clock.is_number) zero_ = clock.times.front();
     const int n = joints_.rows();
     joint_record_.times.resize(n);
-    joint_record_.values.resize(static_cast<Eigen::Index>(joints_.joint_names().size()), n);
+    joint_record_.values.resize(joints_.joint_names().size(), n);
     for (int r = 0; r < n; ++r) {
       joint_record_.times[r] = clock.since(r, zero_);
       joint_record_.values.col(r) = joints_.joints(r);
@@ -122,7 +122,7 @@ class StopJoin {
       if (!points_.is_unmeasured(r)) rows.push_back(r);
     std::ranges::stable_sort(
         rows, [&](int a, int b) { return clock.since(a, zero) < clock.since(b, zero); });
-    const auto n = static_cast<Eigen::Index>(rows.size());
+    const Eigen::Index n = rows.size();
     point_record_.times.resize(n);
     point_record_.values.resize(3, n);
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -342,8 +342,8 @@ class StopJoin {
       if (stop < 0) continue;
       const std::vector<Eigen::Index> samples = inner_samples(joint_record_, stops_[stop]);
       const std::vector<Eigen::Index> of_point = samples_of(k);
-      const auto point = static_cast<size_t>(of_point[of_point.size() / 2]);
-      const auto joint = static_cast<size_t>(samples[samples.size() / 2]);
+      const size_t point = of_point[of_point.size() / 2];
+      const size_t joint = samples[samples.size() / 2];
       matches.rows.push_back(
           {point_record_.rows[point], joint_record_.rows[joint], joints_at(stop), mean_of(k)});
     }

@@ -66,14 +66,14 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 
 JointVector TableReader::joints(int r) const {
   if (!moved_.empty()) return moved_[moved_row_[r]];
-  JointVector q(static_cast<Eigen::Index>(mapping_.joints.size()));
+  JointVector q(mapping_.joints.size());
   for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = number(r, mapping_.joints[j].column);
   return q;
 }
 
 std::string TableReader::move_joints_into_travel(const KinematicChain& chain) {
   JointRows q;
-  std::vector<int> lines, poses, row_of(static_cast<size_t>(rows()), -1);
+  std::vector<int> lines, poses, row_of(rows(), -1);
   std::map<std::string, int> numbers;  // of the poses
   for (int r = 0; r < rows(); ++r) {
     if (has("x") && is_unmeasured(r)) continue;
@@ -82,7 +82,7 @@ std::string TableReader::move_joints_into_travel(const KinematicChain& chain) {
     lines.push_back(row(r).line);
     if (has("pose"))
       poses.push_back(
-          numbers.try_emplace(name(r, "pose"), static_cast<int>(numbers.size())).first->second);
+          numbers.try_emplace(name(r, "pose"), numbers.size()).first->second);
   }
   const std::vector<MovedByTurns> moved = move_into_travel(q, poses, chain);
   if (moved.empty()) return "";
@@ -151,7 +151,7 @@ TableReader::Clock TableReader::clock() const {
     const PlainTime& last = clock.times.back();
     if (first.has_date != last.has_date || first.has_zone != last.has_zone)
       fail(r, "t", "is written in another way than in the first row; write all times in one way");
-    if (!last.has_date && r > 0 && last.seconds < clock.times[static_cast<size_t>(r) - 1].seconds)
+    if (!last.has_date && r > 0 && last.seconds < clock.times[r - 1].seconds)
       fail(r, "t",
            "is before the time of the row above: past midnight, or not in order; give times with "
            "dates");

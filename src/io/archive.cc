@@ -139,11 +139,11 @@ void read_content(archive* reader, ArchiveMember& member, size_t& total, const s
       throw InputError(fmt::format("{}: '{}' is damaged ({}); make the archive anew, or {}", file,
                                    member.stated_path, text_of(archive_error_string(reader)),
                                    kUnpack));
-    total += static_cast<size_t>(size);
+    total += size;
     if (total > kMostBytes)
       throw InputError(fmt::format("{}: holds more than {} MB, unpacked, at '{}'; {}", file,
                                    kMostBytes / 1'000'000, member.stated_path, kUnpack));
-    member.content.append(block.data(), static_cast<size_t>(size));
+    member.content.append(block.data(), size);
   }
 }
 

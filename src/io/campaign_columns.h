@@ -33,7 +33,7 @@ struct CampaignColumns {
 
 /// Where an entry stands in CampaignColumns::covariance, row <= column.
 constexpr size_t place_of_covariance(int row, int column) {
-  return static_cast<size_t>(6 * row - row * (row - 1) / 2 + column - row);
+  return 6 * row - row * (row - 1) / 2 + column - row;
 }
 
 /// Name of the column of an entry of the covariance, row <= column: cov_xx_mm2, cov_xrx_mm_deg,

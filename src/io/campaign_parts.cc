@@ -88,7 +88,7 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
     first_row_of_pose_.push_back(row);
     return;
   }
-  const auto first = static_cast<size_t>(first_row_of_pose_[pose]);
+  const size_t first = first_row_of_pose_[pose];
   for (size_t k = 0; k < joints_.size(); ++k) {
     const auto j = static_cast<Eigen::Index>(k);
     double difference = std::abs(q[j] - campaign_.q[first][j]);

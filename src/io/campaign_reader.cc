@@ -117,9 +117,9 @@ class RowReader {
 
   // One number per joint.
   JointVector numbers(const std::vector<std::optional<Quantity>>& columns) const {
-    JointVector values(static_cast<Eigen::Index>(columns.size()));
+    JointVector values(columns.size());
     for (size_t j = 0; j < columns.size(); ++j)
-      values[static_cast<Eigen::Index>(j)] = table_.number(*columns[j]);
+      values[j] = table_.number(*columns[j]);
     return values;
   }
 

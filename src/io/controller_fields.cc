@@ -170,7 +170,7 @@ std::string krl_frame(const Pose& pose) {
 
 std::string positioner_rows(const Robot& robot) {
   const KinematicChain& chain = robot.chain;
-  const auto ground = static_cast<size_t>(*robot.ground_link);
+  const size_t ground = *robot.ground_link;
   const auto row = [](const std::string& axis, const std::string& field, const Pose& pose) {
     return axis + "," + field + ",,,," + csv_cell(krl_frame(pose)) + "\n";
   };
@@ -220,8 +220,8 @@ std::string write_controller_fields(const Robot& fitted, const KinematicChain& n
   for (size_t j = 0; j < joints.size(); ++j) {
     const int joint = static_cast<int>(j), link = link_of_joint(fitted.chain, joint);
     if (is_of_positioner(fitted, zero_offset(fitted.chain, joint))) continue;
-    const Link& own = fitted.chain.links[static_cast<size_t>(link)];
-    const double moved = zero_of(own) - zero_of(nominal.links[static_cast<size_t>(link)]);
+    const Link& own = fitted.chain.links[link];
+    const double moved = zero_of(own) - zero_of(nominal.links[link]);
     const double turned = is_prismatic(own) ? moved : std::remainder(moved, kTurn);
     double change = own.sign * turned / joints[j].si();
     if (std::abs(change) < kNoChange) change = 0;

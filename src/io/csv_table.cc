@@ -118,7 +118,7 @@ void CsvTable::split(std::string_view line, std::vector<std::string_view>& field
   while (true) {
     const size_t end = end_of_field(line, begin);
     const std::string_view field = trim(line.substr(begin, end - begin));
-    fields.push_back(unquoted(field, static_cast<size_t>(field.data() - line.data())));
+    fields.push_back(unquoted(field, field.data() - line.data()));
     if (end == line.size()) return;
     begin = end + 1;
   }

@@ -32,8 +32,8 @@ size_t count_of_arm(const CsvTable& table) {
 constexpr size_t kFewestOfAnArm = 2;
 
 void require_number(const CsvTable& table, const std::vector<JointName>& joints) {
-  const auto expected = static_cast<size_t>(std::ranges::count_if(
-      joints, [](const JointName& joint) { return joint.column.front() == 'q'; }));
+  const size_t expected = std::ranges::count_if(
+      joints, [](const JointName& joint) { return joint.column.front() == 'q'; });
   const size_t found = count_of_arm(table);
   if (found == expected || found < kFewestOfAnArm) return;
   const bool scattered = std::ranges::any_of(joints, [&](const JointName& joint) {

@@ -30,9 +30,9 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
     if (const auto [first, is_new] = lines.emplace(target.pose, target.line); !is_new)
       table.fail(*pose, table.quoted(*pose) + " stands in line " + std::to_string(first->second) +
                             " too; give every target an id of its own");
-    target.q.resize(static_cast<Eigen::Index>(joints.size()));
+    target.q.resize(joints.size());
     for (size_t j = 0; j < joints.size(); ++j)
-      target.q[static_cast<Eigen::Index>(j)] = table.number(*q[j]);
+      target.q[j] = table.number(*q[j]);
   }
   if (targets.empty()) throw InputError(source.name() + ": has no row");
   return targets;
@@ -51,7 +51,7 @@ std::string write_joint_targets(const std::vector<JointTarget>& targets,
   for (const JointTarget& target : targets) {
     text += csv_cell(target.pose);
     for (size_t j = 0; j < joints.size(); ++j)
-      text += "," + number_text(target.q[static_cast<Eigen::Index>(j)], joints[j].si());
+      text += "," + number_text(target.q[j], joints[j].si());
     if (touched) text += "," + csv_cell(target.contact);
     if (by_target) text += "," + csv_cell(target.target);
     text += "\n";

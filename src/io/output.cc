@@ -82,7 +82,7 @@ void write_all(int descriptor, const std::string& text, const std::string& path)
     const ssize_t count = write(descriptor, text.data() + written, text.size() - written);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) fail(path);
-    written += static_cast<size_t>(count);
+    written += count;
   }
 }
 

@@ -200,11 +200,11 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
     throw InputError(result.source + ": has " + std::to_string(time.size()) +
                      " samples; a path needs at least two");
   result.path.time =
-      Eigen::Map<const Eigen::VectorXd>(time.data(), static_cast<Eigen::Index>(time.size()));
+      Eigen::Map<const Eigen::VectorXd>(time.data(), time.size());
   result.path.position = position.matrix<Eigen::Matrix3Xd>(3);
   result.path.orientation = orientation.matrix<Eigen::Matrix3Xd>(3);
   result.path.force = force.matrix<Eigen::Matrix3Xd>(3);
-  result.path.q = q.matrix<JointMatrix>(static_cast<Eigen::Index>(joints.size()));
+  result.path.q = q.matrix<JointMatrix>(joints.size());
   result.sha256 = source.sha256();
   result.corrected_by = corrector_of(result);
   return result;
@@ -226,7 +226,7 @@ std::string write_path(const Path& path, const std::vector<JointName>& joints) {
     add(path.position.col(i), kMillimetre, 6);
     if (path.has_orientation()) add(path.orientation.col(i), kDegree, 9);
     for (size_t j = 0; path.has_joints() && j < joints.size(); ++j)
-      text += ',' + decimal_text(path.q(static_cast<Eigen::Index>(j), i) / joints[j].si(), 9);
+      text += ',' + decimal_text(path.q(j, i) / joints[j].si(), 9);
     if (path.has_force()) add(path.force.col(i), 1, 6);
     text += '\n';
   }

@@ -56,7 +56,7 @@ std::optional<double> read_length(const std::string& text) {
   const auto [unit, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
   for (const auto& [name, factor] : kUnits)
-    if (std::string_view(unit, static_cast<size_t>(end - unit)) == name) return value * factor;
+    if (std::string_view(unit, end - unit) == name) return value * factor;
   return std::nullopt;
 }
 

@@ -59,7 +59,7 @@ std::vector<int> coupling_order(const KinematicChain& chain) {
       order.push_back(static_cast<int>(k));
     }
     if (order.size() > before) continue;
-    const auto left = static_cast<size_t>(std::ranges::find(done, false) - done.begin());
+    const size_t left = std::ranges::find(done, false) - done.begin();
     throw std::invalid_argument("the joint of link '" + chain.links[all[left].follower].name +
                                 "' follows itself");
   }
@@ -71,8 +71,8 @@ std::vector<double> moved_with(const KinematicChain& chain, int link) {
   moved[link] = 1;
   for (const int k : coupling_order(chain)) {
     const Coupling& coupling = chain.couplings[k];
-    const auto followed = static_cast<size_t>(coupling.followed);
-    const auto follower = static_cast<size_t>(coupling.follower);
+    const size_t followed = coupling.followed;
+    const size_t follower = coupling.follower;
     moved[follower] += chain.links[follower].sign * coupling.coefficient *
                        chain.links[followed].sign * moved[followed];
   }
@@ -84,7 +84,7 @@ std::vector<double> joint_values(const KinematicChain& chain, const JointVector&
   for (int j = 0; j < joint_count(chain); ++j) values[link_of_joint(chain, j)] = q[j];
   for (const int k : coupling_order(chain)) {
     const Coupling& coupling = chain.couplings[k];
-    const auto followed = static_cast<size_t>(coupling.followed);
+    const size_t followed = coupling.followed;
     const Link& link = chain.links[followed];
     const double zero = is_prismatic(link) ? link.r : link.theta;
     values[coupling.follower] +=

@@ -347,7 +347,7 @@ std::string ambiguous_parameter(const KinematicChain& chain) {
 
 std::optional<double> parameter_value(const KinematicChain& chain, int index) {
   const Parameter parameter = parameter_of(chain, index);
-  const auto component = static_cast<size_t>(parameter.component);
+  const size_t component = parameter.component;
   const auto named = [&](const auto& all) -> const auto& {
     return *std::ranges::find_if(all, [&](const auto& one) { return one.name == parameter.of; });
   };

@@ -18,7 +18,7 @@ constexpr double kBeyond = 40;  // of u, beyond the spectrum: the rest is exp(-2
 class Bordered {
  public:
   Bordered(const Eigen::MatrixXd& symmetric, const std::vector<std::vector<Eigen::Index>>& blocks) {
-    std::vector<bool> is_own(static_cast<size_t>(symmetric.cols()), false);
+    std::vector<bool> is_own(symmetric.cols(), false);
     Eigen::Index own = 0;
     for (const auto& block : blocks)
       for (const Eigen::Index k : block) {

@@ -76,18 +76,18 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured) {
     while (segment + 2 < measured.samples() && measured.time[segment + 1] < plane.time) ++segment;
     const auto point = meet_nearest(plane, command, measured, segment);
     if (!point) continue;
-    crossings.deviation.col(static_cast<Eigen::Index>(crossings.sample.size())) =
+    crossings.deviation.col(crossings.sample.size()) =
         *point - plane.point;
     crossings.sample.push_back(i);
   }
   crossings.deviation.conservativeResize(Eigen::NoChange,
-                                         static_cast<Eigen::Index>(crossings.sample.size()));
+                                         crossings.sample.size());
   return crossings;
 }
 
 PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
   if (passes.empty()) throw std::invalid_argument("path accuracy: no pass");
-  const auto n = static_cast<Eigen::Index>(passes.size());
+  const Eigen::Index n = passes.size();
   PathAccuracy accuracy;
   std::vector<size_t> next(passes.size(), 0);
   double squares = 0;
@@ -99,8 +99,8 @@ PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
       while (next[j] < samples.size() && samples[next[j]] < sample) ++next[j];
       all = all && next[j] < samples.size() && samples[next[j]] == sample;
       if (all)
-        met.col(static_cast<Eigen::Index>(j)) =
-            passes[j].deviation.col(static_cast<Eigen::Index>(next[j]));
+        met.col(j) =
+            passes[j].deviation.col(next[j]);
     }
     if (!all) continue;
     ++accuracy.planes;

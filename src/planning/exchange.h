@@ -19,7 +19,7 @@ template <typename Criterion>
 std::vector<int> choose_by_exchange(Criterion& criterion, int candidates, int count) {
   constexpr double kExchangeTolerance = 1e-6;  // relative gain
   constexpr int kMaxPasses = 100;
-  std::vector<bool> is_chosen(static_cast<size_t>(candidates), false);
+  std::vector<bool> is_chosen(candidates, false);
   const auto set_chosen = [&](int candidate, bool chosen) {
     criterion.set_chosen(candidate, chosen);
     is_chosen[candidate] = chosen;

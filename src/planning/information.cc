@@ -59,7 +59,7 @@ Eigen::MatrixXd divided_by(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& t
 UnknownGroups::UnknownGroups(const SessionModels& candidates)
     : split_(candidates.is_split_by_target() ? SessionModels::Split::by_target
                                              : SessionModels::Split::by_session) {
-  std::vector<int> groups_of(static_cast<size_t>(candidates.unknowns()), 0);
+  std::vector<int> groups_of(candidates.unknowns(), 0);
   for (int g = 0; g < candidates.groups(); ++g)
     for (const SessionModels::Run& run : candidates.runs(g))
       for (int k = run.first; k < run.first + run.count; ++k) ++groups_of[k];
@@ -79,7 +79,7 @@ size_t UnknownGroups::group_of(const SessionModels& models, int group) const {
   const auto found = std::ranges::find(target_, models.target_of(group));
   if (found == target_.end())
     throw std::logic_error("a target that no candidate reads");
-  return static_cast<size_t>(found - target_.begin());
+  return found - target_.begin();
 }
 
 GroupRows UnknownGroups::apart(const SessionModels& models, int group,
@@ -87,12 +87,12 @@ GroupRows UnknownGroups::apart(const SessionModels& models, int group,
   std::map<int, Eigen::Index> column;  // of each unknown
   for (const SessionModels::Run& run : models.runs(group))
     for (int k = run.first; k < run.first + run.count; ++k)
-      column.emplace(k, static_cast<Eigen::Index>(column.size()));
+      column.emplace(k, column.size());
   const auto taken = [&](const std::vector<int>& unknowns) {
     Eigen::MatrixXd some = Eigen::MatrixXd::Zero(rows.rows(), std::ssize(unknowns));
     for (size_t k = 0; k < unknowns.size(); ++k)
       if (const auto found = column.find(unknowns[k]); found != column.end())
-        some.col(static_cast<Eigen::Index>(k)) = rows.col(found->second);
+        some.col(k) = rows.col(found->second);
     return some;
   };
   return {taken(own_[group_of(models, group)]), taken(common_)};
@@ -178,7 +178,7 @@ Information::Information(GroupedDerivatives candidates, int poses, const Grouped
     const Eigen::Index own = of_group.own.cols();
     std::vector<Eigen::Index>& first = first_.emplace_back(static_cast<size_t>(poses) + 1, 0);
     for (int pose : candidates.pose_of_row[g])
-      first[static_cast<size_t>(pose) + 1] += candidates.row_size;
+      first[pose + 1] += candidates.row_size;
     std::partial_sum(first.begin(), first.end(), first.begin());
     candidates_.push_back({of_group.own.transpose(), of_group.common.transpose()});
     of_group = {};
@@ -200,7 +200,7 @@ Information::Information(GroupedDerivatives candidates, int poses, const Grouped
 Eigen::Block<const Eigen::MatrixXd> Information::columns_of(const Eigen::MatrixXd& columns,
                                                             size_t group, int candidate) const {
   const Eigen::Index first = first_[group][candidate];
-  const Eigen::Index end = first_[group][static_cast<size_t>(candidate) + 1];
+  const Eigen::Index end = first_[group][candidate + 1];
   return columns.block(0, first, columns.rows(), end - first);
 }
 
@@ -266,7 +266,7 @@ Eigen::VectorXd Information::values_of_adding() const {
     Eigen::LLT<Eigen::MatrixXd> root;
     for (size_t g = 0; g < blocks_.size(); ++g) {
       const Eigen::Index start = first_[g][begin];
-      const Eigen::Index columns = first_[g][static_cast<size_t>(begin + count)] - start;
+      const Eigen::Index columns = first_[g][begin + count] - start;
       beside = candidates_[g].common.middleCols(start, columns);
       const bool has_own = blocks_[g].own.size() > 0;
       if (has_own) {
@@ -275,8 +275,8 @@ Eigen::VectorXd Information::values_of_adding() const {
         p = own[g].llt.matrixL().solve(of_own);
       }
       for (int k = 0; k < count; ++k) {
-        const Eigen::Index at = first_[g][static_cast<size_t>(begin + k)] - start;
-        const Eigen::Index rows = first_[g][static_cast<size_t>(begin + k) + 1] - start - at;
+        const Eigen::Index at = first_[g][begin + k] - start;
+        const Eigen::Index rows = first_[g][begin + k + 1] - start - at;
         if (rows == 0) continue;
         auto part = out.middleCols(first[k], rows);
         first[k] += rows;

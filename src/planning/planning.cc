@@ -137,4 +137,21 @@ PlanQuality PosePlanner::quality(const std::vector<PlannedPose>& poses) const {
   return quality;
 }
 
+std::optional<int> PosePlanner::fewest_that_determine(int too_few, std::uint64_t seed) const {
+  const auto is_enough = [&](int count) {
+    return quality(random(count, seed)).determines_all();
+  };
+  int enough = std::min(2 * too_few, kCloudSize);
+  while (!is_enough(enough)) {
+    if (enough == kCloudSize) return std::nullopt;
+    too_few = enough;
+    enough = std::min(2 * enough, kCloudSize);
+  }
+  while (enough - too_few > 1) {
+    const int middle = (enough + too_few) / 2;
+    (is_enough(middle) ? enough : too_few) = middle;
+  }
+  return enough;
+}
+
 }  // namespace armtrue

@@ -39,7 +39,7 @@ double lowest_height(const Robot& robot, const JointVector& q) {
   double lowest = height(tool.translation);
   for (const Target& target : chain.targets)
     lowest = std::min(lowest, height(tool * target.position));
-  for (size_t link = static_cast<size_t>(ground + 1); link < frames.size(); ++link)
+  for (size_t link = ground + 1; link < frames.size(); ++link)
     if (!is_prismatic(chain.links[link]))
       lowest = std::min(lowest, height(frames[link].translation));
   return lowest;

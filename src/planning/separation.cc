@@ -1,14 +1,20 @@
 #include "armtrue/planning/separation.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/tracing/loop.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/contest.h"
 #include "planning/exchange.h"
@@ -308,6 +314,57 @@ void require_coefficients(const Effect& effect, const Robot& robot,
                                 "; give the robot as it was identified (close-loop --robot-out)");
 }
 
+std::string quoted(const Effect& effect) { return "'" + describe(effect) + "'"; }
+
+// Effects no two of which can be separated by poses, and the readings that separate them.
+struct InseparableSet {
+  std::vector<std::string> effects;
+  std::set<std::string> readings;
+};
+
+std::vector<InseparableSet> inseparable_sets(const SeparationPlan& plan) {
+  using Names = std::pair<std::string, std::string>;
+  std::set<Names> told;
+  for (const SeparatedPair& pair : plan.pairs)
+    if (pair.by_poses) told.insert(std::minmax(quoted(pair.truth), quoted(pair.rival)));
+
+  std::vector<std::string> effects;
+  std::map<Names, std::vector<std::string>> untold;  // to the readings that would tell
+  for (const SeparatedPair& pair : plan.pairs) {
+    const std::string truth = quoted(pair.truth), rival = quoted(pair.rival);
+    if (told.count(std::minmax(truth, rival))) continue;
+    untold[std::minmax(truth, rival)] = pair.readings;
+    for (const std::string& effect : {truth, rival})
+      if (std::find(effects.begin(), effects.end(), effect) == effects.end())
+        effects.push_back(effect);
+  }
+
+  std::vector<InseparableSet> sets;
+  std::set<Names> covered;
+  for (size_t i = 0; i < effects.size(); ++i)
+    for (size_t j = i + 1; j < effects.size(); ++j) {
+      const Names seed = std::minmax(effects[i], effects[j]);
+      if (!untold.count(seed) || covered.count(seed)) continue;
+      InseparableSet& set = sets.emplace_back();
+      set.effects.push_back(effects[i]);
+      const auto add = [&](const std::string& effect) {
+        for (const std::string& member : set.effects) {
+          const Names pair = std::minmax(effect, member);
+          covered.insert(pair);
+          set.readings.insert(untold[pair].begin(), untold[pair].end());
+        }
+        set.effects.push_back(effect);
+      };
+      add(effects[j]);
+      for (const std::string& effect : effects)
+        if (std::ranges::all_of(set.effects, [&](const std::string& member) {
+              return untold.count(std::minmax(effect, member)) > 0;
+            }))
+          add(effect);
+    }
+  return sets;
+}
+
 }  // namespace
 
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
@@ -318,6 +375,16 @@ SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffec
   for (const TracedEffect& one : found)
     require_coefficients(one.effect, robot, given.temperature_names);
   return Separation(robot, found, count, options, given).plan(count);
+}
+
+std::vector<std::string> inseparable_in_words(const SeparationPlan& plan) {
+  std::vector<std::string> sentences;
+  for (const auto& [effects, readings] : inseparable_sets(plan))
+    sentences.push_back(fmt::format(
+        "no poses separate {}: after a refit their predictions are equal{}{}",
+        fmt::join(effects, ", "),
+        readings.empty() ? "" : "; a reading that does: ", fmt::join(readings, "; or ")));
+  return sentences;
 }
 
 }  // namespace armtrue

@@ -156,7 +156,7 @@ std::vector<PlannedPose> given_touches(const PoseCloud& cloud) {
   std::vector<PlannedPose> poses;
   std::vector<bool> is_in(cloud.given.pose_ids.size(), false);
   for (int row = 0; row < cloud.given.rows(); ++row) {
-    const auto pose = static_cast<size_t>(cloud.given.pose[row]);
+    const size_t pose = cloud.given.pose[row];
     if (is_in[pose] || cloud.given.kind(row) != ReadingKind::touch) continue;
     is_in[pose] = true;
     poses.push_back(touch_at(cloud.given, row));

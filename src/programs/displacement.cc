@@ -67,9 +67,9 @@ class Displacement {
       throw InputError(
           fmt::format("{}: all its targets are joint angles; give a program with poses",
                       program_.texts[0].name));
-    Eigen::Matrix3Xd points(3, static_cast<Index>(known_.size()));
+    Eigen::Matrix3Xd points(3, known_.size());
     for (size_t i = 0; i < known_.size(); ++i)
-      points.col(static_cast<Index>(i)) = target(known_[i]).pose.translation;
+      points.col(i) = target(known_[i]).pose.translation;
     const Eigen::VectorXd places = places_in_order(path_.position, points, kPathMatchTolerance);
     if (places.array().isNaN().all()) {
       const NearestPoint nearest = nearest_to(path_.position, points);
@@ -82,7 +82,7 @@ class Displacement {
           point.z(), nearest.distance / kMillimetre));
     }
     place_.assign(program_.targets.size(), kOff);
-    for (size_t i = 0; i < known_.size(); ++i) place_[known_[i]] = places[static_cast<Index>(i)];
+    for (size_t i = 0; i < known_.size(); ++i) place_[known_[i]] = places[i];
   }
 
   // Approach and retreat lie off the path. If most points do, the path is that of another program.
@@ -367,8 +367,8 @@ bool lies_on_corrected(const RobotProgram& program, const Eigen::Matrix3Xd& prog
   for (const ProgramTarget& target : program.targets)
     if (target.kind == TargetKind::cartesian) targets.push_back(target.pose.translation);
   if (targets.empty()) return false;
-  Eigen::Matrix3Xd points(3, static_cast<Index>(targets.size()));
-  for (size_t i = 0; i < targets.size(); ++i) points.col(static_cast<Index>(i)) = targets[i];
+  Eigen::Matrix3Xd points(3, targets.size());
+  for (size_t i = 0; i < targets.size(); ++i) points.col(i) = targets[i];
   const auto distances = [&](const Eigen::Matrix3Xd& path) {
     const Eigen::VectorXd places = places_in_order(path, points, kPathMatchTolerance);
     Eigen::VectorXd result(places.size());

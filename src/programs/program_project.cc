@@ -89,7 +89,7 @@ class ProjectRewriter {
       shared.name = point.name;
       shared.line = point.line;
       shared.programs.insert(index);
-      shared.points.emplace_back(index, static_cast<int>(i));
+      shared.points.emplace_back(index, i);
       shared.must_stay |= point.is_shared;
       std::string changes;
       for (const TextEdit& edit : rewritten.edits) {

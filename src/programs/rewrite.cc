@@ -179,7 +179,7 @@ class Rewriter {
 
   void insert_moves() {
     result_.inserted = moves_of(between_);
-    dialect_.refuse_what_does_not_load(program_, static_cast<size_t>(result_.inserted));
+    dialect_.refuse_what_does_not_load(program_, result_.inserted);
     for (const OwnPoint& own : own_) is_divided_[own.target] = true;
     for (TextEdit& edit : insertion_edits(program_, between_, changes_between_, own_))
       edits_.push_back(std::move(edit));
@@ -431,7 +431,7 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
   std::vector<NumberBeside> result;
   std::vector<bool> is_done(program.points.size(), false);
   for (size_t k = 0; k < program.targets.size(); ++k) {
-    const auto index = static_cast<size_t>(program.targets[k].point);
+    const size_t index = program.targets[k].point;
     if (is_done[index]) continue;
     is_done[index] = true;
     const ProgramTarget& target = program.targets[k];

@@ -87,7 +87,7 @@ std::vector<Statement> split_arguments(std::string_view text, size_t begin, size
 }
 
 int line_at(std::string_view text, size_t at) {
-  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + at, '\n'));
 }
 
 int line_at(std::string_view original, const Statement& statement, size_t at) {

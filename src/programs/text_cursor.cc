@@ -24,7 +24,7 @@ std::optional<double> TextCursor::take_number() {
   const auto [rest, error] =
       std::from_chars(text_.data() + begin, text_.data() + end_, value, std::chars_format::general);
   if (error != std::errc()) return std::nullopt;
-  at_ = static_cast<size_t>(rest - text_.data());
+  at_ = rest - text_.data();
   return value;
 }
 

@@ -90,7 +90,7 @@ Report calibration_page(const CalibrationResult& result, const Robot& nominal,
   if (story.nominal)
     tabled.push_back({"nominal robot", "calibration/nominal/", &models.front().evaluation});
   tabled.push_back({"calibrated robot", "calibration/training/", &models.back().evaluation});
-  std::vector<bool> left_out(static_cast<size_t>(campaign.rows()), false);
+  std::vector<bool> left_out(campaign.rows(), false);
   std::vector<int> lines;
   for (int row : story.quality.blunders) {
     left_out[row] = true;

@@ -87,7 +87,7 @@ std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets
 
 Drawing targets_picture(const std::vector<CorrectedTarget>& targets,
                         const std::vector<std::string>& names) {
-  const auto rows = static_cast<Eigen::Index>(targets.size());
+  const Eigen::Index rows = targets.size();
   Eigen::VectorXd before(rows), after(rows);
   for (Eigen::Index k = 0; k < rows; ++k) {
     before[k] = targets[k].before.position / kMillimetre;
@@ -109,13 +109,13 @@ void add_between(Page& page, const BetweenPoints& between, const Program& progra
   };
   page.add(paragraph(
       "Of " + count(between.moves.size(), "moves") + " straight and circular moves " +
-      count(static_cast<size_t>(summary.divided), "divided") + " are divided, and " +
-      count(static_cast<size_t>(summary.inserted), "inserted") +
+      count(summary.divided, "divided") + " are divided, and " +
+      count(summary.inserted, "inserted") +
       " moves are inserted, so that the predicted error between two points is below " +
       keyed_mm(between.tolerance, key + "tolerance_mm") + " mm. Of " +
-      count(static_cast<size_t>(between.unknown), "unknown") + " moves nothing is predicted."));
+      count(between.unknown, "unknown") + " moves nothing is predicted."));
   if (!summary.before || !summary.after) return;
-  Eigen::VectorXd before(static_cast<Eigen::Index>(between.moves.size())), after(before.size());
+  Eigen::VectorXd before(between.moves.size()), after(before.size());
   for (Eigen::Index k = 0; k < before.size(); ++k) {
     before[k] = between.moves[k].before / kMillimetre;
     after[k] = between.moves[k].after / kMillimetre;
@@ -154,7 +154,7 @@ void add_notes(Page& page, const std::vector<CorrectedTarget>& targets, const Pr
   std::vector<TableRow> worst;
   const std::vector<int> numbers = worst_targets(targets, kWorstNamed);
   for (size_t k = 0; k < numbers.size(); ++k) {
-    const auto row = static_cast<size_t>(numbers[k]);
+    const size_t row = numbers[k];
     const CorrectedTarget& target = targets[row];
     const std::string key = fmt::format("worst/{}/", k);
     std::string notes;

@@ -169,7 +169,7 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
     return {grid.picture(true), grid.picture(false)};
   }
   std::vector<Eigen::Vector3d> places, errors;
-  const auto rows = static_cast<Eigen::Index>(map.points.size());
+  const Eigen::Index rows = map.points.size();
   std::vector<std::string> predicted;  // names of the places
   const double none = std::numeric_limits<double>::quiet_NaN();
   Eigen::VectorXd before = Eigen::VectorXd::Constant(rows, none), after = before;

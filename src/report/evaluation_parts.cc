@@ -33,7 +33,7 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
                  campaign_picture(models, campaign, left_out)});
   const size_t shown = std::min<size_t>(2, models.size());
   const std::vector<Drawing> maps = residual_maps(
-      {models.end() - static_cast<std::ptrdiff_t>(shown), models.end()}, campaign, up);
+      {models.end() - shown, models.end()}, campaign, up);
   if (maps.empty()) return;
   page.section("Errors in the workspace");
   page.pictures(maps);

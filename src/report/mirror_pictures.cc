@@ -151,12 +151,12 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
       const double time = std::clamp(programmed.time[sample], deviation.time[0],
                                      deviation.time[deviation.time.size() - 1]);
       const auto place =
-          static_cast<Eigen::Index>(std::lround((time - deviation.time[0]) / deviation.period));
+          std::lround((time - deviation.time[0]) / deviation.period);
       points.emplace_back(time, trend[std::clamp<Eigen::Index>(place, 0, trend.size() - 1)]);
     }
     Points drawn;
     std::vector<std::string> texts;
-    for (Eigen::Index k : evenly(static_cast<Eigen::Index>(points.size()), kMostPoints)) {
+    for (Eigen::Index k : evenly(points.size(), kMostPoints)) {
       drawn.push_back(points[k]);
       texts.push_back(
           fmt::format("{:.4g} s: {:.3g} mm along {}", points[k].x(), points[k].y(), "xyz"[axis]));

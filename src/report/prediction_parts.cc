@@ -21,7 +21,7 @@ Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after
                      const RowsText& text) {
   constexpr Eigen::Index kMostRows = 800;
   const std::vector<Eigen::Index> drawn = evenly(before.size(), kMostRows);
-  const auto rows = static_cast<size_t>(before.size());
+  const size_t rows = before.size();
   auto picture = std::make_shared<Picture>(
       text.file, text.title,
       text.note + (drawn.size() < rows ? fmt::format(" Of {} {}s {} are drawn, evenly spread.",

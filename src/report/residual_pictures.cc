@@ -43,7 +43,7 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
   PlacedResiduals placed;
   placed.residuals.resize(models.size());
   for (int row = 0; row < campaign.rows(); ++row) {
-    const auto r = static_cast<size_t>(row);
+    const size_t r = row;
     const auto [at, is_new] =
         number.try_emplace({campaign.pose[r], campaign.channel(row),
                             campaign.session.empty() ? 0 : campaign.session[r]},
@@ -199,7 +199,7 @@ Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& camp
     std::vector<std::string> texts;
     const std::vector<double> errors = model.evaluation.reading_errors();
     for (Eigen::Index row : drawn) {
-      const auto r = static_cast<size_t>(row);
+      const size_t r = row;
       const Eigen::Vector2d point(static_cast<double>(row) + 1, in_mm(errors[r]));
       points.push_back(point);
       texts.push_back(fmt::format("{}: {:.3g} mm, {}", reading_name(campaign, first, r), point.y(),
@@ -310,7 +310,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
   }
   double longest = 0;
   const std::vector<Eigen::Index> drawn =
-      evenly(static_cast<Eigen::Index>(places.size()), text.most);
+      evenly(places.size(), text.most);
   for (const VectorField& field : fields)
     for (Eigen::Index k : drawn) longest = std::max(longest, field.vectors[k].norm());
   const double factor = round_magnification(longest, (high - low).maxCoeff());
@@ -328,7 +328,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
         fmt::format("{}-{}{}", text.file, x, y), text.title + ", " + view,
         fmt::format("{} Arrows are {:g} times as long as the {}; the longest is {:.3g} mm.{}",
                     text.note, factor, text.what, in_mm(longest),
-                    thinned_note(static_cast<Eigen::Index>(places.size()), drawn.size(), "places")),
+                    thinned_note(places.size(), drawn.size(), "places")),
         axes.x);
     Panel& panel = picture->panel(axes.y, axes.height);
     Points drawn_places;

@@ -40,14 +40,14 @@ GainLeftOut mean_gain(const std::vector<OfPose>& losses) {
 
 CrossValidation::CrossValidation(const Linearization& fit, std::uint64_t seed) : fit_(fit) {
   const GroupedRows rows = grouped_rows(fit.pose());
-  std::vector<int> poses(static_cast<size_t>(rows.groups()));
+  std::vector<int> poses(rows.groups());
   std::iota(poses.begin(), poses.end(), 0);
   shuffle(poses, seed);
   folds_.resize(std::min<size_t>(kFolds, poses.size()));
   for_ordered_blocks<int>(
       static_cast<int>(folds_.size()), 1,
       [&](int number, int) {
-        const auto f = static_cast<size_t>(number);
+        const size_t f = number;
         std::vector<int> own;
         for (size_t i = f; i < poses.size(); i += folds_.size()) own.push_back(poses[i]);
         folds_[f] = fold_of(own, rows);
@@ -89,7 +89,7 @@ GainLeftOut CrossValidation::gain_by(const ErrorsOf& errors_of) const {
       [&](int f, int) {
         const Fold& fold = folds_[f];
         const Errors errors = errors_of(fold);
-        std::vector<OfPose> of_fold(static_cast<size_t>(fold.poses));
+        std::vector<OfPose> of_fold(fold.poses);
         const auto add = [&](int pose, double without, double with) {
           OfPose& loss = of_fold[pose];
           loss.before += without * without;

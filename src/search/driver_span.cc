@@ -136,7 +136,7 @@ bool is_driven(DriverKind kind, int joint, const std::string& where, const Campa
     case DriverKind::temperature: {
       const auto sensor = std::ranges::find(campaign.temperature_names, where);
       if (sensor == campaign.temperature_names.end()) return false;
-      const auto k = static_cast<size_t>(sensor - campaign.temperature_names.begin());
+      const size_t k = sensor - campaign.temperature_names.begin();
       return by(campaign.temperature_c, [k](const auto& row) { return row[k]; });
     }
     case DriverKind::motor_torque:

@@ -37,7 +37,7 @@ class Groups {
         span_(time_span(campaign)),
         joints_(joint_count(robot.chain)),
         layout_(layout_of(robot.chain)) {
-    std::vector<int> rows(static_cast<size_t>(campaign.rows()));
+    std::vector<int> rows(campaign.rows());
     for (int row = 0; row < campaign.rows(); ++row) rows[row] = row;
     for (int row : evenly_chosen(rows, kContexts)) contexts_.push_back(campaign.context(row));
   }
@@ -135,7 +135,7 @@ class Groups {
     if (bound.value_count() == 0) return;
     const double size =
         parameter_unit(robot_.chain, parameter) == ParameterUnit::metre ? angle * kLever : angle;
-    const auto count = static_cast<Eigen::Index>(bound.value_count());
+    const Eigen::Index count = bound.value_count();
     if (weights.empty()) {
       random.root = orthonormal(values_of(bound), size);
       if (random.root.cols() == 0) return;

@@ -93,7 +93,7 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
     if (!is_group(alone.effect.parameter)) alone.effect.family.reset();
   std::ranges::move(families, std::back_inserter(candidates));
   if (options.beyond_catalogue) {
-    const auto first = static_cast<std::ptrdiff_t>(candidates.size());
+    const std::ptrdiff_t first = candidates.size();
     const auto known = std::ranges::count_if(candidates, may_be_alone);
     for (const Candidate& candidate : open_candidates(robot, campaign))
       candidates.push_back(candidate);
@@ -225,10 +225,10 @@ void EffectModel::drop_impossible_members(size_t k) {
         most = std::abs(t[m]);
         worst = m;
       }
-      first += static_cast<Eigen::Index>(count);
+      first += count;
     }
     if (!worst) return;
-    family.members.erase(family.members.begin() + static_cast<std::ptrdiff_t>(*worst));
+    family.members.erase(family.members.begin() + *worst);
     refit({});
   }
 }
@@ -259,9 +259,9 @@ int EffectModel::members_shown(size_t k) {
 
 // Standard deviation of a coefficient of an effect of the model.
 double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) const {
-  auto first = static_cast<Eigen::Index>(fit_.set.kept.size());
+  Eigen::Index first = fit_.set.kept.size();
   for (int e = 0; e < effect; ++e)
-    first += static_cast<Eigen::Index>(fit_.robot.effects[e].coefficients.size());
+    first += fit_.robot.effects[e].coefficients.size();
   return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
 }
 
@@ -273,7 +273,7 @@ bool EffectModel::split_families() {
         chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
     if (family == chosen_.end()) break;
     found = true;
-    const auto k = static_cast<size_t>(family - chosen_.begin());
+    const size_t k = family - chosen_.begin();
     const std::optional<double> p = p_at_gate_[k];
     const std::vector<Effect> singles = single_effects(start[in_fit(k)]);
     remove({static_cast<int>(k)}, start);
@@ -384,7 +384,7 @@ void EffectModel::start_from(const std::vector<Effect>& start) {
     const auto& old = start.empty() ? fit_.robot.effects : start;
     const size_t place = static_cast<size_t>(declared_) + k;
     const BoundEffect bound(effect, robot, campaign_.temperature_names);
-    const auto count = static_cast<size_t>(bound.coefficient_count());
+    const size_t count = bound.coefficient_count();
     if (place < old.size() && same_form(old[place], effect) &&
         old[place].coefficients.size() == count)
       effect.coefficients = old[place].coefficients;

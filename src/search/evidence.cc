@@ -149,12 +149,12 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
   EffectModel& model = search.model;
   const std::vector<Candidate>& chosen = model.chosen();
   const VarianceShares found = variance_shares(model.linear().effects_from(model.in_fit(0)), seed);
-  const auto effects = static_cast<Eigen::Index>(chosen.size());
+  const Eigen::Index effects = chosen.size();
   const Eigen::Map<const Eigen::VectorXd> share(found.of_group.data(), effects);
   std::vector<Eigen::VectorXd> place(chosen.size(), Eigen::VectorXd::Zero(effects));
   for (size_t a = 0; a < chosen.size(); ++a)
     for (size_t b = 0; b < chosen.size(); ++b)
-      place[a][static_cast<Eigen::Index>(b)] = same_place(chosen[a].effect, chosen[b].effect);
+      place[a][b] = same_place(chosen[a].effect, chosen[b].effect);
   std::vector<size_t> order(chosen.size());
   std::iota(order.begin(), order.end(), size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
@@ -228,7 +228,7 @@ std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
   cycle.phase = std::atan2(cosine, sine);
   Eigen::Index first = 0;
   for (int other = 0; other < effect; ++other)
-    first += static_cast<Eigen::Index>(fit.robot.effects[other].coefficients.size());
+    first += fit.robot.effects[other].coefficients.size();
   const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
   const Eigen::Index unknown = static_cast<Eigen::Index>(fit.set.kept.size()) + first;
   const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(unknown, unknown);

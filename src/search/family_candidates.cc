@@ -52,7 +52,7 @@ double typical_value(const BoundEffect& bound, const Effect& effect, const Robot
 // Motion of the measured frame by each joint, RMS over the travel [m per rad or per m].
 std::vector<double> levers(const Robot& robot) {
   const ChainEvaluator chain(robot.chain);
-  std::vector<double> squares(static_cast<size_t>(joint_count(robot.chain)));
+  std::vector<double> squares(joint_count(robot.chain));
   for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
     PoseJacobian jacobian;
     chain.pose(q, jacobian);

@@ -96,7 +96,7 @@ struct Columns {
 // that small pivots come early and spoil what follows.)
 Columns sorted_out(const Eigen::MatrixXd& gram) {
   const Eigen::Index count = gram.cols();
-  std::vector<Eigen::Index> all(static_cast<size_t>(count));
+  std::vector<Eigen::Index> all(count);
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   if (are_clearly_independent(Eigen::LLT<Eigen::MatrixXd>(gram))) return {all, {}};
   Columns columns;
@@ -219,9 +219,9 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
   const std::vector<int> pose = campaign.pose_by_id();
   for (int reading : rows.nearest) problem.pose.push_back(pose[reading]);
   const Eigen::MatrixXd& blocks = rows.blocks;
-  problem.jacobian = blocks.leftCols(static_cast<Eigen::Index>(all.size()));
+  problem.jacobian = blocks.leftCols(all.size());
   // The fit has columns for each session, but an effect moves its parameter in all sessions.
-  std::vector<int> row_of_nearest(static_cast<size_t>(campaign.rows()), kNone);
+  std::vector<int> row_of_nearest(campaign.rows(), kNone);
   for (size_t row = 0; row < rows.nearest.size(); ++row)
     row_of_nearest[rows.nearest[row]] = static_cast<int>(row);
   for (int s = 1; s < models.sessions(); ++s) {
@@ -236,7 +236,7 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
       if (row == kNone) continue;
       at.block(i, block);
       problem.jacobian.middleRows(row * size, size) =
-          rows.length[row] * block.leftCols(static_cast<Eigen::Index>(all.size()));
+          rows.length[row] * block.leftCols(all.size());
     }
   }
 
@@ -244,7 +244,7 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
   const int others = models.unknowns() - static_cast<int>(all.size());
   problem.fitted.resize(blocks.rows(), problem.geometric + others);
   problem.fitted << blocks(Eigen::all, fit.set.kept),
-      blocks.middleCols(static_cast<int>(all.size()), others);
+      blocks.middleCols(all.size(), others);
   problem.readings = blocks.rightCols<1>();
   for (const Effect& effect : fit.robot.effects) {
     std::vector<double>& values = problem.coefficients_of_effect.emplace_back();

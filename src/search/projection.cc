@@ -49,8 +49,8 @@ ProjectedCandidates::ProjectedCandidates(const CandidateScan& scan, const Linear
       fit_(fit),
       parts_{ValuesAtRows(scan.parts_[CandidateScan::kPosture], fit.replicates()),
              ValuesAtRows(scan.parts_[CandidateScan::kVisit], fit.replicates())},
-      on_basis_(fit.basis().cols(), static_cast<int>(scan.value_of_column_.size())),
-      slopes_(static_cast<int>(scan.value_of_column_.size())),
+      on_basis_(fit.basis().cols(), scan.value_of_column_.size()),
+      slopes_(scan.value_of_column_.size()),
       squared_norms_(scan.candidates_.size()),
       grams_(scan.candidates_.size()),
       solutions_(scan.candidates_.size()) {
@@ -91,7 +91,7 @@ void ProjectedCandidates::project_columns() {
 void ProjectedCandidates::find_spreads() {
   std::array<std::set<std::pair<int, int>>, CandidateScan::kParts> pairs;
   for (size_t candidate = 0; candidate < scan_.candidates_.size(); ++candidate) {
-    const auto part = static_cast<size_t>(scan_.part_[candidate]);
+    const size_t part = scan_.part_[candidate];
     if (!parts_[part].differ()) continue;
     const auto& terms = scan_.terms_[candidate];
     for (const auto& a : terms)
@@ -190,7 +190,7 @@ Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squar
 }
 
 void ProjectedCandidates::compute_grams() {
-  Squares squares(static_cast<size_t>(scan_.parameters()));
+  Squares squares(scan_.parameters());
   for (int parameter = 0; parameter < scan_.parameters(); ++parameter)
     for (size_t part = 0; part < parts_.size(); ++part)
       squares[parameter][part] = squares_by_context(parameter, parts_[part]);
@@ -311,12 +311,12 @@ std::vector<ProjectedCandidates::Place> ProjectedCandidates::places_of(
   Eigen::MatrixXd lost(on_basis_.rows(), std::ssize(effects));
   for (size_t k = 0; k < effects.size(); ++k) {
     places[k].loss = fit_.without(effects[k]);
-    lost.col(static_cast<Eigen::Index>(k)) = places[k].loss.span * places[k].loss.residual;
+    lost.col(k) = places[k].loss.span * places[k].loss.residual;
   }
   // What the losses add to the slopes: X^T (Q span) (its residual).
   const Eigen::MatrixXd slopes = on_basis_.transpose() * lost;
   for (size_t k = 0; k < effects.size(); ++k)
-    places[k].slopes = slopes.col(static_cast<Eigen::Index>(k));
+    places[k].slopes = slopes.col(k);
   return places;
 }
 

@@ -158,7 +158,7 @@ class ProjectedCandidates {
         parameters.size(), Eigen::MatrixX<Scalar>::Zero(columns.cols(), values.values().rows()));
     for (int row = 0; row < fit_.rows(); ++row)
       for (size_t k = 0; k < sums.size(); ++k) {
-        const auto own = derivatives.col(static_cast<Eigen::Index>(k)).segment(row * size, size);
+        const auto own = derivatives.col(k).segment(row * size, size);
         if ((own.array() == 0).all()) continue;
         sums[k].col(values.context_of_row(row)) +=
             columns.middleRows(row * size, size).transpose().lazyProduct(own);

@@ -98,7 +98,7 @@ CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Rob
   for (int part = 0; part < kParts; ++part)
     readings[part] = contexts_of(campaign, part, parts_[part]);
   find_periodograms(terms_by_value, campaign, readings[kPosture]);
-  share_columns(std::move(terms_by_value), static_cast<size_t>(parameter_count(robot.chain)));
+  share_columns(std::move(terms_by_value), parameter_count(robot.chain));
   for (int part = 0; part < kParts; ++part) {
     parts_[part].values.resize(std::ssize(readings[part]), value_count[part]);
     fill_values(sources, part, robot, campaign, readings[part]);

@@ -61,7 +61,7 @@ void ModelSearch::drop_idle() {
     double least = 0;
     for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k) {
       const double score = model_.score_of({k}).score;
-      const bool impossible = !model_.is_allowed(static_cast<size_t>(k));
+      const bool impossible = !model_.is_allowed(k);
       if (score > least && !impossible) continue;
       least = std::min(least, score);
       idle = k;
@@ -77,7 +77,7 @@ void ModelSearch::drop_idle() {
 // of a refit take up what the effect seems to explain.
 void ModelSearch::drop_by_refit() {
   for (int k = static_cast<int>(model_.chosen().size()) - 1; k >= 0; --k)
-    if (model_.refitted_score_of(static_cast<size_t>(k)).score <= 0) {
+    if (model_.refitted_score_of(k).score <= 0) {
       model_.drop({k});
       k = static_cast<int>(model_.chosen().size());
     }

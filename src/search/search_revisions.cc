@@ -31,7 +31,7 @@ bool ModelSearch::revise(KnownCauses known_causes) {
     }
     // What a circle of two comes back to keeps its view, no more: views are large.
     if (left.size() > 1) left[left.size() - 2].forget_view();
-    const auto revised = static_cast<size_t>(revision->effect);
+    const size_t revised = revision->effect;
     if (revision->other) {
       model_.exchange(revised, *revision->other);
       if (is_half_shown(revised)) {

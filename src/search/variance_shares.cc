@@ -111,14 +111,14 @@ double VarianceShares::standard_deviation(const Eigen::VectorXd& weights) const 
 
 VarianceShares variance_shares(const BesideTheRest& beside, std::uint64_t seed) {
   const std::vector<std::vector<int>> orders = orders_of_entry(beside.columns.size(), seed);
-  const auto groups = static_cast<Eigen::Index>(beside.columns.size());
+  const Eigen::Index groups = beside.columns.size();
   Eigen::MatrixXd explained = Eigen::MatrixXd::Zero(beside.poses(), groups);
   constexpr int kOrdersPerBlock = 8;  // their sums wait for each other in memory
   for_ordered_blocks<Eigen::MatrixXd>(
       static_cast<int>(orders.size()), kOrdersPerBlock,
       [&](int begin, int end) {
-        return explained_in(beside, std::span(orders).subspan(static_cast<size_t>(begin),
-                                                              static_cast<size_t>(end - begin)));
+        return explained_in(beside, std::span(orders).subspan(begin,
+                                                              end - begin));
       },
       [&](const Eigen::MatrixXd& sum) { explained += sum; });
   const Eigen::RowVectorXd of_group = explained.colwise().sum().cwiseMax(0);

@@ -34,7 +34,7 @@ ErrorSummary summarize(std::vector<double> errors) {
   // Linear between order statistics.
   const double place = 0.95 * (count - 1);
   const auto below = static_cast<size_t>(place);
-  const auto at = errors.begin() + static_cast<std::ptrdiff_t>(below);
+  const auto at = errors.begin() + below;
   std::nth_element(errors.begin(), at, errors.end());
   const double above = at + 1 < errors.end() ? *std::min_element(at + 1, errors.end()) : *at;
   summary.p95 = *at + (place - static_cast<double>(below)) * (above - *at);

@@ -53,10 +53,10 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
       ++unknown;
     }
   }
-  const auto count = static_cast<Eigen::Index>(all.size());
+  const Eigen::Index count = all.size();
   const Eigen::Map<const Eigen::VectorXd> coefficients(all.data(), count);
   const Eigen::MatrixXd draws = bootstrap_draws(Eigen::all, unknowns);
-  const auto first = static_cast<Eigen::Index>(fit.set.kept.size());
+  const Eigen::Index first = fit.set.kept.size();
   const Eigen::MatrixXd covariance =
       fit.covariance.block(first, first, unknown, unknown)(unknowns, unknowns);
   const auto values_at = [&](double x) {
@@ -64,7 +64,7 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
     Eigen::Index k = 0;
     for (const Effect* other : together) {
       evaluate(other->shape, x, values.data() + k);
-      k += static_cast<Eigen::Index>(other->coefficients.size());
+      k += other->coefficients.size();
     }
     return values;
   };
@@ -89,7 +89,7 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
 }
 
 std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& curve) {
-  const auto points = static_cast<Eigen::Index>(curve.size());
+  const Eigen::Index points = curve.size();
   if (points < 8) return std::nullopt;
   Eigen::VectorXd x(points), y(points);
   for (Eigen::Index i = 0; i < points; ++i) {

@@ -79,7 +79,7 @@ void hold_at_means(const CalibrationResult& fit, const Campaign& campaign, size_
                    Robot& robot) {
   Robot with = robot;
   with.effects.erase(with.effects.begin(),
-                     with.effects.end() - static_cast<std::ptrdiff_t>(effects));
+                     with.effects.end() - effects);
   robot.effects.resize(robot.effects.size() - effects);
   const RobotModel model(with, campaign.temperature_names);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(parameter_count(robot.chain));

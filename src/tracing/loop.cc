@@ -346,7 +346,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     result.curves.push_back(effect_curve(result.trace.fit, *training.sound, declared + k,
                                          result.trace.bootstrap_draws));
   result.held.assign(effects.begin() + static_cast<std::ptrdiff_t>(robot.effects.size()),
-                     effects.begin() + static_cast<std::ptrdiff_t>(declared));
+                     effects.begin() + declared);
   set_pattern(result);
   result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
   result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");

@@ -374,7 +374,7 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
     result.groups.push_back(
         {group.name, group.owner == EffectGroup::Owner::arm, moved / found.noise,
          moved / std::exp(equations.log_scale) * fit.sigma.position * std::sqrt(size.position)});
-    tau[widths.group[k]] = found.tau[static_cast<Eigen::Index>(k)];
+    tau[widths.group[k]] = found.tau[k];
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
   // Errors of the instrument are among the groups only where it errs.
@@ -385,7 +385,7 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   result.numbers.precision = std::move(folded.sums.zz);
   for (size_t k = 0; k < widths.of.size(); ++k)
     result.numbers.precision.diagonal().segment(widths.of[k].first, widths.of[k].count).array() +=
-        std::pow(found.noise / found.tau[static_cast<Eigen::Index>(k)], 2);
+        std::pow(found.noise / found.tau[k], 2);
   result.numbers.precision /= found.noise * found.noise;
   result.numbers.of_unknowns = std::move(folded.of_unknowns);
   return result;

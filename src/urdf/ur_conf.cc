@@ -75,7 +75,7 @@ std::optional<Place> find_row(const std::string& text, std::string_view name,
       if (found)
         throw InputError(fmt::format("{}, line {}: '{}' stands in line {} too; keep one", file,
                                      number, name, found->line));
-      const auto start = static_cast<size_t>(value.data() - text.data());
+      const size_t start = value.data() - text.data();
       found = Place{start + 1, start + value.size() - 1, number};
     }
     begin = newline + 1;

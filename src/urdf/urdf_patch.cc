@@ -105,16 +105,16 @@ bool has_last_frame_of(const KinematicChain& chain, const KinematicChain& nomina
     return lengths.cwiseAbs().maxCoeff() < kSameLength &&
            angles.unaryExpr(from_turn).cwiseAbs().maxCoeff() < kSameArmAngle;
   };
-  const auto last = static_cast<size_t>(link_of_joint(chain, joint_count(chain) - 1));
-  return std::equal(chain.links.begin() + static_cast<long>(last), chain.links.end(),
-                    nominal.links.begin() + static_cast<long>(last), is_near);
+  const size_t last = link_of_joint(chain, joint_count(chain) - 1);
+  return std::equal(chain.links.begin() + last, chain.links.end(),
+                    nominal.links.begin() + last, is_near);
 }
 
 // Slides and turns the last frame on its axis until it stands behind that of the joint before as
 // that of `nominal` does, and gives the links behind it their values there. What is left is the
 // tool.
 void take_last_frame_of(const KinematicChain& nominal, KinematicChain& chain) {
-  const auto last = static_cast<size_t>(link_of_joint(chain, joint_count(chain) - 1));
+  const size_t last = link_of_joint(chain, joint_count(chain) - 1);
   const double turn = nominal.links[last].theta - chain.links[last].theta;
   const double slide = nominal.links[last].r - chain.links[last].r;
   const Pose moved{Eigen::AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix(),

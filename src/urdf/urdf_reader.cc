@@ -180,7 +180,7 @@ void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) 
 void name_links(const std::vector<const ChainJoint*>& moving, std::vector<Link>& links) {
   const auto is_free = [&](const std::string& name, size_t count) {
     return !is_reserved_link_name(name) && name != links.back().name &&
-           std::none_of(links.begin(), links.begin() + static_cast<long>(count),
+           std::none_of(links.begin(), links.begin() + count,
                         [&](const Link& link) { return link.name == name; });
   };
   for (size_t j = 0; j < moving.size(); ++j) {
@@ -306,7 +306,7 @@ Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) 
   add_couplings(moving, robot.chain);
   for (size_t k = 0; k < chain.size(); ++k)
     if (link_of[k] >= 0) {
-      const auto link = static_cast<size_t>(link_of[k]);
+      const size_t link = link_of[k];
       copy_mass(chain[k], link_of[k], inverse(frames[link]) * urdf_frames[k], robot);
     }
   return robot;

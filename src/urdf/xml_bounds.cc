@@ -36,7 +36,7 @@ class XmlScanner {
 
  private:
   [[noreturn]] void fail(const std::string& what, size_t at) const {
-    const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<long>(at), '\n');
+    const auto line = 1 + std::count(text_.begin(), text_.begin() + at, '\n');
     throw InputError(file_ + ":" + std::to_string(line) + ": is no valid URDF: " + what);
   }
   [[noreturn]] void fail(const std::string& what) const { fail(what, std::min(at_, text_.size())); }

@@ -279,8 +279,9 @@ def line_mistakes(line, options, unknown=()):
 
 
 # What stands beside the file of a command, and is of it alone.
-PARTS = {"calibration_inputs": "calibrate", "import_inputs": "import-readings", "loop_inputs": "close-loop", "certificate_inputs": "certify", "map_inputs": "map-errors",
-         "mirror_inputs": "mirror-correct", "pass_inputs": "simulate-path"}
+PARTS = {"calibration_inputs": "calibrate", "certificate_inputs": "certify", "comparison_inputs": "compare-runs",
+         "import_inputs": "import-readings", "loop_inputs": "close-loop", "map_inputs": "map-errors",
+         "mirror_inputs": "mirror-correct", "pass_inputs": "simulate-path", "plan_inputs": "plan-poses"}
 
 
 def source_mistakes(root, options):

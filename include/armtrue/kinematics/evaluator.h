@@ -52,7 +52,7 @@ using ParameterOffsets = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxGeometr
 class LinkFrames {
  public:
   LinkFrames() = default;
-  explicit LinkFrames(int count) : count_(static_cast<size_t>(count)) {}
+  explicit LinkFrames(int count) : count_(count) {}
 
   size_t size() const { return count_; }
   Pose& operator[](size_t link) { return frames_[link]; }

@@ -82,10 +82,10 @@ class JointRows {
   Row back() { return (*this)[size_ - 1]; }
   ConstRow back() const { return (*this)[size_ - 1]; }
   auto begin() { return Iterator<JointRows, Row>(*this, 0); }
-  auto end() { return Iterator<JointRows, Row>(*this, static_cast<std::ptrdiff_t>(size_)); }
+  auto end() { return Iterator<JointRows, Row>(*this, size_); }
   auto begin() const { return Iterator<const JointRows, ConstRow>(*this, 0); }
   auto end() const {
-    return Iterator<const JointRows, ConstRow>(*this, static_cast<std::ptrdiff_t>(size_));
+    return Iterator<const JointRows, ConstRow>(*this, size_);
   }
 
   /// Throws std::invalid_argument if `q` has another number of joints than the rows before.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -23,6 +24,8 @@ struct PlanQuality {
   /// sqrt(mean of tr(J_p M^-1 J_p^T)), J_p the position Jacobian; over the cloud of candidates, and
   /// over the zone (0 without a zone). Infinite if M is rank-deficient.
   double cloud_deviation, zone_deviation;
+
+  bool determines_all() const { return std::isfinite(cloud_deviation); }
 };
 
 /// Chooses poses for a geometric calibration by optimal design.
@@ -48,6 +51,10 @@ class PosePlanner {
   std::vector<PlannedPose> random(int count, std::uint64_t seed) const;
 
   PlanQuality quality(const std::vector<PlannedPose>& poses) const;
+
+  /// Returns the smallest number of poses that determines all unknowns, more than `too_few`; nothing
+  /// if no number does. Which poses they are does not matter, so random ones tell.
+  std::optional<int> fewest_that_determine(int too_few, std::uint64_t seed) const;
 
  private:
   std::vector<JointVector> zone_configurations() const;

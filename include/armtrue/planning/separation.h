@@ -50,4 +50,9 @@ struct SeparationPlan {
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
                                int count, const CloudOptions& options, const Campaign& given = {});
 
+/// Effects that no poses separate, a sentence for each set of them, with the readings that do. Each
+/// such pair, whichever of the two is true, is in one of the sets: a set starts from a pair and
+/// takes in every effect that no poses separate from any of its members.
+std::vector<std::string> inseparable_in_words(const SeparationPlan& plan);
+
 }  // namespace armtrue

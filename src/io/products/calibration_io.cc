@@ -75,7 +75,7 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   node["identified"] = flow(identified);
   YAML::Node shares(YAML::NodeType::Map), nominal(YAML::NodeType::Sequence);
   for (size_t k = 0; k < result.set.kept.size(); ++k) {
-    const auto unknown = static_cast<Eigen::Index>(k);
+    const Eigen::Index unknown = k;
     if (result.prior_weight[unknown] == 0) continue;
     const std::string name = parameter_name(robot.chain, result.set.kept[k]);
     shares[name] = number_in_form("{:.2f}", result.share_of_readings[unknown]);

@@ -45,7 +45,7 @@ void add_row(std::string& line, const ErrorMap& map, size_t row,
   for (double x : point.position) add_number(line, x / kMillimetre);
   for (size_t j = 0; j < joints.size(); ++j)
     if (point.q)
-      add_number(line, (*point.q)[static_cast<Eigen::Index>(j)] / joints[j].si());
+      add_number(line, (*point.q)[j] / joints[j].si());
     else
       line += ',';
   if (point.is_predicted) {
@@ -98,7 +98,7 @@ YAML::Node placement_node(const Placement& placement) {
 }
 
 YAML::Node point_node(const ErrorMap& map, int number) {
-  const auto k = static_cast<size_t>(number);
+  const size_t k = number;
   YAML::Node node;
   node["pose"] = map.names[k];
   node["at_mm"] = flow_list(in_mm(map.points[k].position));
@@ -153,7 +153,7 @@ std::string write_error_map(const ErrorMap& map, const std::vector<JointName>& j
       [&](int begin, int end) {
         std::string block;
         for (int row = begin; row < end; ++row)
-          add_row(block, map, static_cast<size_t>(row), joints);
+          add_row(block, map, row, joints);
         return block;
       },
       [&](const std::string& block) { text += block; });

@@ -77,7 +77,7 @@ std::string write_parameters(const Robot& nominal, const CalibrationResult& resu
   std::string text =
       "parameter,unit,nominal,value,change,std,ci95_low,ci95_high,share_of_readings\n";
   for (const IdentifiedValue& row : identified_values(nominal, result, poses)) text += row_of(row);
-  auto unknown = static_cast<Eigen::Index>(result.set.kept.size());
+  Eigen::Index unknown = result.set.kept.size();
   for (const FittedCoefficient& coefficient : fitted_coefficients(result))
     text += row_of(coefficient, nominal_of(nominal, coefficient),
                    result.share_of_readings[unknown++], result.robot.chain);

@@ -77,7 +77,7 @@ class ProgramReader {
     };
     for (const JointVector& q : file_.program.visits.q)
       for (size_t j = 0; has_joints_ && j < file_.q.size(); ++j)
-        add(q[static_cast<Eigen::Index>(j)], file_.joints[j].is_length);
+        add(q[j], file_.joints[j].is_length);
     for (const std::array<double, 6>& pose : poses_)
       for (size_t i = 0; i < pose.size(); ++i) add(pose[i], i < 3);
     for (const std::vector<Written>* all : {&lengths, &angles})

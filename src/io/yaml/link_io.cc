@@ -157,7 +157,7 @@ void read_couplings(YamlMap& map, int link, KinematicChain& chain) {
     for (const std::string& name : from.keys()) {
       const int followed = followed_link(from, name, link, chain);
       const auto found =
-          std::find_if(chain.couplings.begin() + static_cast<long>(first), chain.couplings.end(),
+          std::find_if(chain.couplings.begin() + first, chain.couplings.end(),
                        [&](const Coupling& coupling) { return coupling.followed == followed; });
       if (found == chain.couplings.end())
         from.fail(name, std::string("is not among the links of '") + key + "'");

@@ -26,7 +26,7 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 template <typename OfKind>
 size_t take(std::string_view& text, const OfKind& of_kind) {
   const auto end = std::ranges::find_if_not(text, of_kind);
-  const auto count = static_cast<size_t>(end - text.begin());
+  const size_t count = end - text.begin();
   text.remove_prefix(count);
   return count;
 }

@@ -18,10 +18,10 @@ namespace {
 // parameters and the coefficients of the first effects.
 Eigen::Index rows_of_root(size_t numbers, size_t parameters, const std::vector<Effect>& effects) {
   size_t rows = parameters;
-  if (numbers == rows * (rows + 1) / 2) return static_cast<Eigen::Index>(rows);
+  if (numbers == rows * (rows + 1) / 2) return rows;
   for (const Effect& effect : effects) {
     rows += effect.coefficients.size();
-    if (numbers == rows * (rows + 1) / 2) return static_cast<Eigen::Index>(rows);
+    if (numbers == rows * (rows + 1) / 2) return rows;
   }
   return 0;
 }

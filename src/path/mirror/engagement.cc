@@ -36,7 +36,7 @@ Air air_of(const Eigen::VectorXd& magnitude, Eigen::Index width,
 // blocks that stay within the noise found so far.
 Air quiet_level(const Eigen::VectorXd& magnitude, Eigen::Index width) {
   const Eigen::Index count = magnitude.size() / width;
-  std::vector<Eigen::Index> order(static_cast<size_t>(count));
+  std::vector<Eigen::Index> order(count);
   for (Eigen::Index b = 0; b < count; ++b) order[b] = b;
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return magnitude.segment(a * width, width).sum() < magnitude.segment(b * width, width).sum();

@@ -71,7 +71,7 @@ struct AxisDeviation {
 AxisDeviation deviation_along(const ForceRecord& record, Eigen::Index axis) {
   AxisDeviation result{record.deviation.row(axis).transpose(),
                        Eigen::MatrixXd(record.deviation.cols(),
-                                       static_cast<Eigen::Index>(record.shared_errors.size()))};
+                                       record.shared_errors.size())};
   for (Eigen::Index k = 0; k < result.shared.cols(); ++k)
     result.shared.col(k) = record.shared_errors[k].row(axis).transpose();
   return result;
@@ -136,12 +136,12 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
   }
   law.rank = static_cast<int>(known.cols());
   if (law.rank > 0)
-    law.condition = law.directions[0].rms / law.directions[static_cast<size_t>(law.rank) - 1].rms;
+    law.condition = law.directions[0].rms / law.directions[law.rank - 1].rms;
   const Eigen::MatrixXd force = record.force.transpose() * known;
   const Eigen::Matrix3d covariance = record.force_noise.cwiseAbs2().asDiagonal();
   const Eigen::MatrixXd noise = known.transpose() * covariance * known;
   for (size_t a = 0; a < 3; ++a) {
-    const auto axis = static_cast<Eigen::Index>(a);
+    const Eigen::Index axis = a;
     const Regression fit = regress(force, noise, beside, deviation_along(record, axis));
     auto coefficient = fit.coefficients.begin();
     for (size_t i = 0; i < static_cast<size_t>(law.rank); ++i, ++coefficient) {
@@ -176,7 +176,7 @@ ForceLaw force_law(const ForceRecord& record) {
   if (law.rank > 0) {
     Eigen::Matrix3Xd forced = record.deviation;
     for (size_t a = 0; a < 3; ++a) {
-      const auto axis = static_cast<Eigen::Index>(a);
+      const Eigen::Index axis = a;
       forced.row(axis).array() -= law.offset[a].value;
       for (size_t s = 0; s < law.reversals.size(); ++s)
         forced.row(axis) -= law.reversals[s].step[a].value *

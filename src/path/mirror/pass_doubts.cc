@@ -78,7 +78,7 @@ bool deviates_against_force(const Path& programmed, const MirrorResult& result,
   const ForceDirection& strongest = law->directions[0];
   double value = 0, variance = 0;
   for (size_t axis = 0; axis < 3; ++axis) {
-    const double share = strongest.direction[static_cast<Index>(axis)];
+    const double share = strongest.direction[axis];
     value += share * (*strongest.compliance)[axis].value;
     variance += std::pow(share * (*strongest.compliance)[axis].std, 2);
   }

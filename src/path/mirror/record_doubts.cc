@@ -70,7 +70,7 @@ std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
 // program.
 std::vector<bool> straight_on(const Path& programmed, const Eigen::VectorXd& time) {
   const Eigen::Matrix3Xd velocity = velocity_at(programmed, time);
-  std::vector<bool> result(static_cast<size_t>(time.size()));
+  std::vector<bool> result(time.size());
   for (Index k = kSamplesBeside; k + kSamplesBeside <= time.size(); ++k) {
     const auto about = velocity.middleCols(k - kSamplesBeside, 2 * kSamplesBeside);
     const double change =
@@ -142,7 +142,7 @@ AlongPath along_path(const Eigen::Matrix3Xd& position, const Eigen::Matrix3Xd& d
   for (size_t i = 0; i < samples.size(); ++i) {
     const Eigen::Vector3d along = tangent.col(samples[i]),
                           lever = position.col(samples[i]) - middle;
-    const auto row = static_cast<Index>(i);
+    const Index row = i;
     result.columns.row(row) << along.transpose(), lever.cross(along).transpose();
     result.along[row] = along.dot(deviation.col(samples[i]));
   }
@@ -296,7 +296,7 @@ std::optional<std::string> feed_of(const Path& programmed, const Path& joined,
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad) {
   const Path joined = registered(measured, clock);
-  std::vector<bool> taken(static_cast<size_t>(measured.samples()), true);
+  std::vector<bool> taken(measured.samples(), true);
   for (const BadSample& one : bad) taken[one.sample] = false;
   std::vector<Index> good;
   for (Index k = 0; k < measured.samples(); ++k)

@@ -78,18 +78,18 @@ void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, do
 // tridiagonal.
 void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index>& points,
                  Eigen::Matrix3Xd& polygon) {
-  const auto count = static_cast<Eigen::Index>(points.size());
+  const Eigen::Index count = points.size();
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(count), beside = Eigen::VectorXd::Zero(count);
   Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, count);
   const auto share_of = [&](Eigen::Index k, Eigen::Index i) {  // of the next point
     const Eigen::Index from = points[k];
-    const Eigen::Index to = points[static_cast<size_t>(k) + 1];
+    const Eigen::Index to = points[k + 1];
     return static_cast<double>(i - from) / static_cast<double>(to - from);
   };
   const auto for_each = [&](const auto& visit) {
     Eigen::Index k = 0;
     for (Eigen::Index i = points.front(); i <= points.back(); ++i) {
-      while (k + 2 < count && points[static_cast<size_t>(k) + 1] < i) ++k;
+      while (k + 2 < count && points[k + 1] < i) ++k;
       visit(k, i, share_of(k, i));
     }
   };

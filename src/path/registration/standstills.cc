@@ -38,7 +38,7 @@ constexpr PeakChoice kPeaksOfAll{20, 0.5}, kPeaksOfRun{200, 0.8};
 // For each sample the last one of the span of kShortest that begins there; -1 behind the last span.
 std::vector<Eigen::Index> span_ends(const Eigen::VectorXd& times) {
   const Eigen::Index n = times.size();
-  std::vector<Eigen::Index> ends(static_cast<size_t>(n), -1);
+  std::vector<Eigen::Index> ends(n, -1);
   Eigen::Index end = 0;
   for (Eigen::Index begin = 0; begin < n; ++begin) {
     while (end < n && times[end] < times[begin] + kShortest) ++end;
@@ -212,7 +212,7 @@ std::vector<ClockFit> clocks_of_runs(const std::vector<Standstill>& standstills,
     const size_t begin = std::min(middle - std::min(middle, kReadingsOfRun / 2),
                                   readings.size() - kReadingsOfRun);
     const size_t end = begin + kReadingsOfRun;
-    const auto at = [&](size_t k) { return readings.begin() + static_cast<std::ptrdiff_t>(k); };
+    const auto at = [&](size_t k) { return readings.begin() + k; };
     for (const ClockFit& clock : clocks_at_all_rates(
              standstills, {at(begin), at(end)}, readings[end - 1].end - readings[begin].begin,
              tolerance, kPeaksOfRun))

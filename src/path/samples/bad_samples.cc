@@ -84,14 +84,14 @@ class JumpFilter {
     size_t good = from;
     for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(from) + direction; k != end;
          k += direction) {
-      const auto piece = static_cast<size_t>(k);
+      const size_t piece = k;
       if (is_zero(piece) || !goes_on(good, piece, direction)) continue;
       kept_[piece] = true;
       good = piece;
     }
     for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(good) + direction; k != end;
          k += direction) {
-      const auto piece = static_cast<size_t>(k);
+      const size_t piece = k;
       kept_[piece] = length(piece) > kMaxRun && !is_zero(piece);
     }
   }
@@ -183,7 +183,7 @@ TooManyBadSamples::TooManyBadSamples(size_t which, std::vector<BadSample> those)
 
 Path without(const Path& path, const std::vector<BadSample>& bad) {
   if (bad.empty()) return path;
-  std::vector<bool> good(static_cast<size_t>(path.samples()), true);
+  std::vector<bool> good(path.samples(), true);
   for (const BadSample& b : bad) good[b.sample] = false;
   std::vector<Index> kept;
   for (Index i = 0; i < path.samples(); ++i)

@@ -56,8 +56,8 @@ class DepartureFilter {
                               const std::array<Difference, 2>& sides) const = 0;
   virtual void add_ends(std::vector<Run>& runs) const = 0;
 
-  Index size() const { return static_cast<Index>(good_.size()); }
-  Index side() const { return static_cast<Index>(side_); }
+  Index size() const { return good_.size(); }
+  Index side() const { return side_; }
   double period() const { return period_; }
   double threshold() const { return threshold_; }
   double time(Index k) const { return path_.time[good_[k]]; }
@@ -74,7 +74,7 @@ class DepartureFilter {
     Neighbours result{};
     result.count = count;
     for (size_t j = 0; j < count; ++j) {
-      const auto away = static_cast<Index>(j);
+      const Index away = j;
       result.before[j] = time(k - 1 - away);
       result.before_at[j] = of(k - 1 - away);
       result.after[j] = time(k + length + away);
@@ -118,7 +118,7 @@ class DepartureFilter {
       return squares.empty() ? 0 : std::sqrt(median(std::move(squares)) / kMedian);
     };
     std::vector<double> all;
-    std::vector<std::vector<double>> stretches(static_cast<size_t>(size() / kStretch + 1));
+    std::vector<std::vector<double>> stretches(size() / kStretch + 1);
     for (Index k = side(); k + side() < size(); ++k) {
       const Difference both = around(k, 1).from_both_sides(0);
       all.push_back(std::pow(both.length() / both.deviation, 2));
@@ -255,7 +255,7 @@ class RecordFilter final : public DepartureFilter {
           std::array<double, kSideOfMotion> times{};
           std::array<Vector3d, kSideOfMotion> others;
           for (size_t j = 0; j < kSideOfMotion; ++j) {
-            const auto away = static_cast<Index>(j);
+            const Index away = j;
             times[j] = time(at_start ? inner + away : inner - away);
             others[j] = at(at_start ? inner + away : inner - away);
           }

@@ -55,7 +55,7 @@ double rounding(const Eigen::Matrix3Xd& readings) {
 std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& travel,
                               const HasLeft& has_left) {
   const Index count = readings.cols();
-  std::vector<bool> frozen(static_cast<size_t>(count), false);
+  std::vector<bool> frozen(count, false);
   const std::vector<Hold> holds = long_holds(readings);
   const double noise = holds.empty() ? 0 : std::max(rounding(readings), white_noise(readings));
   const double chance =

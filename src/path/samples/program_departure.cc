@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 // The same for runs about some times, increasing.
 Departure largest_departure(const Path& programmed, const Eigen::ArrayXd& times, double period,
                             Index length) {
-  constexpr auto kSide = static_cast<Index>(kSideOfMotion);
+  constexpr Index kSide = kSideOfMotion;
   std::vector<Eigen::Matrix3Xd> at;  // positions of samples 0 .. 2 kSide + length - 1, by time
   const double middle = 0.5 * static_cast<double>(2 * kSide + length - 1);
   for (Index k = 0; k < 2 * kSide + length; ++k)

@@ -317,7 +317,7 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
   for (size_t i = 1; is_plain && i < 4; ++i) {
     const auto length = constant_in(parts[i]);
     is_plain = length.has_value();
-    if (is_plain) shift[static_cast<Eigen::Index>(i) - 1] = *length * kMillimetre;
+    if (is_plain) shift[i - 1] = *length * kMillimetre;
   }
   if (!is_plain) {
     why_not = kWhy;

@@ -47,7 +47,7 @@ void prepare_rapid_insertion(const RobotProgram& program, const std::string& mas
   const size_t line = line_begin(original, move.begin);
   target.obstacle = why_not_inserted(program, masked, move, external, target, points, line);
   if (!target.obstacle.empty()) return;
-  const auto tool = static_cast<size_t>(move.kind_of->tool);
+  const size_t tool = move.kind_of->tool;
   const Statement &zone = move.parts[tool - 1], &last = move.parts[tool];
   const auto text = [&](size_t begin, size_t end) {
     std::string part = masked.substr(begin, end - begin);

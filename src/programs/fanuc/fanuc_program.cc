@@ -108,7 +108,7 @@ class FanucReader : MoveReader {
       TextCursor cursor(part, at, end);
       if (cursor.next() == ':' && !lines.empty()) {
         std::replace(part.begin() + static_cast<long>(lines.back().end),
-                     part.begin() + static_cast<long>(at), '\n', ' ');
+                     part.begin() + at, '\n', ' ');
         lines.back().end = end;
       } else {
         lines.push_back({line, at, end});
@@ -324,7 +324,7 @@ class FanucReader : MoveReader {
       return "";
     // Axes beyond the arm's.
     const auto start = program_.targets.end() - static_cast<long>(points.size()) - 1;
-    const auto point = static_cast<size_t>(start->point);
+    const size_t point = start->point;
     if (program_.points[point].is_expression) return "its start is a register";
     const FanucPosition& before_it = positions_[ids_of_points_[point]];
     bool is_same = before_it.others == here.others;

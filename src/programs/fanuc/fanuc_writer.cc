@@ -50,9 +50,9 @@ std::vector<std::pair<size_t, size_t>> lines_of_moves(const std::string& text) {
 }
 
 size_t count_of_lines(const std::string& text) {
-  return static_cast<size_t>(std::ranges::count_if(lines_of_moves(text), [&](const auto& line) {
+  return std::ranges::count_if(lines_of_moves(text), [&](const auto& line) {
     return line_number(text, line.first, line.second).value.has_value();
-  }));
+  });
 }
 
 double largest_position(const std::string& text) {

@@ -108,7 +108,7 @@ KrlAggregate take_krl_aggregate(TextCursor& cursor) {
       cursor.skip_to(",}");
     } else if (name.size() == 2 && name[0] == 'A' && name[1] >= '1' && name[1] <= '6') {
       axes = true;
-      take_axis(cursor, static_cast<size_t>(name[1] - '1'), frame);
+      take_axis(cursor, name[1] - '1', frame);
       cursor.skip_to(",}");
     } else {
       return result;

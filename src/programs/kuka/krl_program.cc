@@ -129,7 +129,7 @@ class KrlReader : MoveReader {
   void find_starts() {
     for (size_t k = 0; k < program_.targets.size(); ++k)
       for (int move : starts_.moves_before(move_of_target_[k]))
-        program_.targets[k].starts.push_back(static_cast<size_t>(end_of_move_[move]));
+        program_.targets[k].starts.push_back(end_of_move_[move]);
     if (syntax_.keeps_orientation && parts_ == TargetParts::pose)
       for (const ProgramTarget& target : program_.targets) warn_of_orientation(target);
   }
@@ -260,7 +260,7 @@ class KrlReader : MoveReader {
     for (size_t i = 0; i < 6; ++i) {
       if (numbers[i].is_written()) continue;
       if (numbers[i].prefix.empty() != (is_auxiliary && i > 2)) return false;
-      const double value = values[static_cast<int>(i)] / unit_of(i);
+      const double value = values[i] / unit_of(i);
       const bool is_unknown = std::isnan(value) && std::isnan(numbers[i].value);
       if (numbers[i].value != value && !is_unknown) return false;
     }
@@ -299,7 +299,7 @@ class KrlReader : MoveReader {
       if (is_axes) point.kind = TargetKind::joints;
       for (size_t i = 0; i < 6; ++i)
         point.numbers.push_back(
-            number(is_axes ? frame.axes[i] : values[static_cast<int>(i)] / unit_of(i), ""));
+            number(is_axes ? frame.axes[i] : values[i] / unit_of(i), ""));
       if (frame.turn && frame.status)
         point.configuration = {number(*frame.turn, ""), number(*frame.status, "")};
       for (int i = 6; i < kKrlComponents; ++i) {
@@ -327,7 +327,7 @@ class KrlReader : MoveReader {
     };
     for (size_t i = 0; i < 6; ++i) {
       ProgramNumber& number = point.numbers.emplace_back(place(frame.numbers[i]));
-      number.value = values[static_cast<int>(i)] / unit_of(i);
+      number.value = values[i] / unit_of(i);
       if (frame.numbers[i].end > 0) continue;
       number.begin = number.end = behind(i < 3 && behind(3) > frame.begin ? 3 : 6);
       // The orientation of an auxiliary point counts for nothing.
@@ -349,7 +349,7 @@ class KrlReader : MoveReader {
       behind = std::max<size_t>(behind, number.end);
     for (size_t i = 6; i < kKrlComponents; ++i) {
       ProgramNumber& number = point.external.emplace_back(place(frame.numbers[i]));
-      number.value = frame.values[static_cast<int>(i)];
+      number.value = frame.values[i];
       if (number.is_written()) continue;
       number.begin = number.end = frame.begin + behind;
       number.prefix = fmt::format(",E{} ", i - 5);

@@ -84,7 +84,7 @@ bool KrlStarts::follow_ways() {
     here.set_up = set_up;
     if (node.move >= 0) {
       starts_[node.move] = here;
-      here = end_of(static_cast<size_t>(node.move));
+      here = end_of(node.move);
     }
     Start& end = ends_[i];
     is_changed |= here.is_reached != end.is_reached || here.moves != end.moves ||

@@ -55,7 +55,7 @@ class KrlParser {
     resolve();
     const auto states = [&](const char* name, const char* value) {
       return std::any_of(
-          texts_.begin(), texts_.begin() + static_cast<std::ptrdiff_t>(own_),
+          texts_.begin(), texts_.begin() + own_,
           [&](const ProgramText& text) { return krl_states_mode(text.text, name, value); });
     };
     syntax_.circles_turn_with_path = states("CIRC_TYP", "PATH");

@@ -62,7 +62,7 @@ void KrlVariables::note_what_is_stated(Variable& variable) const {
   const auto note = [&](const KrlFrame& point) {
     variable.states_turn |= point.status || point.turn;
     for (size_t i = 0; i < variable.states_external.size(); ++i)
-      variable.states_external[i] |= std::isfinite(point.values[static_cast<int>(i) + 6]);
+      variable.states_external[i] |= std::isfinite(point.values[i + 6]);
   };
   note(variable.declared);
   for (const int number : variable.set)
@@ -86,7 +86,7 @@ bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,
   if (type == "POS") return false;
   bool states_any = false;
   for (size_t i = 0; i < variable.states_external.size(); ++i) {
-    const bool states_this = std::isfinite(point.values[static_cast<int>(i) + 6]);
+    const bool states_this = std::isfinite(point.values[i + 6]);
     if (variable.states_external[i] && !states_this) return true;
     states_any |= states_this;
   }
@@ -231,7 +231,7 @@ int KrlVariables::number_of(const KrlValue& value) {
   for (double& number : key)
     if (std::isnan(number)) number = kNone;
   const auto [known, is_new] =
-      numbers_.try_emplace(std::move(key), static_cast<int>(values_.size()));
+      numbers_.try_emplace(std::move(key), values_.size());
   if (is_new) values_.push_back(value);
   return known->second;
 }

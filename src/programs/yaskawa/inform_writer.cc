@@ -21,7 +21,7 @@ constexpr size_t kMaxLines = 9999;  // of the instructions of a job (DX100, YRC1
 
 size_t count_of_lines(std::string_view text) {
   const size_t begin = std::min(line_that_begins(text, "//INST"), text.size());
-  return static_cast<size_t>(std::ranges::count(text.substr(begin), '\n'));
+  return std::ranges::count(text.substr(begin), '\n');
 }
 
 class InformWriter : public MoveWriter {

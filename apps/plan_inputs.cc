@@ -1,0 +1,93 @@
+#include "plan_inputs.h"
+
+#include <algorithm>
+
+#include "armtrue/kinematics/units.h"
+#include "columns.h"
+#include "option_text.h"
+
+namespace armtrue::app {
+
+void add_plan_options(Command& command, PlanArguments& arguments) {
+  command.add_output();
+  command.add_seed();
+  command.add_new_sessions();
+  command.file("--robot", arguments.robot, "The robot that will be measured").required();
+  command.identify(arguments.identify);
+  command.option("--count", arguments.count, "Number of poses")
+      .required()
+      .check(in_range(1, kCloudSize));
+  command.file("--given", arguments.given,
+               "Measured poses that the planned ones complement. If they have several sessions, "
+               "the plan continues the last; box and zone are in its R_A");
+  const Option separate =
+      command.file("--separate", arguments.separate,
+                   "Product of close-loop or trace-residual: plan poses that separate its effects "
+                   "from those that it lists as indistinguishable; -v shows the expected power");
+  const Option zone = command.zone(
+      arguments.zone,
+      "Sphere x,y,z,radius in R_A in which the arm must be accurate; everywhere if absent");
+  command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
+                  "Working box in R_A of the poses");
+  command.option(
+      "--floor-mm", arguments.floor_mm,
+      "Height in R_0 below which neither links nor tool may go; that of the robot file if "
+      "absent");
+  command.flag("--points", arguments.points,
+               "Positions only; with --given, what is read there is read again");
+  const Option touches =
+      command.flag("--touches", arguments.touches,
+                   "Poses that touch the contacts of the robot file; --given decides for itself");
+  command
+      .flag("--images", arguments.images,
+            "Poses in which a camera of the robot file has a whole board in its image; --given "
+            "decides for itself")
+      .excludes(touches)
+      .excludes(separate);
+  separate.excludes(zone);
+  command.add_columns(kMeasuredPoseColumns);
+}
+
+PlanOptions plan_options(const Command& command, const PlanArguments& arguments) {
+  PlanOptions options;
+  options.orientation = !arguments.points;
+  options.touches = arguments.touches;
+  options.images = arguments.images;
+  if (arguments.floor_mm) options.floor = *arguments.floor_mm * kMillimetre;
+  options.seed = command.seed;
+  options.box = box_from_numbers(arguments.box_mm);
+  if (!arguments.zone.empty()) options.zone = zone_from_text(arguments.zone);
+  return options;
+}
+
+Campaign poses_to_complement(Command& command, const PlanArguments& arguments, const Robot& robot) {
+  if (arguments.given.empty()) return {};
+  Campaign given = command.read_campaign(arguments.given, robot);
+  if (given.has_pixels() && !arguments.separate.empty())
+    throw InputError(given.source +
+                     ": --separate does not plan images; plan those of a calibration without it, "
+                     "or readings of an instrument that reads points");
+  refuse_mistakes(command, robot, given);
+  return given;
+}
+
+void warn_of_other_readings(Command& command, const PlanArguments& arguments, const Robot& robot,
+                            const Campaign& given) {
+  const auto touchable = [](const Contact& contact) { return !is_of_images(contact.kind); };
+  const bool has_contacts = std::ranges::any_of(robot.chain.contacts, touchable);
+  if (arguments.touches && !has_contacts)
+    throw InputError(arguments.robot + ": --touches needs 'contacts' in the robot file");
+  const bool has_cameras = std::ranges::any_of(
+      robot.chain.contacts, [](const Contact& contact) { return is_of_images(contact.kind); });
+  if (given.rows() > 0 || arguments.touches || arguments.images) return;
+  if (has_cameras)
+    command.warn(arguments.robot +
+                 ": the poses are planned for an instrument that reads points; give --images for "
+                 "poses that show the boards of the robot file to its cameras");
+  if (has_contacts)
+    command.warn(arguments.robot +
+                 ": the poses are planned for an instrument that reads points; give --touches, or "
+                 "--given with touches, for poses that touch the contacts of the robot file");
+}
+
+}  // namespace armtrue::app
