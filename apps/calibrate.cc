@@ -97,7 +97,9 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
   Evaluation evaluation = evaluate(result.robot, campaign);
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign, evaluation)};
   // The weights of a zone are not the noise of the readings.
-  if (zone) findings.quality->noise = noise_floor_without(findings.quality->blunders, result.robot, as_read);
+  if (zone)
+    findings.quality->noise =
+        noise_floor_without(findings.quality->blunders, result.robot, as_read);
   findings.nominal = require_worthwhile(robot, result, campaign, evaluation.position,
                                         findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));

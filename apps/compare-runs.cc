@@ -35,7 +35,8 @@ void require_comparable(app::Command& command, const RunFile& before, const RunF
         fmt::format("the robots are called '{}' and '{}': is this one arm?", one.name, other.name));
 }
 
-void add_loops(app::Command& command, const app::ComparisonArguments& arguments, RunFile& before, RunFile& after) {
+void add_loops(app::Command& command, const app::ComparisonArguments& arguments, RunFile& before,
+               RunFile& after) {
   if (arguments.loop.empty()) return;
   if (!before.robot)
     throw InputError(before.name +
@@ -61,7 +62,8 @@ std::vector<JointVector> poses_of(app::Command& command, const std::string& path
   return poses;
 }
 
-int conclude(app::Command& command, const app::ComparisonArguments& arguments, const RunComparison& found) {
+int conclude(app::Command& command, const app::ComparisonArguments& arguments,
+             const RunComparison& found) {
   bool is_met = true;
   if (arguments.max_change_mm && found.arm &&
       found.arm->mean > *arguments.max_change_mm * kMillimetre) {

@@ -12,8 +12,7 @@ void add_comparison_options(Command& command, ComparisonArguments& arguments) {
   const Option loop_before =
       command.file("--loop-before", arguments.loop_before,
                    "Loop document of the earlier robot: error and verdict are compared, too");
-  const Option loop =
-      command.file("--loop", arguments.loop, "Loop document of the later robot");
+  const Option loop = command.file("--loop", arguments.loop, "Loop document of the later robot");
   loop_before.needs(loop);
   loop.needs(loop_before);
   command.file("--poses", arguments.poses,

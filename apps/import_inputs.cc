@@ -90,8 +90,8 @@ void add_import_options(Command& command, ImportArguments& arguments) {
   command.option("--camera", arguments.camera, "Name of the camera, where the robot has several")
       .needs(images);
   Option robot = command.file("--robot", arguments.robot,
-                                   "Robot of the joints in the table. Join by stops: its geometry "
-                                   "decides which stops belong together");
+                              "Robot of the joints in the table. Join by stops: its geometry "
+                              "decides which stops belong together");
   command
       .file("--urdf", arguments.urdf,
             "URDF from which --robot was made: its joints have the names of joint states")
@@ -126,9 +126,8 @@ void add_import_options(Command& command, ImportArguments& arguments) {
 void complete(Command& command, ImportArguments& arguments) {
   const bool has_images = !arguments.images.empty();
   if ((has_images || !arguments.points.empty()) && command.input != "-")
-    throw UsageError("FILE '" + command.input + "' and " +
-                          (has_images ? "--images" : "--points") +
-                          " are both given; give one of them");
+    throw UsageError("FILE '" + command.input + "' and " + (has_images ? "--images" : "--points") +
+                     " are both given; give one of them");
   if (!arguments.joints.empty() && !has_images && arguments.points.empty())
     throw UsageError("--joints needs --points or --images: what was read there");
   if (has_images && !arguments.import.join.empty())

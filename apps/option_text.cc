@@ -81,8 +81,7 @@ JointVector joints_of(const std::vector<double>& numbers, const Robot& robot,
         of_arm ? fmt::format("q1,...,q{} in deg", joints.size()) : encoder_columns(robot.chain)));
   }
   JointVector q(std::ssize(numbers));
-  for (size_t j = 0; j < joints.size(); ++j)
-    q[j] = numbers[j] * joints[j].si();
+  for (size_t j = 0; j < joints.size(); ++j) q[j] = numbers[j] * joints[j].si();
   return q;
 }
 

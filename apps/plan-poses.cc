@@ -31,8 +31,8 @@ void warn_of_too_few(app::Command& command, const PosePlanner& planner, int coun
       count, count == 1 ? " does" : "s do", *enough));
 }
 
-int plan_for_separation(app::Command& command, const app::PlanArguments& arguments, const Robot& robot,
-                        const Campaign& given, const PlanOptions& options) {
+int plan_for_separation(app::Command& command, const app::PlanArguments& arguments,
+                        const Robot& robot, const Campaign& given, const PlanOptions& options) {
   const SeparationPlan plan = plan_separation(robot, read_findings(arguments.separate, robot.chain),
                                               arguments.count, options, given);
   if (plan.pairs.empty())
@@ -47,8 +47,8 @@ int plan_for_separation(app::Command& command, const app::PlanArguments& argumen
   return app::kSuccess;
 }
 
-int plan_for_geometry(app::Command& command, const app::PlanArguments& arguments, const Robot& robot,
-                      const Campaign& given, const PlanOptions& options) {
+int plan_for_geometry(app::Command& command, const app::PlanArguments& arguments,
+                      const Robot& robot, const Campaign& given, const PlanOptions& options) {
   const PosePlanner planner(robot, options, given);
   const std::vector<PlannedPose> planned = planner.plan(arguments.count);
   const PlanQuality quality = planner.quality(planned);

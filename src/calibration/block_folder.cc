@@ -84,8 +84,7 @@ void BlockFolder::add(int prediction, int place) {
   gather(prediction, place);
   weigh(prediction, gathered_);
   out.setZero();
-  for (size_t k = 0; k < nonzero_.size(); ++k)
-    out.col(nonzero_[k]) = gathered_.col(k);
+  for (size_t k = 0; k < nonzero_.size(); ++k) out.col(nonzero_[k]) = gathered_.col(k);
   if (folded_.bend.size() == 0) return;
   slope_.noalias() = bending_ * (bent_.transpose() * gathered_);
   auto slopes = room_for_slopes();

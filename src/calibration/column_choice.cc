@@ -362,8 +362,7 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
 
 void ColumnChoice::choose_targets() {
   Eigen::MatrixXd head(rows_, std::ssize(kept_));
-  for (size_t k = 0; k < kept_.size(); ++k)
-    head.col(k) = kept_[k]->derivatives;
+  for (size_t k = 0; k < kept_.size(); ++k) head.col(k) = kept_[k]->derivatives;
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(head.cols(), head.cols());
   std::vector<Eigen::MatrixXd> later{none};  // of the last target first
   for (auto target = targets_.rbegin(); target != targets_.rend(); ++target)

@@ -85,8 +85,7 @@ class Fit {
   }
 
   KinematicChain moved(KinematicChain chain, const Eigen::VectorXd& step) const {
-    for (size_t k = 0; k < free_.size(); ++k)
-      move_parameter(chain, free_[k], step[k]);
+    for (size_t k = 0; k < free_.size(); ++k) move_parameter(chain, free_[k], step[k]);
     return chain;
   }
 

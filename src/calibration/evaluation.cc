@@ -190,8 +190,7 @@ std::vector<double> Evaluation::reading_errors() const {
     const size_t end = k + 1 < first_rows.size() ? static_cast<size_t>(first_rows[k + 1])
                                                  : position.size();
     double squares = 0;
-    for (size_t row = first_rows[k]; row < end; ++row)
-      squares += position[row] * position[row];
+    for (size_t row = first_rows[k]; row < end; ++row) squares += position[row] * position[row];
     errors.push_back(std::sqrt(squares));
   }
   return errors;

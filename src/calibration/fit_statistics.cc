@@ -173,8 +173,7 @@ std::vector<std::vector<Eigen::Index>> own_places(const SessionModels& model,
         owner[k] = owner[k] == kNobody ? g : kSeveral;
   std::vector<std::vector<Eigen::Index>> places(model.groups());
   for (size_t place = 0; place < unknowns.size(); ++place)
-    if (const int group = owner[unknowns[place]]; group >= 0)
-      places[group].push_back(place);
+    if (const int group = owner[unknowns[place]]; group >= 0) places[group].push_back(place);
   std::erase_if(places, [](const auto& own) { return own.empty(); });
   return places;
 }

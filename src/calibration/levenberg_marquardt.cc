@@ -48,8 +48,7 @@ class FoldedCost : public ceres::CostFunction {
     Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
     r.setZero();
     Eigen::VectorXd of_priors(std::ssize(priors_));
-    for (size_t k = 0; k < priors_.size(); ++k)
-      of_priors[k] = priors_[k].residual(x);
+    for (size_t k = 0; k < priors_.size(); ++k) of_priors[k] = priors_[k].residual(x);
     if (!jacobians) {
       const bool apart = fold_by_ == FoldBy::qr;
       r[p] = std::sqrt(total_loss(at, model_, law_) + (apart ? 0 : of_priors.squaredNorm()));

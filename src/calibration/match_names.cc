@@ -26,8 +26,7 @@ bool has_kind(const Campaign& campaign, ReadingKind kind) {
 
 // The first row that has the name of this number in its column.
 size_t first_row_of(size_t number, const std::vector<int>& column) {
-  return std::find(column.begin(), column.end(), number) -
-                             column.begin();
+  return std::find(column.begin(), column.end(), number) - column.begin();
 }
 
 }  // namespace

@@ -46,8 +46,7 @@ class MovedPositions {
                [&](std::span<const int> rows, const auto& moved, const auto& residuals) {
                  for (size_t k = 0; k < rows.size(); ++k) {
                    const auto first = static_cast<Eigen::Index>(k) * axes_;
-                   take(rows[k], moved.middleRows(first, axes_),
-                        residuals.segment(first, axes_));
+                   take(rows[k], moved.middleRows(first, axes_), residuals.segment(first, axes_));
                  }
                });
     });

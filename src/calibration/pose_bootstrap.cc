@@ -19,8 +19,7 @@ Eigen::MatrixXd drawn_sums(const Eigen::MatrixXd& by_pose, int draws, std::uint6
     const int count = std::min(kDrawsAtOnce, draws - first);
     Eigen::MatrixXd times = Eigen::MatrixXd::Zero(count, by_pose.rows());
     for (int draw = 0; draw < count; ++draw)
-      for (std::uint64_t k = 0; k < poses; ++k)
-        times(draw, random() % poses) += 1;
+      for (std::uint64_t k = 0; k < poses; ++k) times(draw, random() % poses) += 1;
     sums.middleRows(first, count) = times * by_pose;
   }
   return sums;

@@ -104,9 +104,7 @@ Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::Matrix
 }
 
 SumOfSquares::SumOfSquares(Eigen::Index count)
-    : coordinate_at_(count),
-      place_of_(count),
-      squares_(Eigen::MatrixXd::Zero(count, count)) {
+    : coordinate_at_(count), place_of_(count), squares_(Eigen::MatrixXd::Zero(count, count)) {
   std::iota(coordinate_at_.begin(), coordinate_at_.end(), 0);
   std::iota(place_of_.begin(), place_of_.end(), 0);
 }
@@ -248,8 +246,7 @@ RootsOfGroups::RootsOfGroups(const SessionModels& models, const SparseRows& root
     group.root = Eigen::MatrixXd::Zero(std::ssize(unknowns), std::ssize(coordinates));
     for (size_t k = 0; k < unknowns.size(); ++k)
       for (SparseRows::InnerIterator entry(root, unknowns[k]); entry; ++entry)
-        group.root(k,
-                   std::ranges::lower_bound(coordinates, entry.col()) - coordinates.begin()) =
+        group.root(k, std::ranges::lower_bound(coordinates, entry.col()) - coordinates.begin()) =
             entry.value();
   }
 }

@@ -203,8 +203,7 @@ std::vector<std::vector<Eigen::Index>> SessionModels::unknowns_by_groups() const
     for (const Run& run : runs_[g])
       for (int k = run.first; k < run.first + run.count; ++k) groups_of[k].push_back(g);
   std::map<std::vector<int>, std::vector<Eigen::Index>> unknowns_of;
-  for (size_t k = 0; k < groups_of.size(); ++k)
-    unknowns_of[groups_of[k]].push_back(k);
+  for (size_t k = 0; k < groups_of.size(); ++k) unknowns_of[groups_of[k]].push_back(k);
   std::vector<std::vector<Eigen::Index>> all;
   for (auto& [groups, unknowns] : unknowns_of) all.push_back(std::move(unknowns));
   return all;

@@ -16,8 +16,7 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   PathFigures figures;
   figures.passes = n;
   figures.planes = found.planes;
-  figures.of_path =
-      cross_normal_planes(commanded, commanded).sample.size();
+  figures.of_path = cross_normal_planes(commanded, commanded).sample.size();
   figures.at = found.at;
   figures.rt = found.rt;
   figures.frame_is_fitted = clock.fit_frame;

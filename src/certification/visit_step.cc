@@ -105,8 +105,7 @@ Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const E
   std::vector<Eigen::Matrix3Xd> on(places, Eigen::Matrix3Xd::Zero(3, count));
   for (size_t i = 0; i < visits.size(); ++i) {
     const size_t place = visits[i].place;
-    const Eigen::RowVectorXd shape =
-        shapes.row(i) - mean.row(place);
+    const Eigen::RowVectorXd shape = shapes.row(i) - mean.row(place);
     gram[place] += shape.transpose() * shape;
     on[place] += visits[i].residual * shape;
   }

@@ -40,9 +40,7 @@ bool stays(const Branch& before, const Branch& now) {
 
 double wrist_sine(const ChainEvaluator& arm, const JointVector& q, int first) {
   const LinkFrames frames = arm.link_frames(q);
-  const auto axis = [&](size_t j) -> Eigen::Vector3d {
-    return frames[first + j].rotation.col(2);
-  };
+  const auto axis = [&](size_t j) -> Eigen::Vector3d { return frames[first + j].rotation.col(2); };
   return axis(3).cross(axis(5)).norm();
 }
 

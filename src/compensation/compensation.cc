@@ -40,8 +40,7 @@ bool changes_turn(const KinematicChain& chain, const JointVector& a, const Joint
 // Whether each row states its joint angles, so that it does not depend on the row before.
 bool states_joints(const Program& program) {
   for (int row = 0; row < program.rows(); ++row)
-    if (const size_t r = row; program.is_cartesian(r) && !program.hinted[r])
-      return false;
+    if (const size_t r = row; program.is_cartesian(r) && !program.hinted[r]) return false;
   return true;
 }
 
@@ -109,9 +108,7 @@ class Compensation {
     target.q = target.programmed;
     motion_.arrive(context, target.q);
     context.q = target.programmed;
-    const Pose intended = program_.is_cartesian(row)
-                              ? wanted_at(row)
-                              : controller().pose(context);
+    const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
     settle(target, context, intended);
     motion_.go_to(target.q);
     visits_.arrival[row] = context.arrival;
@@ -228,8 +225,7 @@ class Compensation {
       if (&arms(row) == &own) rows.push_back(row);
     if (rows.empty()) return;
     const Coverage known = coverage(identified, own.options, visits_.select(rows));
-    for (size_t k = 0; k < rows.size(); ++k)
-      cover(rows[k], known.deviation[k], known.leverage[k]);
+    for (size_t k = 0; k < rows.size(); ++k) cover(rows[k], known.deviation[k], known.leverage[k]);
   }
 
   void cover(size_t row, double deviation, double leverage) {

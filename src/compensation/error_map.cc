@@ -273,9 +273,8 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid
     point.position = grid.position(k);
     point.q = joints[k];
   }
-  predict_all(map, mapper, [&](int begin, int end) {
-    return still.select(std::vector<int>(end - begin, 0));
-  });
+  predict_all(map, mapper,
+              [&](int begin, int end) { return still.select(std::vector<int>(end - begin, 0)); });
   return map;
 }
 

@@ -25,8 +25,8 @@ class BoxSums {
     for (int point = 0; point < grid.points(); ++point) {
       const auto [x, y, z] = grid.place(point);
       sums_[index(x + 1, y + 1, z + 1)] =
-          value_of(point) + at(x, y + 1, z + 1) + at(x + 1, y, z + 1) +
-          at(x + 1, y + 1, z) - at(x, y, z + 1) - at(x, y + 1, z) - at(x + 1, y, z) + at(x, y, z);
+          value_of(point) + at(x, y + 1, z + 1) + at(x + 1, y, z + 1) + at(x + 1, y + 1, z) -
+          at(x, y, z + 1) - at(x, y + 1, z) - at(x + 1, y, z) + at(x, y, z);
     }
   }
 

@@ -73,8 +73,7 @@ std::vector<Part> parts_of(const Campaign& readings) {
   for (size_t k = order.size() == 2 ? 1 : 0; k < order.size(); ++k)
     parts.push_back({{order[k]}, fmt::format("in {}", name(k))});
   for (size_t k = 1; k + 1 < order.size(); ++k)
-    parts.push_back(
-        {{order.begin() + k, order.end()}, fmt::format("from {} on", name(k))});
+    parts.push_back({{order.begin() + k, order.end()}, fmt::format("from {} on", name(k))});
   return parts;
 }
 

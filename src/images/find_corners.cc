@@ -101,9 +101,7 @@ class SeenGrid {
       : points_(std::move(points)), columns_(columns), rows_(rows) {}
 
   const Points& points() const { return points_; }
-  const cv::Point2f& at(int column, int row) const {
-    return points_[row * columns_ + column];
-  }
+  const cv::Point2f& at(int column, int row) const { return points_[row * columns_ + column]; }
 
   // The board is seen from its front: x to the right, y down.
   void make_right_handed() {

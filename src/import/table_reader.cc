@@ -81,8 +81,7 @@ std::string TableReader::move_joints_into_travel(const KinematicChain& chain) {
     q.push_back(joints(r));
     lines.push_back(row(r).line);
     if (has("pose"))
-      poses.push_back(
-          numbers.try_emplace(name(r, "pose"), numbers.size()).first->second);
+      poses.push_back(numbers.try_emplace(name(r, "pose"), numbers.size()).first->second);
   }
   const std::vector<MovedByTurns> moved = move_into_travel(q, poses, chain);
   if (moved.empty()) return "";

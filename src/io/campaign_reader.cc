@@ -118,8 +118,7 @@ class RowReader {
   // One number per joint.
   JointVector numbers(const std::vector<std::optional<Quantity>>& columns) const {
     JointVector values(columns.size());
-    for (size_t j = 0; j < columns.size(); ++j)
-      values[j] = table_.number(*columns[j]);
+    for (size_t j = 0; j < columns.size(); ++j) values[j] = table_.number(*columns[j]);
     return values;
   }
 

@@ -28,8 +28,7 @@ void append_row(const Campaign& campaign, const std::vector<JointName>& joints, 
   const auto add = [&](const std::string& cell) { (text += ",") += cell; };
   if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
   if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
-  for (size_t j = 0; j < joints.size(); ++j)
-    add(number_text(campaign.q[row][j], joints[j].si()));
+  for (size_t j = 0; j < joints.size(); ++j) add(number_text(campaign.q[row][j], joints[j].si()));
   if (campaign.has_pixels()) {
     const PixelName name(campaign.contact_names[campaign.touch[row].contact]);
     if (!name.camera.empty()) add(csv_cell(name.camera));

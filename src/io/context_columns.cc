@@ -66,8 +66,7 @@ void ContextColumns::read(const CsvTable& table, Campaign& campaign) const {
   }
   if (!stroke_.empty()) {
     JointVector strokes(std::ssize(stroke_));
-    for (size_t j = 0; j < stroke_.size(); ++j)
-      strokes[j] = table.number(*stroke_[j]);
+    for (size_t j = 0; j < stroke_.size(); ++j) strokes[j] = table.number(*stroke_[j]);
     campaign.stroke.push_back(strokes);
   }
   if (!motor_torque_.empty()) {

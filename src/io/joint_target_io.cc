@@ -31,8 +31,7 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
       table.fail(*pose, table.quoted(*pose) + " stands in line " + std::to_string(first->second) +
                             " too; give every target an id of its own");
     target.q.resize(joints.size());
-    for (size_t j = 0; j < joints.size(); ++j)
-      target.q[j] = table.number(*q[j]);
+    for (size_t j = 0; j < joints.size(); ++j) target.q[j] = table.number(*q[j]);
   }
   if (targets.empty()) throw InputError(source.name() + ": has no row");
   return targets;

@@ -199,8 +199,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   if (time.size() < 2)
     throw InputError(result.source + ": has " + std::to_string(time.size()) +
                      " samples; a path needs at least two");
-  result.path.time =
-      Eigen::Map<const Eigen::VectorXd>(time.data(), time.size());
+  result.path.time = Eigen::Map<const Eigen::VectorXd>(time.data(), time.size());
   result.path.position = position.matrix<Eigen::Matrix3Xd>(3);
   result.path.orientation = orientation.matrix<Eigen::Matrix3Xd>(3);
   result.path.force = force.matrix<Eigen::Matrix3Xd>(3);

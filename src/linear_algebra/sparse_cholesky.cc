@@ -53,8 +53,7 @@ SparseColumns roots_of_blocks(const SparseColumns& scaled, const SparseCholesky:
     for (Eigen::Index k = 0; k < size; ++k) {
       if (!(values[k] > kSmallest * values[size - 1])) continue;
       for (Eigen::Index i = 0; i < size; ++i)
-        entries.emplace_back(blocks[b][i], rank,
-                             eigen.eigenvectors()(i, k) / std::sqrt(values[k]));
+        entries.emplace_back(blocks[b][i], rank, eigen.eigenvectors()(i, k) / std::sqrt(values[k]));
       ++rank;
     }
   }
@@ -79,8 +78,7 @@ SparseCholesky::SparseCholesky(const Eigen::MatrixXd& symmetric, const Eigen::Ve
   std::vector<Eigen::Triplet<double>> lower;
   for (Eigen::Index column = 0; column < size; ++column) {
     const auto enter = [&](Eigen::Index row, double value) {
-      lower.emplace_back(row, column,
-                         unit[row] * value * unit[column]);
+      lower.emplace_back(row, column, unit[row] * value * unit[column]);
     };
     enter(column, diagonal[column]);
     for (Eigen::Index row = column + 1; row < size; ++row)
@@ -115,9 +113,8 @@ SparseRows SparseCholesky::inverse_root() const {
   Eigen::VectorXd work = Eigen::VectorXd::Zero(size);
   std::vector<Eigen::Triplet<double>> entries;
   for (Eigen::Index row = 0; row < size; ++row)
-    invert_column(factor_, place_[row], work, [&](Eigen::Index k, double value) {
-      entries.emplace_back(row, k, value);
-    });
+    invert_column(factor_, place_[row], work,
+                  [&](Eigen::Index k, double value) { entries.emplace_back(row, k, value); });
   SparseRows root(size, size);
   root.setFromTriplets(entries.begin(), entries.end());
   return basis_ * root;

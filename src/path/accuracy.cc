@@ -76,12 +76,10 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured) {
     while (segment + 2 < measured.samples() && measured.time[segment + 1] < plane.time) ++segment;
     const auto point = meet_nearest(plane, command, measured, segment);
     if (!point) continue;
-    crossings.deviation.col(crossings.sample.size()) =
-        *point - plane.point;
+    crossings.deviation.col(crossings.sample.size()) = *point - plane.point;
     crossings.sample.push_back(i);
   }
-  crossings.deviation.conservativeResize(Eigen::NoChange,
-                                         crossings.sample.size());
+  crossings.deviation.conservativeResize(Eigen::NoChange, crossings.sample.size());
   return crossings;
 }
 
@@ -98,9 +96,7 @@ PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
       const std::vector<Eigen::Index>& samples = passes[j].sample;
       while (next[j] < samples.size() && samples[next[j]] < sample) ++next[j];
       all = all && next[j] < samples.size() && samples[next[j]] == sample;
-      if (all)
-        met.col(j) =
-            passes[j].deviation.col(next[j]);
+      if (all) met.col(j) = passes[j].deviation.col(next[j]);
     }
     if (!all) continue;
     ++accuracy.planes;

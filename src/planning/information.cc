@@ -86,8 +86,7 @@ GroupRows UnknownGroups::apart(const SessionModels& models, int group,
                                const Eigen::MatrixXd& rows) const {
   std::map<int, Eigen::Index> column;  // of each unknown
   for (const SessionModels::Run& run : models.runs(group))
-    for (int k = run.first; k < run.first + run.count; ++k)
-      column.emplace(k, column.size());
+    for (int k = run.first; k < run.first + run.count; ++k) column.emplace(k, column.size());
   const auto taken = [&](const std::vector<int>& unknowns) {
     Eigen::MatrixXd some = Eigen::MatrixXd::Zero(rows.rows(), std::ssize(unknowns));
     for (size_t k = 0; k < unknowns.size(); ++k)
@@ -177,8 +176,7 @@ Information::Information(GroupedDerivatives candidates, int poses, const Grouped
     GroupRows& of_group = candidates.groups[g];
     const Eigen::Index own = of_group.own.cols();
     std::vector<Eigen::Index>& first = first_.emplace_back(static_cast<size_t>(poses) + 1, 0);
-    for (int pose : candidates.pose_of_row[g])
-      first[pose + 1] += candidates.row_size;
+    for (int pose : candidates.pose_of_row[g]) first[pose + 1] += candidates.row_size;
     std::partial_sum(first.begin(), first.end(), first.begin());
     candidates_.push_back({of_group.own.transpose(), of_group.common.transpose()});
     of_group = {};

@@ -138,9 +138,7 @@ PlanQuality PosePlanner::quality(const std::vector<PlannedPose>& poses) const {
 }
 
 std::optional<int> PosePlanner::fewest_that_determine(int too_few, std::uint64_t seed) const {
-  const auto is_enough = [&](int count) {
-    return quality(random(count, seed)).determines_all();
-  };
+  const auto is_enough = [&](int count) { return quality(random(count, seed)).determines_all(); };
   int enough = std::min(2 * too_few, kCloudSize);
   while (!is_enough(enough)) {
     if (enough == kCloudSize) return std::nullopt;

@@ -68,8 +68,7 @@ class Displacement {
           fmt::format("{}: all its targets are joint angles; give a program with poses",
                       program_.texts[0].name));
     Eigen::Matrix3Xd points(3, known_.size());
-    for (size_t i = 0; i < known_.size(); ++i)
-      points.col(i) = target(known_[i]).pose.translation;
+    for (size_t i = 0; i < known_.size(); ++i) points.col(i) = target(known_[i]).pose.translation;
     const Eigen::VectorXd places = places_in_order(path_.position, points, kPathMatchTolerance);
     if (places.array().isNaN().all()) {
       const NearestPoint nearest = nearest_to(path_.position, points);

@@ -131,8 +131,7 @@ Index chain(std::vector<Candidate>& candidates) {
   for (const Candidate& candidate : candidates) places.push_back(candidate.place);
   std::sort(places.begin(), places.end());
   const auto rank = [&](const Candidate& candidate) {
-    return std::lower_bound(places.begin(), places.end(), candidate.place) -
-                               places.begin();
+    return std::lower_bound(places.begin(), places.end(), candidate.place) - places.begin();
   };
   BestUpTo best(places.size());
   for (size_t begin = 0, end = 0; begin < candidates.size(); begin = end) {
@@ -143,8 +142,7 @@ Index chain(std::vector<Candidate>& candidates) {
       candidate.sum = candidate.merit;
       if (candidate.before >= 0) candidate.sum += candidates[candidate.before].sum;
     }
-    for (size_t i = begin; i < end; ++i)
-      best.add(rank(candidates[i]), i, candidates);
+    for (size_t i = begin; i < end; ++i) best.add(rank(candidates[i]), i, candidates);
   }
   return candidates.empty() ? -1 : best.find(places.size() - 1, candidates);
 }

@@ -107,13 +107,13 @@ void add_between(Page& page, const BetweenPoints& between, const Program& progra
   const auto count = [&](size_t number, const char* name) {
     return keyed(std::to_string(number), key + name);
   };
-  page.add(paragraph(
-      "Of " + count(between.moves.size(), "moves") + " straight and circular moves " +
-      count(summary.divided, "divided") + " are divided, and " +
-      count(summary.inserted, "inserted") +
-      " moves are inserted, so that the predicted error between two points is below " +
-      keyed_mm(between.tolerance, key + "tolerance_mm") + " mm. Of " +
-      count(between.unknown, "unknown") + " moves nothing is predicted."));
+  page.add(
+      paragraph("Of " + count(between.moves.size(), "moves") + " straight and circular moves " +
+                count(summary.divided, "divided") + " are divided, and " +
+                count(summary.inserted, "inserted") +
+                " moves are inserted, so that the predicted error between two points is below " +
+                keyed_mm(between.tolerance, key + "tolerance_mm") + " mm. Of " +
+                count(between.unknown, "unknown") + " moves nothing is predicted."));
   if (!summary.before || !summary.after) return;
   Eigen::VectorXd before(between.moves.size()), after(before.size());
   for (Eigen::Index k = 0; k < before.size(); ++k) {

@@ -32,8 +32,8 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
   page.pictures({histogram_picture(models, readings), axes_picture(models, campaign),
                  campaign_picture(models, campaign, left_out)});
   const size_t shown = std::min<size_t>(2, models.size());
-  const std::vector<Drawing> maps = residual_maps(
-      {models.end() - shown, models.end()}, campaign, up);
+  const std::vector<Drawing> maps =
+      residual_maps({models.end() - shown, models.end()}, campaign, up);
   if (maps.empty()) return;
   page.section("Errors in the workspace");
   page.pictures(maps);

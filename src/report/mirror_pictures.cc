@@ -150,8 +150,7 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
     for (const Eigen::Index sample : result.points) {
       const double time = std::clamp(programmed.time[sample], deviation.time[0],
                                      deviation.time[deviation.time.size() - 1]);
-      const auto place =
-          std::lround((time - deviation.time[0]) / deviation.period);
+      const auto place = std::lround((time - deviation.time[0]) / deviation.period);
       points.emplace_back(time, trend[std::clamp<Eigen::Index>(place, 0, trend.size() - 1)]);
     }
     Points drawn;

@@ -309,8 +309,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
     high = high.cwiseMax(place);
   }
   double longest = 0;
-  const std::vector<Eigen::Index> drawn =
-      evenly(places.size(), text.most);
+  const std::vector<Eigen::Index> drawn = evenly(places.size(), text.most);
   for (const VectorField& field : fields)
     for (Eigen::Index k : drawn) longest = std::max(longest, field.vectors[k].norm());
   const double factor = round_magnification(longest, (high - low).maxCoeff());

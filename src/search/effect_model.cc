@@ -260,8 +260,7 @@ int EffectModel::members_shown(size_t k) {
 // Standard deviation of a coefficient of an effect of the model.
 double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) const {
   Eigen::Index first = fit_.set.kept.size();
-  for (int e = 0; e < effect; ++e)
-    first += fit_.robot.effects[e].coefficients.size();
+  for (int e = 0; e < effect; ++e) first += fit_.robot.effects[e].coefficients.size();
   return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
 }
 

@@ -235,16 +235,14 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
       const int row = row_of_nearest[models.rows_of(s)[i]];
       if (row == kNone) continue;
       at.block(i, block);
-      problem.jacobian.middleRows(row * size, size) =
-          rows.length[row] * block.leftCols(all.size());
+      problem.jacobian.middleRows(row * size, size) = rows.length[row] * block.leftCols(all.size());
     }
   }
 
   problem.geometric = static_cast<int>(fit.set.kept.size());
   const int others = models.unknowns() - static_cast<int>(all.size());
   problem.fitted.resize(blocks.rows(), problem.geometric + others);
-  problem.fitted << blocks(Eigen::all, fit.set.kept),
-      blocks.middleCols(all.size(), others);
+  problem.fitted << blocks(Eigen::all, fit.set.kept), blocks.middleCols(all.size(), others);
   problem.readings = blocks.rightCols<1>();
   for (const Effect& effect : fit.robot.effects) {
     std::vector<double>& values = problem.coefficients_of_effect.emplace_back();

@@ -315,8 +315,7 @@ std::vector<ProjectedCandidates::Place> ProjectedCandidates::places_of(
   }
   // What the losses add to the slopes: X^T (Q span) (its residual).
   const Eigen::MatrixXd slopes = on_basis_.transpose() * lost;
-  for (size_t k = 0; k < effects.size(); ++k)
-    places[k].slopes = slopes.col(k);
+  for (size_t k = 0; k < effects.size(); ++k) places[k].slopes = slopes.col(k);
   return places;
 }
 

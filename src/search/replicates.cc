@@ -34,9 +34,9 @@ Replicates alike_readings(const SessionModels& models) {
 }  // namespace
 
 Replicates Replicates::none(int rows, int row_size) {
-  Replicates alone{
-      std::vector<int>(static_cast<size_t>(rows) + 1), std::vector<int>(rows),
-      std::vector<double>(static_cast<size_t>(rows), 1.0), Eigen::MatrixXd::Zero(row_size, rows)};
+  Replicates alone{std::vector<int>(static_cast<size_t>(rows) + 1), std::vector<int>(rows),
+                   std::vector<double>(static_cast<size_t>(rows), 1.0),
+                   Eigen::MatrixXd::Zero(row_size, rows)};
   std::iota(alone.first.begin(), alone.first.end(), 0);
   std::iota(alone.reading.begin(), alone.reading.end(), 0);
   return alone;

@@ -117,8 +117,7 @@ VarianceShares variance_shares(const BesideTheRest& beside, std::uint64_t seed) 
   for_ordered_blocks<Eigen::MatrixXd>(
       static_cast<int>(orders.size()), kOrdersPerBlock,
       [&](int begin, int end) {
-        return explained_in(beside, std::span(orders).subspan(begin,
-                                                              end - begin));
+        return explained_in(beside, std::span(orders).subspan(begin, end - begin));
       },
       [&](const Eigen::MatrixXd& sum) { explained += sum; });
   const Eigen::RowVectorXd of_group = explained.colwise().sum().cwiseMax(0);

@@ -78,8 +78,7 @@ void settle_doubts(TraceResult& trace) {
 void hold_at_means(const CalibrationResult& fit, const Campaign& campaign, size_t effects,
                    Robot& robot) {
   Robot with = robot;
-  with.effects.erase(with.effects.begin(),
-                     with.effects.end() - effects);
+  with.effects.erase(with.effects.begin(), with.effects.end() - effects);
   robot.effects.resize(robot.effects.size() - effects);
   const RobotModel model(with, campaign.temperature_names);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(parameter_count(robot.chain));

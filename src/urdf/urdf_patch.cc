@@ -106,8 +106,8 @@ bool has_last_frame_of(const KinematicChain& chain, const KinematicChain& nomina
            angles.unaryExpr(from_turn).cwiseAbs().maxCoeff() < kSameArmAngle;
   };
   const size_t last = link_of_joint(chain, joint_count(chain) - 1);
-  return std::equal(chain.links.begin() + last, chain.links.end(),
-                    nominal.links.begin() + last, is_near);
+  return std::equal(chain.links.begin() + last, chain.links.end(), nominal.links.begin() + last,
+                    is_near);
 }
 
 // Slides and turns the last frame on its axis until it stands behind that of the joint before as

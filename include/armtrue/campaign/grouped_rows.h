@@ -13,8 +13,7 @@ struct GroupedRows {
 
   int groups() const { return static_cast<int>(first.size()) - 1; }
   std::span<const int> rows(int group) const {
-    return std::span<const int>(row).subspan(first[group],
-                                             first[group + 1] - first[group]);
+    return std::span<const int>(row).subspan(first[group], first[group + 1] - first[group]);
   }
 };
 

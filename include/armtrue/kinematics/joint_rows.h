@@ -84,9 +84,7 @@ class JointRows {
   auto begin() { return Iterator<JointRows, Row>(*this, 0); }
   auto end() { return Iterator<JointRows, Row>(*this, size_); }
   auto begin() const { return Iterator<const JointRows, ConstRow>(*this, 0); }
-  auto end() const {
-    return Iterator<const JointRows, ConstRow>(*this, size_);
-  }
+  auto end() const { return Iterator<const JointRows, ConstRow>(*this, size_); }
 
   /// Throws std::invalid_argument if `q` has another number of joints than the rows before.
   void push_back(const JointVector& q) {

@@ -102,8 +102,7 @@ YAML::Node arm_node(const ArmDifference& arm, const KinematicChain& chain) {
   node["max_mm"] = rounded(arm.max / kMillimetre);
   const std::vector<JointName> names = joint_names(chain);
   for (size_t j = 0; j < names.size(); ++j)
-    at[names[j].encoder()] =
-        number_in_form("{:.4f}", arm.q[arm.largest][j] / names[j].si());
+    at[names[j].encoder()] = number_in_form("{:.4f}", arm.q[arm.largest][j] / names[j].si());
   node["largest_at"] = flow(at);
   if (arm.by_chance) node["by_chance_mm"] = rounded(*arm.by_chance / kMillimetre);
   if (arm.p_value) {

@@ -152,8 +152,7 @@ std::string write_error_map(const ErrorMap& map, const std::vector<JointName>& j
       static_cast<int>(map.points.size()), kRowsPerBlock,
       [&](int begin, int end) {
         std::string block;
-        for (int row = begin; row < end; ++row)
-          add_row(block, map, row, joints);
+        for (int row = begin; row < end; ++row) add_row(block, map, row, joints);
         return block;
       },
       [&](const std::string& block) { text += block; });

@@ -70,8 +70,7 @@ struct AxisDeviation {
 
 AxisDeviation deviation_along(const ForceRecord& record, Eigen::Index axis) {
   AxisDeviation result{record.deviation.row(axis).transpose(),
-                       Eigen::MatrixXd(record.deviation.cols(),
-                                       record.shared_errors.size())};
+                       Eigen::MatrixXd(record.deviation.cols(), record.shared_errors.size())};
   for (Eigen::Index k = 0; k < result.shared.cols(); ++k)
     result.shared.col(k) = record.shared_errors[k].row(axis).transpose();
   return result;
@@ -135,8 +134,7 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
     known.rightCols(1) = d.direction;
   }
   law.rank = static_cast<int>(known.cols());
-  if (law.rank > 0)
-    law.condition = law.directions[0].rms / law.directions[law.rank - 1].rms;
+  if (law.rank > 0) law.condition = law.directions[0].rms / law.directions[law.rank - 1].rms;
   const Eigen::MatrixXd force = record.force.transpose() * known;
   const Eigen::Matrix3d covariance = record.force_noise.cwiseAbs2().asDiagonal();
   const Eigen::MatrixXd noise = known.transpose() * covariance * known;

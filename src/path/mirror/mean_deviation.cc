@@ -36,7 +36,7 @@ class DeviationGrid {
   // period, and interpolation would reduce the noise of some samples only.
   void add(const Path& measured, const Eigen::Matrix3Xd& deviation, const ClockFit& clock) {
     for (Eigen::Index i = 0; i < measured.samples(); ++i) {
-      const Eigen::Index place = 
+      const Eigen::Index place =
           std::lround((clock.program_time(measured.time[i]) - begin_) / period_);
       if (place < 0 || place >= count_) continue;
       weight_[place] += 1;

@@ -107,8 +107,8 @@ class FanucReader : MoveReader {
       const size_t end = std::min(part.find('\n', at), part.size());
       TextCursor cursor(part, at, end);
       if (cursor.next() == ':' && !lines.empty()) {
-        std::replace(part.begin() + static_cast<long>(lines.back().end),
-                     part.begin() + at, '\n', ' ');
+        std::replace(part.begin() + static_cast<long>(lines.back().end), part.begin() + at, '\n',
+                     ' ');
         lines.back().end = end;
       } else {
         lines.push_back({line, at, end});

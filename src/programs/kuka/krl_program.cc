@@ -298,8 +298,7 @@ class KrlReader : MoveReader {
       };
       if (is_axes) point.kind = TargetKind::joints;
       for (size_t i = 0; i < 6; ++i)
-        point.numbers.push_back(
-            number(is_axes ? frame.axes[i] : values[i] / unit_of(i), ""));
+        point.numbers.push_back(number(is_axes ? frame.axes[i] : values[i] / unit_of(i), ""));
       if (frame.turn && frame.status)
         point.configuration = {number(*frame.turn, ""), number(*frame.status, "")};
       for (int i = 6; i < kKrlComponents; ++i) {

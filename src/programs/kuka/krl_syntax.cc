@@ -54,9 +54,9 @@ class KrlParser {
     for (size_t text = own_; text-- > 0;) read(text);
     resolve();
     const auto states = [&](const char* name, const char* value) {
-      return std::any_of(
-          texts_.begin(), texts_.begin() + own_,
-          [&](const ProgramText& text) { return krl_states_mode(text.text, name, value); });
+      return std::any_of(texts_.begin(), texts_.begin() + own_, [&](const ProgramText& text) {
+        return krl_states_mode(text.text, name, value);
+      });
     };
     syntax_.circles_turn_with_path = states("CIRC_TYP", "PATH");
     syntax_.keeps_orientation = states("ORI_TYP", "CONSTANT");

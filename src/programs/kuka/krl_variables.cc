@@ -230,8 +230,7 @@ int KrlVariables::number_of(const KrlValue& value) {
   key.insert(key.end(), point.axes.begin(), point.axes.end());
   for (double& number : key)
     if (std::isnan(number)) number = kNone;
-  const auto [known, is_new] =
-      numbers_.try_emplace(std::move(key), values_.size());
+  const auto [known, is_new] = numbers_.try_emplace(std::move(key), values_.size());
   if (is_new) values_.push_back(value);
   return known->second;
 }
