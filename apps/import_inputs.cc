@@ -72,10 +72,12 @@ void add_column_options(Command& command, ImportOptions& import) {
 void add_import_options(Command& command, ImportArguments& arguments) {
   command.add_input("A table with joint angles and measured points");
   command.add_output();
-  Option points =
-      command.file("--points", arguments.points, "Table of the instrument, instead of FILE");
+  Option points = command.file(
+      "--points", arguments.points,
+      "Table of the instrument, or recording of ROS 2 (.mcap, .db3, its folder), instead of FILE");
   Option joints =
-      command.file("--joints", arguments.joints, "Table of the controller, with the joint angles");
+      command.file("--joints", arguments.joints,
+                   "Table of the controller, with the joint angles, or recording of ROS 2");
   points.needs(joints);
   Option images = command.folder(
       "--images", arguments.images,
@@ -118,7 +120,14 @@ void add_import_options(Command& command, ImportArguments& arguments) {
       .needs(joints)
       .check(preset());
   join.option("--body", import.body,
-              "Rigid body or marker on the robot, of a motion capture that has several")
+              "Rigid body or marker on the robot, of a motion capture that has several; of a "
+              "recording with transforms the child frame")
+      .needs(joints);
+  join.option("--points-topic", import.points_topic,
+              "Topic of the points, where a recording of ROS 2 has several")
+      .needs(points);
+  join.option("--joints-topic", import.joints_topic,
+              "Topic of the joint states, where a recording of ROS 2 has several")
       .needs(joints);
   add_column_options(command, import);
 }

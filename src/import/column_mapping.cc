@@ -284,9 +284,12 @@ std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping) 
   const std::string separator = table.separator == '\t'  ? "tab"
                                 : table.separator == ' ' ? "blank"
                                                          : std::string(1, table.separator);
-  std::string text = fmt::format(
-      "{}: header in line {}, separator {}, decimal {}, {} rows\n", table.file, table.header_line,
-      separator, mapping.decimal_sign == ',' ? "comma" : "point", table.rows.size());
+  std::string text =
+      table.separator == '\0'
+          ? fmt::format("{}: recording, {} readings\n", table.file, table.rows.size())
+          : fmt::format("{}: header in line {}, separator {}, decimal {}, {} rows\n", table.file,
+                        table.header_line, separator,
+                        mapping.decimal_sign == ',' ? "comma" : "point", table.rows.size());
   const auto line = [&](const std::string& ours, const std::string& theirs, const std::string& unit,
                         const std::string& factor) {
     std::string row = fmt::format("  {:<12}  {:<24}  {:<5}  {}", ours, theirs, unit, factor);

@@ -8,6 +8,8 @@
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "import/bag.h"
+#include "import/bag_table.h"
 #include "import/covariance_columns.h"
 #include "import/instrument_tables.h"
 #include "import/joint_match.h"
@@ -257,10 +259,33 @@ PlainTable read_table(const std::string& path, const ImportNames& names,
                           [&](std::string_view header) { return names.is_known(header); });
 }
 
+// The table of a recording has the columns of those that PlotJuggler writes.
+void read_bag(const std::string& path, const ImportOptions& options, TableRole role,
+              Import& import) {
+  if (role == TableRole::readings)
+    throw InputError(path +
+                     ": is a recording; give it as --points and as --joints, or the table that has "
+                     "one of them");
+  const bool of_joints = !has_points(role);
+  if (const auto preset = preset_for(options, of_joints))
+    throw InputError(path + ": is a recording, which states its columns; leave out --preset " +
+                     preset->name);
+  import.names.set_preset(*find_preset(of_joints ? "plotjuggler-joints" : "plotjuggler-poses"));
+  import.table = read_bag_table(
+      path, {of_joints, of_joints ? options.joints_topic : options.points_topic, options.body});
+}
+
 Import read_import(const std::string& path, const ImportOptions& options, TableRole role) {
   Import import{ImportNames(options), {}, {}};
-  if (role != TableRole::readings) import.names.set_preset(preset_for(options, !has_points(role)));
-  import.table = read_table(path, import.names, options, role);
+  if (is_bag(path)) {
+    read_bag(path, options, role, import);
+  } else {
+    if (!(has_points(role) ? options.points_topic : options.joints_topic).empty())
+      throw InputError(path + ": is a table, not a recording, so it has no topic; leave out " +
+                       (has_points(role) ? "--points-topic" : "--joints-topic"));
+    if (role != TableRole::readings) import.names.set_preset(preset_for(options, !has_points(role)));
+    import.table = read_table(path, import.names, options, role);
+  }
   import.names.apply_preset(import.table, options);
   if (has_points(role) && !import.names.preset())
     spread_markers(import.table, import.names, options.markers);

@@ -21,7 +21,7 @@ struct PlainRow {
 struct PlainTable {
   std::string file;
   int header_line = 0;
-  char separator = ',';
+  char separator = ',';  ///< 0 of a recording, which has no text
   std::vector<PlainColumn> columns;
   std::vector<PlainRow> rows;
   bool has_markers = false;  ///< its column `target` names those of one row; see spread_markers()
