@@ -40,10 +40,11 @@ THIRD_PARTY = {
     "tinyxml": ["src/urdf/", "tests/"],
     "console_bridge/": ["src/urdf/"],
     "openssl/": ["src/io/"],
-    "archive": ["src/io/"],
+    "archive": ["src/io/", "src/import/bag_mcap.cc"],
     "CLI/": ["apps/command_line.cc", "apps/options.cc", "tests/bench/"],  # some 10 s to compile
     "kdl/": ["src/urdf/", "tests/"],
     "opencv2/": ["src/images/"],
+    "sqlite3": ["src/import/bag_db3.cc"],
     "boost/": ["src/statistics/", "tests/bench/"],
     # Decompositions are compiled once, in linear_algebra; small ones of fixed size may stand elsewhere.
     "Eigen/SVD": ["src/linear_algebra/", "src/calibration/registration.cc", "tests/"],
