@@ -1,5 +1,4 @@
-#!/usr/bin/env python3
-"""The Python module against the commands. python_test.py BIN SOURCES, or pytest with both in ARMTRUE_BIN and PWD."""
+"""The Python module against the commands, for pytest. ARMTRUE_BIN: the folder of the commands."""
 
 import base64
 import contextlib
@@ -16,8 +15,6 @@ import unittest
 import zipfile
 
 SOURCES = pathlib.Path(__file__).resolve().parents[2]
-if __name__ == "__main__":
-    os.environ["ARMTRUE_BIN"] = sys.argv.pop(1)
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SOURCES / "apps" / "python"))
 
@@ -148,7 +145,3 @@ class Wheel(unittest.TestCase):
             found = subprocess.run([sys.executable, "-c", "import armtrue; print(armtrue.calibrate.__doc__[:40])"],
                                    cwd=pathlib.Path(folder, "site"), capture_output=True, text=True, check=True).stdout
             self.assertIn("calibrate", found)
-
-
-if __name__ == "__main__":
-    unittest.main()
