@@ -246,13 +246,14 @@ class CampaignReader {
         chain_(chain),
         campaign_(campaign),
         columns_(find_campaign_columns(table, joints, campaign.source)),
-        joined_(table, joints, chain, columns_, campaign) {
+        joined_(std::in_place, table, joints, chain, columns_, campaign) {
     campaign.temperature_names = columns_.context->temperature_names();
   }
 
   void read() {
     while (read_blocks()) {
     }
+    joined_.reset();  // its indices of the names take 30 MB of a million poses
     if (campaign_.rows() == 0)
       throw InputError(campaign_.source + ": has no measured row (" +
                        std::to_string(campaign_.skipped_rows) + " without a measurement)");
@@ -289,7 +290,7 @@ class CampaignReader {
           CsvTable rows(table_, lines);
           return RowReader(rows, columns_).read();
         },
-        [&](const CampaignPart& part) { joined_.append(part); });
+        [&](const CampaignPart& part) { joined_->append(part); });
     return blocks.size() == kBlocksAtOnce;
   }
 
@@ -357,7 +358,7 @@ class CampaignReader {
   const KinematicChain* chain_;  // null: the travels are not known
   Campaign& campaign_;
   CampaignColumns columns_;
-  JoinedCampaign joined_;
+  std::optional<JoinedCampaign> joined_;  // while the file is read
   std::vector<MovedByTurns> moved_by_turns_;
 };
 

@@ -103,6 +103,7 @@ class JointRows {
   void resize(size_t count, const JointVector& q) {
     if (count < size_) numbers_.resize(count * static_cast<size_t>(joints_));
     size_ = std::min(size_, count);
+    numbers_.reserve(count * static_cast<size_t>(q.size()));  // growth would take twice the memory
     while (size_ < count) push_back(q);
   }
   void assign(size_t count, const JointVector& q) {
