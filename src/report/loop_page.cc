@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "armtrue/calibration/worthwhile.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
@@ -62,12 +61,11 @@ bool has_effects(const LoopResult& result) {
   return !result.trace.effects.empty() || result.applied;
 }
 
-std::vector<Judged> models_of(const LoopResult& result, const Robot& nominal,
-                              const Campaign& training, const Campaign& judging) {
+std::vector<Judged> models_of(const LoopResult& result, const Campaign& judging) {
   const bool has_more = has_effects(result);
   std::vector<Judged> models;
   models.push_back({"nominal robot", has_more ? Look::nominal : Look::before,
-                    evaluate(placed_nominal(nominal, training), judging)});
+                    evaluate(result.nominal, judging)});
   models.push_back({"calibrated geometry", has_more ? Look::before : Look::after,
                     evaluate(result.trace.stages.front().robot, judging)});
   if (has_more)
@@ -333,7 +331,7 @@ Report loop_page(const LoopResult& result, const std::optional<FitToAll>& to_all
                  const std::string& next_poses, const PageHead& head) {
   const Campaign sound = without_gross(training, result.gross_poses);
   const Judging by = judging(result, sound, held_out);
-  const std::vector<Judged> models = models_of(result, nominal, sound, by.campaign);
+  const std::vector<Judged> models = models_of(result, by.campaign);
   Page page(head, nominal.name, "Closing the loop");
   page.verdict(tone_of(result), badge_of(result.verdict),
                keyed(verdict_in_words(result), "sentence"));

@@ -334,6 +334,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)
     result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
+  result.nominal = training.nominal;
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
   if (result.applied) result.stages.push_back(result.applied->stage);
   set_parts(result);
