@@ -24,7 +24,7 @@ struct UrdfEnds {
   std::string base, tip;
 };
 
-/// Reads a URDF with 1 to 10 revolute or prismatic joints from base to tip. urdfdom parses it; KDL
+/// Reads a URDF with 1 to 16 revolute or prismatic joints from base to tip. urdfdom parses it; KDL
 /// finds the chain. Links written by write_urdf() come back unchanged, between the frames of base and
 /// tool. Any other arm gets Khalil's frames from the common normals of its axes, with beta where two
 /// are nearly parallel: the frame of the base is R_A, that of the tip the frame of the last, fixed
