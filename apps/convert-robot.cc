@@ -111,6 +111,18 @@ void explain_flange(app::Command& command, const Robot& robot, const std::string
         tool0));
 }
 
+void explain_two_arms(app::Command& command, const Robot& robot, const std::string& file) {
+  if (!robot.ground_link) return;
+  const std::vector<Link>& links = robot.chain.links;
+  const auto ground = static_cast<size_t>(*robot.ground_link);
+  const auto back =
+      std::count_if(links.begin(), links.begin() + *robot.ground_link, is_driven);
+  command.warn(
+      fmt::format("{}: two arms as one chain: joints 1 to {} lead from --base back to '{}', which "
+                  "stands on the ground, and joints {} to {} from there to --tip",
+                  file, back, links[ground].name, back + 1, joint_count(robot.chain)));
+}
+
 void warn_of_travel(app::Command& command, const std::string& text, const std::string& file,
                     const UrdfEnds& ends) {
   const std::vector<std::string> links = links_without_travel(text, file, ends);
@@ -324,6 +336,7 @@ Robot read_any(app::Command& command, const std::string& text, const std::string
     const Robot robot = parse_urdf(text, file, arguments.ends);
     explain_base(command, text, file, arguments.ends);
     explain_flange(command, robot, text, file, arguments.ends);
+    explain_two_arms(command, robot, file);
     warn_of_travel(command, text, file, arguments.ends);
     return robot;
   }
@@ -370,8 +383,8 @@ int run(app::Command& command, const Arguments& arguments) {
   }
   if (robot.ground_link)
     throw InputError(source.name() +
-                     ": a URDF is written of an arm alone, and this robot has a positioner that "
-                     "carries the part; keep it as YAML, which all commands read");
+                     ": a URDF is written of an arm alone, and this robot is two arms or has a "
+                     "positioner that carries the part; keep it as YAML, which all commands read");
   std::string lost;
   for (const std::string& key : lost_in_urdf(robot)) lost += (lost.empty() ? "" : ", ") + key;
   if (!lost.empty() && arguments.to == "urdf") command.warn("URDF cannot hold: " + lost);

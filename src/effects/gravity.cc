@@ -14,8 +14,8 @@ namespace {
 // Largest sine of the angle between axes that are built parallel, after calibration. Axes of wrists
 // that are not parallel meet at tens of degrees.
 constexpr double kParallel = 1e-2;
-constexpr int kBasisPoses =
-    64;  // of which the most values, ten links of three and a travel, are a fraction
+// Of the poses the most values, three of each joint's link and a travel, are a fraction.
+constexpr int kFewestBasisPoses = 64, kBasisPosesPerJoint = 8;
 // Share of what a moment across gravity makes. A smaller independent part only comes from small
 // angles of the identified geometry, and would change with every fit of them.
 constexpr double kMinNew = 1e-2;
@@ -177,20 +177,21 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
       moments.push_back({link, 2, true});
   }
   if (moments.empty()) return;
-  const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
+  const int count = std::max(kFewestBasisPoses, kBasisPosesPerJoint * joint_count(robot.chain));
+  const std::vector<JointVector> poses = sample_joint_space(robot.chain, count);
   std::vector<LinkFrames> frames;
   for (const JointVector& pose : poses) frames.push_back(evaluator.link_frames(pose));
   const Eigen::Index motions = motions_of_basis(frames.front()).size();
   // Keep values that are independent of the constant of each motion and of those kept already.
-  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(motions * kBasisPoses, motions);
+  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(motions * count, motions);
   for (Eigen::Index m = 0; m < motions; ++m)
-    kept.col(m).segment(m * kBasisPoses, kBasisPoses).setConstant(1 / std::sqrt(kBasisPoses));
+    kept.col(m).segment(m * count, count).setConstant(1 / std::sqrt(count));
   for (const FirstMoment& moment : moments) {
-    Eigen::VectorXd column(motions * kBasisPoses), arm(kBasisPoses), own(kBasisPoses);
-    for (int i = 0; i < kBasisPoses; ++i) {
+    Eigen::VectorXd column(motions * count), arm(count), own(count);
+    for (int i = 0; i < count; ++i) {
       const std::vector<Motion> moved = motions_of_basis(frames[i]);
       for (Eigen::Index m = 0; m < motions; ++m)
-        column[m * kBasisPoses + i] = first_moment_value(moment, moved[m], frames[i]);
+        column[m * count + i] = first_moment_value(moment, moved[m], frames[i]);
       own[i] = first_moment_value(moment, motion(frames[i]), frames[i]);
       arm[i] = arm_of(moment, frames[i]);
     }

@@ -18,7 +18,8 @@ double halton(int index, int base) {
 }  // namespace
 
 std::vector<JointVector> sample_joint_space(const KinematicChain& chain, int count) {
-  static constexpr int kPrimes[kMaxJoints] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29};
+  static constexpr int kPrimes[kMaxJoints] = {2,  3,  5,  7,  11, 13, 17, 19,
+                                              23, 29, 31, 37, 41, 43, 47, 53};
   const int joints = joint_count(chain);
   std::vector<JointVector> samples(count, JointVector(joints));
   for (int i = 0; i < count; ++i)

@@ -25,7 +25,7 @@ struct ColumnName {
 };
 ColumnName column_name(std::string_view header);
 
-/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q10, e1 to e6, x,
+/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q16, e1 to e6, x,
 /// y, z, a, b, c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose
 /// order the names do not tell), payload, temp_<where>, image (the file of a row). Presets also
 /// know cov0 to cov35, the entries of a covariance, row by row.
@@ -40,7 +40,7 @@ std::optional<KnownQuantity> known_quantity(std::string_view header);
 /// A quantity as the user writes it before = of --column: q1_deg or q1.
 std::optional<KnownQuantity> stated_quantity(std::string_view ours);
 
-/// The number of a joint, q1 to q10 or the external axes e1 to e6; 0 of any other quantity.
+/// The number of a joint, q1 to q16 or the external axes e1 to e6; 0 of any other quantity.
 int joint_number(std::string_view quantity);
 
 /// Whether a column of a quantity may have this unit.

@@ -84,11 +84,13 @@ std::string component_of(const std::string& name) {
       stem.resize(stem.size() - unit.size());
   if (stem.size() < 2) return "";
   const char last = stem.back();
-  stem.pop_back();
-  if (kForce.contains(stem) && last >= 'x' && last <= 'z') return {'f', last, '_', 'n'};
-  if (kTorque.contains(stem) && last >= '1' && last <= '9')
-    return std::string("tau") + last + "_nm";
-  if (kDirection.contains(stem) && last >= '1' && last <= '9') return std::string("dir") + last;
+  if (last >= 'x' && last <= 'z' && kForce.contains(stem.substr(0, stem.size() - 1)))
+    return {'f', last, '_', 'n'};
+  const std::string number = stem.substr(stem.find_last_not_of("0123456789") + 1);
+  if (number.empty() || number.front() == '0') return "";
+  stem.resize(stem.size() - number.size());
+  if (kTorque.contains(stem)) return "tau" + number + "_nm";
+  if (kDirection.contains(stem)) return "dir" + number;
   return "";
 }
 

@@ -132,9 +132,6 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
     check_size(joint.mimic->multiplier, joint, file);
     check_size(joint.mimic->offset, joint, file);
   }
-  if (result.kind != ChainJoint::Kind::fixed && result.backwards)
-    throw InputError(file + ": the joint '" + joint.name +
-                     "' lies behind the base; --base names a link before all driven joints");
   if (result.moves()) {
     set_axis(joint, file, result);
     set_limits(joint, file, result);
@@ -151,6 +148,40 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
     result.centre = {c.x, c.y, c.z};
   }
   return result;
+}
+
+// From child to parent a joint moves by (origin motion(q))^-1 = motion(-q) origin^-1.
+void add_joint(ChainJoint joint, const UrdfDocument& document, std::vector<ChainJoint>& joints) {
+  if (!joint.backwards || !joint.moves()) {
+    joints.push_back(joint);
+    return;
+  }
+  ChainJoint behind;
+  behind.name = joint.name + "_origin";
+  behind.link = joint.link;
+  behind.origin = joint.origin;
+  behind.backwards = true;
+  joint.link = document.model().getJoint(joint.name)->child_link_name;
+  joint.origin = {};
+  joint.axis = -joint.axis;
+  joints.push_back(joint);
+  joints.push_back(behind);
+}
+
+// Of two arms as one chain, the link that both stand on: the way back ends there.
+void find_ground(std::vector<ChainJoint>& joints, const UrdfDocument& document) {
+  const auto moves_backwards = [](const ChainJoint& joint) {
+    return joint.backwards && joint.moves();
+  };
+  const auto first = std::ranges::find_if(joints, moves_backwards);
+  if (first == joints.end()) return;
+  const auto ground =
+      std::find_if(joints.rbegin(), joints.rend(), [](const auto& one) { return one.backwards; });
+  if (std::none_of(joints.rbegin(), ground, [](const auto& one) { return one.moves(); }))
+    throw InputError(document.place_of_joint(first->name) + ": the joint '" + first->name +
+                     "' lies behind the base; --base names a link before all driven joints, or of "
+                     "two arms the tool of one and --tip that of the other");
+  ground->is_ground = true;
 }
 
 // A motor may stand beside the way: that of a palletiser's forearm turns a crank at the column, and
@@ -265,7 +296,8 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
   if (!tree.getChain(result.base, tip, way))
     throw InputError(file + ": there is no way from '" + result.base + "' to '" + tip + "'");
   for (const KDL::Segment& segment : way.segments)
-    result.joints.push_back(joint_of(segment, document));
+    add_joint(joint_of(segment, document), document, result.joints);
+  find_ground(result.joints, document);
   take_encoders_beside(document, result.joints);
   result.beside_base = fixed_elsewhere(model, result);
   result.tool0 = tool0_elsewhere(model, result);

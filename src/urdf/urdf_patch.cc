@@ -246,6 +246,10 @@ PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
     throw InputError(file +
                      ": joints follow others (mimic), and the origins of a document hold no "
                      "errors of these; write a document of its own: --to urdf alone");
+  if (std::ranges::any_of(chain.joints, &ChainJoint::is_ground))
+    throw InputError(file +
+                     ": the way from --base to --tip leads back through joints, and is two arms; "
+                     "keep their model as YAML, which all commands read");
   const ChainPatch patch = patch_of(chain, robot_of(chain, document, file), robot, kept, file);
   PatchedUrdf result{with_origins(document, patch.origins, file), patch.base, patch.tool,
                      patch.tool_left_out};

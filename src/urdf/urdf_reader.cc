@@ -136,8 +136,9 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
   return robot;
 }
 
-// R_0 has the axes of --base. alpha and beta turn its z to axis 1, d and r lead to the axis along
-// the turned x and z; what is left along y, mostly nothing, is a shift of R_0.
+// R_0 has the axes of --base, and the ground of two arms those of its link. alpha and beta turn its
+// z to the next axis, d and r lead to the axis along the turned x and z; what is left along y,
+// mostly nothing, is a shift of R_0.
 Pose foot_of(const JointAxis& first) {
   constexpr double kRounding = 1e-12;  // [m], of pi in a double
   const Vector3d y = rotation_before(link_along(first.direction)).col(1);
@@ -266,24 +267,39 @@ void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain&
     if (offsets[j] != 0) zero_of(chain.links[j]) += chain.links[j].sign * offsets[j];
 }
 
+// The ground between two arms, placed as R_0 before the axis that follows; its z axis counts as the
+// axis of a joint.
+void place_ground(size_t ground, std::vector<JointAxis>& axes, Pose& frame) {
+  const Pose back = inverse(frame);
+  frame = frame * foot_of({back * axes[ground + 1].point,
+                           Vector3d(back.rotation * axes[ground + 1].direction)});
+  axes[ground].point = frame.translation;
+}
+
 Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) {
   require_arm(joints, file);
   const std::vector<ChainJoint> chain = with_axes_merged(joints);
+  Robot robot;
   std::vector<JointAxis> axes;
-  std::vector<const ChainJoint*> moving;
-  std::vector<Pose> urdf_frames;  // of the link behind every joint, at zero
-  std::vector<int> link_of;       // joints that move before and at each joint
-  Pose frame;
+  std::vector<const ChainJoint*> moving;  // and the ground
+  std::vector<Pose> urdf_frames;          // of the link behind every joint, at zero
+  std::vector<int> link_of;               // of `moving`, the last before or at each joint
+  Pose frame, ground;
   for (const ChainJoint& joint : chain) {
     frame = frame * joint.origin;
-    if (joint.moves()) {
-      axes.push_back({frame.translation, frame.rotation * joint.axis});
+    if (joint.is_ground) {
+      ground = frame;
+      robot.ground_link = static_cast<int>(moving.size());
+    }
+    if (joint.moves() || joint.is_ground) {
+      const Vector3d axis = joint.is_ground ? Vector3d(Vector3d::UnitZ()) : joint.axis;
+      axes.push_back({frame.translation, frame.rotation * axis});
       moving.push_back(&joint);
     }
     urdf_frames.push_back(frame);
     link_of.push_back(static_cast<int>(moving.size()) - 1);
   }
-  Robot robot;
+  if (robot.ground_link) place_ground(static_cast<size_t>(*robot.ground_link), axes, ground);
   Pose previous = foot_of(axes.front());
   robot.chain.base = previous;
   // Programs speak of the flange, so the last link ends in the tip. The last axis is followed by
@@ -292,8 +308,9 @@ Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) 
   std::vector<Pose> frames;
   robot.chain.links.resize(axes.size() + 1);
   for (size_t j = 0; j < axes.size(); ++j) {
-    const Pose next = j + 1 < axes.size() ? frame_towards(axes[j], axes[j + 1], previous)
-                                          : frame_towards(axes[j], tip, frame);
+    const Pose next = moving[j]->is_ground  ? ground
+                      : j + 1 < axes.size() ? frame_towards(axes[j], axes[j + 1], previous)
+                                            : frame_towards(axes[j], tip, frame);
     robot.chain.links[j] = link_between(previous, next);
     copy_joint(*moving[j], robot.chain.links[j]);
     frames.push_back(next);
@@ -305,8 +322,7 @@ Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) 
   robot.chain.links.back().joint = JointKind::fixed;
   add_couplings(moving, robot.chain);
   for (size_t k = 0; k < chain.size(); ++k)
-    if (link_of[k] >= 0) {
-      const size_t link = link_of[k];
+    if (const size_t link = link_of[k]; link_of[k] >= 0 && !moving[link]->is_ground) {
       copy_mass(chain[k], link_of[k], inverse(frames[link]) * urdf_frames[k], robot);
     }
   return robot;

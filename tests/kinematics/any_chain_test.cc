@@ -1,4 +1,4 @@
-// Chains of 1 to 10 joints, revolute and prismatic in any order, with fixed links between.
+// Chains of 1 to 16 joints, revolute and prismatic in any order, with fixed links between.
 
 #include <ceres/jet.h>
 #include <gtest/gtest.h>

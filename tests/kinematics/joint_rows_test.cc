@@ -37,7 +37,7 @@ TEST(JointRows, HaveOneNumberOfJoints) {
   EXPECT_THROW(rows.push_back(JointVector::Zero(6)), std::invalid_argument);
 }
 
-// Side by side: a vector of JointVectors has room for ten joints in each row.
+// Side by side: a vector of JointVectors has room for kMaxJoints in each row.
 TEST(JointRows, TakeTheMemoryOfTheirNumbers) {
   const JointRows rows(2, row_of(1));
   EXPECT_EQ(rows[1].data() - rows[0].data(), 3);

@@ -13,8 +13,8 @@
 namespace armtrue {
 
 /// Bounds of the chains that fit, so that vectors by joint and Jacobians need no allocation.
-inline constexpr int kMaxJoints = 10;
-inline constexpr int kMaxLinks = 16;
+inline constexpr int kMaxJoints = 16;
+inline constexpr int kMaxLinks = 24;
 inline constexpr int kMaxCouplings = 8;
 
 /// Encoder values of the driven joints in the order of the chain, as the controller shows them:

@@ -15,7 +15,7 @@
 namespace armtrue {
 
 /// Joint vectors of many readings, one after another: a million of six joints take 48 MB, where
-/// vectors with room for kMaxJoints each take 96. All have the same number of joints. It is used
+/// vectors with room for kMaxJoints each take 144. All have the same number of joints. It is used
 /// like a std::vector<JointVector>, but a row is a view of its numbers: `auto` holds the view, and
 /// `JointVector` a copy.
 class JointRows {

@@ -63,17 +63,20 @@ void begin_with_positioner(YamlMap& document, const KinematicChain& positioner, 
                                             links.size(), kMaxLinks));
 }
 
-void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& robot) {
+void check_axes_of_positioner(YamlMap& document, const Robot& robot) {
   const std::vector<JointName> names = joint_names(robot.chain);
   for (int j = 0; j <= *robot.ground_link; ++j)
     if (const int joint = joint_of_link(robot.chain, j); joint >= 0 && !names[joint].is_external())
-      document.fail(key, "the axis '" + robot.chain.links[j].name +
-                             "' of a positioner is an external axis: call it E1 to E6");
+      document.fail("positioner", "the axis '" + robot.chain.links[j].name +
+                                      "' of a positioner is an external axis: call it E1 to E6");
+}
+
+void check_masses_on_ground(YamlMap& document, const Robot& robot) {
   for (const Body& body : robot.bodies)
     if (body.link <= *robot.ground_link)
       document.fail("masses",
-                    "the load of a positioner is the part, whatever its mass: leave out "
-                    "the masses of its links");
+                    "the load of a positioner is the part, and of an arm before ground_link "
+                    "its tool, whatever their mass: leave out the masses of its links");
 }
 
 }  // namespace
@@ -169,7 +172,8 @@ void use_positioner(YamlMap& document, Robot& robot) {
     document.fail(key, fmt::format("has {} driven joints (revolute or prismatic); an arm has from "
                                    "1 to {}",
                                    joints, kMaxJoints));
-  if (robot.ground_link) check_axes_of_positioner(document, key, robot);
+  if (forward) check_axes_of_positioner(document, robot);
+  if (robot.ground_link) check_masses_on_ground(document, robot);
 }
 
 }  // namespace armtrue
