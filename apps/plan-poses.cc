@@ -29,7 +29,7 @@ struct Arguments {
   int count = 0;
   std::vector<double> box_mm;
   std::optional<double> floor_mm;
-  bool points = false, touches = false, images = false;
+  bool points = false, touches = false, images = false, beams = false;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -62,12 +62,19 @@ void add_options(app::Command& command, Arguments& arguments) {
   const app::Option touches =
       command.flag("--touches", arguments.touches,
                    "Poses that touch the contacts of the robot file; --given decides for itself");
+  const app::Option images =
+      command
+          .flag("--images", arguments.images,
+                "Poses in which a camera of the robot file has a whole board in its image; --given "
+                "decides for itself")
+          .excludes(touches)
+          .excludes(separate);
   command
-      .flag("--images", arguments.images,
-            "Poses in which a camera of the robot file has a whole board in its image; --given "
-            "decides for itself")
+      .flag("--beams", arguments.beams,
+            "Poses in which a beam of the robot file reads a plane or a face; --given decides for "
+            "itself")
       .excludes(touches)
-      .excludes(separate);
+      .excludes(images);
   separate.excludes(zone);
   command.add_columns(app::kMeasuredPoseColumns);
 }
@@ -77,6 +84,7 @@ PlanOptions plan_options(const app::Command& command, const Arguments& arguments
   options.orientation = !arguments.points;
   options.touches = arguments.touches;
   options.images = arguments.images;
+  options.beams = arguments.beams;
   if (arguments.floor_mm) options.floor = *arguments.floor_mm * kMillimetre;
   options.seed = command.seed;
   options.box = app::box_from_numbers(arguments.box_mm);
@@ -227,17 +235,19 @@ int run(app::Command& command, const Arguments& arguments) {
                        "or readings of an instrument that reads points");
     app::refuse_mistakes(command, robot, given);
   }
-  const auto touchable = [](const Contact& contact) { return !is_of_images(contact.kind); };
+  const auto touchable = [](const Contact& contact) { return is_touched(contact.kind); };
   const bool has_contacts = std::ranges::any_of(robot.chain.contacts, touchable);
   if (arguments.touches && !has_contacts)
     throw InputError(arguments.robot + ": --touches needs 'contacts' in the robot file");
   const bool has_cameras = std::ranges::any_of(
       robot.chain.contacts, [](const Contact& contact) { return is_of_images(contact.kind); });
-  if (given.rows() == 0 && !arguments.touches && !arguments.images && has_cameras)
+  if (given.rows() == 0 && !arguments.touches && !arguments.images && !arguments.beams &&
+      has_cameras)
     command.warn(arguments.robot +
                  ": the poses are planned for an instrument that reads points; give --images for "
                  "poses that show the boards of the robot file to its cameras");
-  if (given.rows() == 0 && !arguments.touches && !arguments.images && has_contacts)
+  if (given.rows() == 0 && !arguments.touches && !arguments.images && !arguments.beams &&
+      has_contacts)
     command.warn(arguments.robot +
                  ": the poses are planned for an instrument that reads points; give --touches, or "
                  "--given with touches, for poses that touch the contacts of the robot file");
