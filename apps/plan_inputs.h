@@ -16,7 +16,7 @@ struct PlanArguments {
   int count = 0;
   std::vector<double> box_mm;
   std::optional<double> floor_mm;
-  bool points = false, touches = false, images = false;
+  bool points = false, touches = false, images = false, beams = false;
 };
 
 void add_plan_options(Command& command, PlanArguments& arguments);

@@ -20,7 +20,7 @@ struct Arguments {
   std::string robot, truth, targets;
   int count = SimulationOptions{}.poses, repeats = SimulationOptions{}.repeats;
   double noise_mm = 0, noise_mrad = 0, noise_px = 0, blunders = 0;
-  bool points = false, images = false;
+  bool points = false, images = false, beams = false;
   std::string order = "random";
   std::vector<double> box_mm;
 };
@@ -38,7 +38,9 @@ void add_options(app::Command& command, Arguments& arguments) {
   poses.require_one();
   command.option("--repeats", arguments.repeats, "Visits of each pose")
       .check(app::in_range(1, 1000));
-  command.option("--noise-mm", arguments.noise_mm, "Noise of the position, per axis")
+  command
+      .option("--noise-mm", arguments.noise_mm,
+              "Noise of the position, per axis, or of what a beam reads")
       .check(app::not_below_zero());
   command.option("--noise-mrad", arguments.noise_mrad, "Noise of the orientation, per axis")
       .check(app::not_below_zero());
@@ -53,6 +55,13 @@ void add_options(app::Command& command, Arguments& arguments) {
                 "What the cameras of the robot file see of its boards, in place of positions; "
                 "random poses show the whole board")
           .excludes(points);
+  const app::Option beams =
+      command
+          .flag("--beams", arguments.beams,
+                "What the beams of the robot file read of its planes and faces, in place of "
+                "positions; each beam reads the nearest in its range, and random poses show one")
+          .excludes(points)
+          .excludes(images);
   command.option("--noise-px", arguments.noise_px, "With --images: noise of a corner, per axis")
       .check(app::not_below_zero())
       .needs(images);
@@ -65,7 +74,8 @@ void add_options(app::Command& command, Arguments& arguments) {
       .numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
                "Working box in R_A of random poses")
       .excludes(targets)
-      .excludes(images);
+      .excludes(images)
+      .excludes(beams);
   command.add_columns(app::kJointTargetColumns);
 }
 
@@ -78,6 +88,7 @@ SimulationOptions simulation_options(const Arguments& arguments, std::uint64_t s
   options.noise_pixel = arguments.noise_px;
   options.blunders = arguments.blunders;
   options.images = arguments.images;
+  options.beams = arguments.beams;
   options.orientation = !arguments.points;
   options.order = arguments.order == "random" ? VisitOrder::random : VisitOrder::sorted;
   options.box = app::box_from_numbers(arguments.box_mm);
@@ -111,13 +122,16 @@ Campaign simulate_targets(app::Command& command, const std::string& path, const 
   std::vector<JointVector> commanded;
   for (const JointTarget& target : targets) commanded.push_back(target.q);
   Campaign campaign = simulate(commanded, truth, options);
+  const std::string nothing =
+      options.beams ? "no beam reads a plane" : "no camera sees a corner of a board";
   if (campaign.rows() == 0)
-    throw InputError(path +
-                     ": no camera sees a corner of a board in any of the poses; plan them with "
-                     "plan-poses --images, or check the places of cameras and boards");
+    throw InputError(path + ": " + nothing + " in any of the poses; plan them with plan-poses " +
+                     (options.beams
+                          ? "--beams, or check the places of beams and planes, and range_mm"
+                          : "--images, or check the places of cameras and boards"));
   if (campaign.pose_ids.size() < targets.size())
-    command.warn(fmt::format("{}: in {} of {} poses no camera sees a corner of a board", path,
-                             targets.size() - campaign.pose_ids.size(), targets.size()));
+    command.warn(fmt::format("{}: in {} of {} poses {}", path,
+                             targets.size() - campaign.pose_ids.size(), targets.size(), nothing));
   for (std::string& id : campaign.pose_ids)  // numbers, from 1
     id = targets[static_cast<size_t>(*read_number(id)) - 1].pose;
   return campaign;

@@ -9,20 +9,27 @@
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/calibration/registration.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/beams.h"
 #include "calibration/cameras.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
 
+enum class By { tool, beam };
+
 // What touches one contact: points in R_A, what the gauge showed, and of an artefact which of its
-// points was touched. Each touch once, though that of a point is three rows.
+// points was touched. Each touch once, though that of a point is three rows. A beam ends on the
+// surface itself: it has no radius.
 struct Touches {
+  By by = By::tool;
+  Eigen::Vector3d towards{0, 0, 0};  // of beams: the sum of the directions back along them
   std::vector<Eigen::Vector3d> points;
   std::vector<double> gauge;
   std::vector<int> of_artefact;
@@ -32,22 +39,36 @@ struct Touches {
   }
 };
 
-std::map<int, Touches> touches_by_contact(const Robot& robot, const Campaign& campaign) {
+// Of beams, each has a place.
+std::map<int, Touches> touches_by_contact(const Robot& robot, const Campaign& campaign, By by) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, robot.chain);
   const Eigen::Matrix3Xd points = own_points(robot, campaign);
+  Robot arm = robot;
+  arm.effects.clear();
+  const RobotModel model(arm);
   std::map<int, Touches> all;
   for (int row = 0; row < campaign.rows(); ++row) {
     if (campaign.kind(row) != ReadingKind::touch || campaign.touch[row].axis > 0) continue;
     const ContactPoint& which = matched[campaign.touch[row].contact];
+    if ((which.beam >= 0) != (by == By::beam)) continue;
     Touches& touches = all[which.contact];
-    touches.points.emplace_back(points.col(row));
-    touches.gauge.push_back(campaign.distance[row]);
+    touches.by = by;
     touches.of_artefact.push_back(which.point);
+    const double shown = campaign.distance[row];
+    touches.gauge.push_back(by == By::beam ? 0.0 : shown);
+    if (by == By::tool) {
+      touches.points.emplace_back(points.col(row));
+      continue;
+    }
+    const Contact& beam = robot.chain.contacts[which.beam];
+    const Pose measured = model.pose(campaign.context(row));
+    touches.points.emplace_back(measured * end_of_beam(beam, shown));
+    touches.towards -= measured.rotation * beam.place.rotation.col(2);
   }
   return all;
 }
 
-void place_artefact(const Touches& touches, Contact& contact) {
+void place_points(const Touches& touches, Contact& contact) {
   std::map<int, std::pair<Eigen::Vector3d, int>> sums;
   for (size_t k = 0; k < touches.points.size(); ++k) {
     auto& [sum, count] =
@@ -67,8 +88,118 @@ void place_artefact(const Touches& touches, Contact& contact) {
     contact.place.translation = in_a.col(0) - contact.place.rotation * in_artefact.col(0);
 }
 
-// The normal points to the side on which a gauge shows more; without a gauge, in the direction of
-// the contact's z axis.
+// Difference of a touch at `seen`, in the axes of the contact, from the reading of the gauge: three
+// numbers or one, with their derivatives by the point.
+Eigen::VectorXd off_contact(const Contact& contact, int point, double gauge, By by,
+                            const Eigen::Vector3d& seen, Eigen::MatrixX3d* gradients = nullptr) {
+  const int count = reads_point(contact, point) ? 3 : 1;
+  Eigen::VectorXd off(count);
+  if (gradients) gradients->resize(count, 3);
+  for (int axis = 0; axis < count; ++axis) {
+    const TouchReading reading = touch_reading(contact, point, axis, seen);
+    off[axis] = reading.value - gauge + (by == By::beam ? contact.radius : 0.0);
+    if (gradients) gradients->row(axis) = reading.gradient;
+  }
+  return off;
+}
+
+// Normal equations of the touches of an artefact at one place: unknowns are its motion in its own
+// axes and, `with_radius`, the radius of what touches.
+struct ArtefactFit {
+  Eigen::Matrix<double, 7, 7> normal = Eigen::Matrix<double, 7, 7>::Zero();
+  Eigen::Matrix<double, 7, 1> right = Eigen::Matrix<double, 7, 1>::Zero();
+  double cost = 0;
+
+  ArtefactFit(const Touches& touches, const Contact& contact, bool with_radius) {
+    const Pose from_a = inverse(contact.place);
+    Eigen::MatrixX3d gradients;
+    for (size_t k = 0; k < touches.points.size(); ++k) {
+      const Eigen::Vector3d seen = from_a * touches.points[k];
+      const int point = touches.of_artefact[k];
+      const Eigen::VectorXd off =
+          off_contact(contact, point, touches.gauge[k], touches.by, seen, &gradients);
+      const bool has_radius = with_radius && !reads_point(contact, point);
+      for (Eigen::Index i = 0; i < off.size(); ++i) {
+        const Eigen::Vector3d gradient = gradients.row(i);
+        Eigen::Matrix<double, 7, 1> column;
+        column << -gradient, gradient.cross(seen), has_radius ? -1.0 : 0.0;
+        normal += column * column.transpose();
+        right -= column * off[i];
+        cost += off[i] * off[i];
+      }
+    }
+  }
+};
+
+// Levenberg's method from the contact's place.
+double refine_artefact(const Touches& touches, Contact& contact, bool with_radius) {
+  constexpr int kMaxSteps = 60;
+  constexpr double kFirstDamping = 1e-3, kMostDamping = 1e3, kSettled = 1e-12;
+  ArtefactFit here(touches, contact, with_radius);
+  double damping = kFirstDamping * here.normal.trace();
+  const double most = kMostDamping * here.normal.trace();
+  for (int k = 0; k < kMaxSteps && damping < most; ++k) {
+    const Eigen::MatrixXd damped = here.normal + damping * Eigen::Matrix<double, 7, 7>::Identity();
+    const Eigen::VectorXd step = damped.ldlt().solve(here.right);
+    Contact moved = contact;
+    moved.place = contact.place * Pose{rotation_exp(step.segment<3>(3)), step.head<3>()};
+    moved.radius += step[6];
+    const ArtefactFit there(touches, moved, with_radius);
+    if (!(there.cost < here.cost)) {
+      damping *= 10;
+      continue;
+    }
+    const bool is_settled = step.norm() < kSettled;
+    contact = std::move(moved);
+    here = there;
+    if (is_settled) break;
+    damping *= 0.1;
+  }
+  return here.cost;
+}
+
+// The 24 turns that map axes onto axes.
+std::vector<Eigen::Matrix3d> turns_of_a_cube() {
+  std::vector<Eigen::Matrix3d> turns;
+  for (int x = 0; x < 6; ++x)
+    for (int y = 0; y < 6; ++y) {
+      if (x % 3 == y % 3) continue;
+      const Eigen::Vector3d first = (x < 3 ? 1 : -1) * Eigen::Vector3d::Unit(x % 3),
+                            second = (y < 3 ? 1 : -1) * Eigen::Vector3d::Unit(y % 3);
+      Eigen::Matrix3d turn;
+      turn << first, second, first.cross(second);
+      turns.push_back(turn);
+    }
+  return turns;
+}
+
+// Faces and balls have no closed form together: the best of starts all around, with the middle of
+// what was touched at the middle of the touches.
+void place_artefact(const Touches& touches, Contact& contact) {
+  const auto is_point = [&](int point) { return reads_point(contact, point); };
+  if (std::ranges::all_of(touches.of_artefact, is_point)) return place_points(touches, contact);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (int point : touches.of_artefact) middle += contact.points[point].position;
+  middle /= static_cast<double>(touches.of_artefact.size());
+  const Eigen::Vector3d in_a = touches.matrix().rowwise().mean();
+  std::optional<Contact> best;
+  double least = 0;
+  for (const Eigen::Matrix3d& turn : turns_of_a_cube()) {
+    Contact start = contact;
+    start.place.rotation = contact.place.rotation * turn;
+    start.place.translation = in_a - start.place.rotation * middle;
+    const double cost = refine_artefact(touches, start, false);
+    if (best && cost >= least) continue;
+    best = start;
+    least = cost;
+  }
+  contact = *best;
+  // Last, so that a radius which the place imitates stays as it was.
+  if (touches.by == By::tool && !contact.radius_is_known) refine_artefact(touches, contact, true);
+}
+
+// The normal points to the side on which a gauge shows more, or from which beams come; without
+// both, in the direction of the contact's z axis.
 void place_plane(const Touches& touches, Contact& contact) {
   const Eigen::Matrix3Xd points = touches.matrix();
   const Eigen::Vector3d middle = points.rowwise().mean();
@@ -79,7 +210,8 @@ void place_plane(const Touches& touches, Contact& contact) {
     Eigen::Vector3d normal = svd.matrixU().col(2);
     const double with_gauge = (normal.transpose() * centred).dot(gauge.transpose());
     const Eigen::Vector3d z = contact.place.rotation.col(2);
-    if (with_gauge != 0 ? with_gauge < 0 : normal.dot(z) < 0) normal = -normal;
+    const Eigen::Vector3d side = touches.by == By::beam ? touches.towards : z;
+    if (with_gauge != 0 ? with_gauge < 0 : normal.dot(side) < 0) normal = -normal;
     contact.place.rotation = shortest_rotation(z, normal) * contact.place.rotation;
   }
   contact.place.translation = middle - contact.place.rotation.col(2) * gauge.mean();
@@ -109,33 +241,19 @@ void place_contact(const Touches& touches, Contact& contact) {
     case ContactKind::sphere:
       place_sphere(touches, contact);
       break;
+    case ContactKind::beam:  // by with_beams_placed()
     case ContactKind::board:
-    case ContactKind::camera:
-      break;  // by with_cameras_placed()
+    case ContactKind::camera:  // by with_cameras_placed()
+      break;
   }
   contact.is_placed = true;
-}
-
-// Difference of a touch at `seen`, in the axes of the contact, from the reading of the gauge: three
-// numbers or one, with their derivatives by the point.
-Eigen::VectorXd off_contact(const Contact& contact, int point, double gauge,
-                            const Eigen::Vector3d& seen, Eigen::MatrixX3d* gradients = nullptr) {
-  const int count = reads_point(contact.kind) ? 3 : 1;
-  Eigen::VectorXd off(count);
-  if (gradients) gradients->resize(count, 3);
-  for (int axis = 0; axis < count; ++axis) {
-    const TouchReading reading = touch_reading(contact, point, axis, seen);
-    off[axis] = reading.value - gauge;
-    if (gradients) gradients->row(axis) = reading.gradient;
-  }
-  return off;
 }
 
 // Median error of the touches of the contact.
 double miss_of(const Touches& touches, const Contact& contact) {
   std::vector<double> misses;
   for (size_t k = 0; k < touches.points.size(); ++k)
-    misses.push_back(off_contact(contact, touches.of_artefact[k], touches.gauge[k],
+    misses.push_back(off_contact(contact, touches.of_artefact[k], touches.gauge[k], touches.by,
                                  inverse(contact.place) * touches.points[k])
                          .norm());
   return median(std::move(misses));
@@ -170,20 +288,24 @@ class Approach {
   Eigen::VectorXd miss(int row, const JointVector& q, Eigen::MatrixXd& jacobian) const {
     PoseJacobian of_pose;
     Pose frame = evaluator_.pose(q, of_pose);
-    if (!targets_.empty()) {
-      const int target = targets_[campaign_.target[row]];
-      const Eigen::Vector3d lever = frame.rotation * chain_.targets[target].position;
-      move_to_point(of_pose, lever);
-      frame.translation += lever;
-    }
+    const ContactPoint& which = contacts_[campaign_.touch[row].contact];
+    const By by = which.beam >= 0 ? By::beam : By::tool;
+    Eigen::Vector3d point{0, 0, 0};  // in the measured frame
+    if (by == By::beam)
+      point = end_of_beam(chain_.contacts[which.beam], campaign_.distance[row]);
+    else if (!targets_.empty())
+      point = chain_.targets[targets_[campaign_.target[row]]].position;
+    const Eigen::Vector3d lever = frame.rotation * point;
+    move_to_point(of_pose, lever);
+    frame.translation += lever;
     Eigen::Matrix3Xd joints(3, joint_count(chain_));
     for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
       joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
-    const ContactPoint& which = contacts_[campaign_.touch[row].contact];
     const Contact& contact = chain_.contacts[which.contact];
     Eigen::MatrixX3d gradients;
-    const Eigen::VectorXd off = off_contact(contact, which.point, campaign_.distance[row],
-                                            inverse(contact.place) * frame.translation, &gradients);
+    const Eigen::VectorXd off =
+        off_contact(contact, which.point, by == By::beam ? 0.0 : campaign_.distance[row], by,
+                    inverse(contact.place) * frame.translation, &gradients);
     jacobian = gradients * contact.place.rotation.transpose() * joints;
     return off;
   }
@@ -195,19 +317,34 @@ class Approach {
   ChainEvaluator evaluator_;
 };
 
+// Places the beams, and then the planes that nothing touches but beams.
+Robot with_beams_and_planes(Robot robot, const Campaign& campaign, FitContacts which,
+                            std::vector<bool> known) {
+  robot = with_beams_placed(std::move(robot), campaign, known);
+  for (const auto& [index, touches] : touches_by_contact(robot, campaign, By::beam)) {
+    Contact& contact = robot.chain.contacts[index];
+    if (known[index] && miss_of(touches, contact) >= kFarContact &&
+        which == FitContacts::unknown)  // the file has a wrong place, of a plane or a beam
+      return with_contacts_fitted(std::move(robot), campaign, FitContacts::all);
+    if (!known[index]) place_contact(touches, contact);
+  }
+  return robot;
+}
+
 }  // namespace
 
 Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which) {
   if (!campaign.has_touches()) return robot;
   if (campaign.has_pixels()) return with_cameras_placed(std::move(robot), campaign, which);
-  for (const auto& [index, touches] : touches_by_contact(robot, campaign)) {
+  std::vector<bool> known;  // of each contact, whether it has its place
+  for (const Contact& contact : robot.chain.contacts)
+    known.push_back(which == FitContacts::unknown && contact.is_placed);
+  for (const auto& [index, touches] : touches_by_contact(robot, campaign, By::tool)) {
     Contact& contact = robot.chain.contacts[index];
-    if (which == FitContacts::unknown && contact.is_placed &&
-        miss_of(touches, contact) < kFarContact)
-      continue;
-    place_contact(touches, contact);
+    if (!known[index] || miss_of(touches, contact) >= kFarContact) place_contact(touches, contact);
+    known[index] = true;
   }
-  return robot;
+  return with_beams_and_planes(std::move(robot), campaign, which, std::move(known));
 }
 
 Campaign moved_onto_contacts(const Robot& robot, const Campaign& campaign) {

@@ -335,6 +335,12 @@ std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign
         "images do not show where the frame R_A is, nor where the measured frame is on the flange: "
         "'base' and 'tool' are held as the robot file has them, and the places of cameras and "
         "boards are relative to them; the scale is that of the board, whose pitch counts as exact"};
+  if (campaign.has_beams_only())
+    return {
+        "beams do not show where the frame R_A is, nor where the measured frame is on the flange: "
+        "'base' and 'tool' are held as the robot file has them, and the places of planes and beams "
+        "are relative to them; the scale is that of the sensor, whose readings count as exact but "
+        "for noise and a zero"};
   std::vector<std::string> sentences = {
       "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
       "has it, and the places of the contacts are relative to it"};

@@ -89,7 +89,8 @@ class ReadParameters {
     for (const Touch& touch : campaign.touch)
       if (touch.contact >= 0) {
         contacts_.insert(matched[touch.contact].contact);
-        if (matched[touch.contact].board >= 0) contacts_.insert(matched[touch.contact].board);
+        for (const int other : {matched[touch.contact].board, matched[touch.contact].beam})
+          if (other >= 0) contacts_.insert(other);
       }
   }
 
@@ -216,21 +217,53 @@ double length_of(const KinematicChain& chain, int parameter) {
   return which == LinkParameter::d ? link.d : which == LinkParameter::r ? link.r : 0;
 }
 
+// Whether these parts of an artefact can be touched as well by an arm that is larger by one factor.
+// With c the artefact's shift and g the growth of the radius r of what touches, per factor,
+//     c - b = 0                    for each point b,
+//     c - b = 0 and g - R - r = 0  for each ball with centre b and radius R,
+//     n . (c - b) + g - r = 0      for each face through b with the normal n:
+// a radius that is known does not grow.
+bool imitates_scale(const Contact& artefact, const std::set<int>& parts) {
+  constexpr double kSmall = 1e-9;  // m
+  std::vector<Eigen::Vector4d> rows;
+  std::vector<double> right;
+  const double growing = artefact.radius_is_known ? 0 : 1;
+  const auto add = [&](const Eigen::Vector3d& by_shift, double by_growth, double value) {
+    rows.emplace_back(by_shift.x(), by_shift.y(), by_shift.z(), by_growth * growing);
+    right.push_back(value);
+  };
+  for (int k : parts) {
+    const ArtefactPoint& part = artefact.points[k];
+    if (part.kind == ContactKind::plane) {
+      add(part.normal, 1, part.normal.dot(part.position) + artefact.radius);
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) add(Eigen::Vector3d::Unit(axis), 0, part.position[axis]);
+    if (part.kind == ContactKind::sphere) add({0, 0, 0}, 1, part.radius + artefact.radius);
+  }
+  Eigen::MatrixXd equations(rows.size(), 4);
+  for (size_t k = 0; k < rows.size(); ++k) equations.row(static_cast<Eigen::Index>(k)) = rows[k];
+  const Eigen::Map<const Eigen::VectorXd> wanted(right.data(), std::ssize(right));
+  const Eigen::VectorXd solution = equations.completeOrthogonalDecomposition().solve(wanted);
+  return (equations * solution - wanted).norm() < kSmall;
+}
+
 // Touches in the same configurations are as well those of an arm that is larger, with the contacts,
-// by one factor. An encoder of lengths knows the factor, as do two points of an artefact.
+// by one factor. An encoder of lengths knows the factor, as does a beam, whose reading is a length,
+// and an artefact of which enough is touched.
 bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
   if (!campaign.has_touches_only() || campaign.has_pixels()) return false;
   for (int j = 0; j < joint_count(chain); ++j)
     if (is_prismatic(joint_link(chain, j))) return false;
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
-  std::map<int, int> point_of_artefact;
+  std::map<int, std::set<int>> parts;  // of each artefact
   for (const Touch& touch : campaign.touch) {
     const ContactPoint& which = matched[touch.contact];
-    if (which.point >= 0 &&
-        point_of_artefact.try_emplace(which.contact, which.point).first->second != which.point)
-      return false;
+    if (which.beam >= 0) return false;
+    if (which.point >= 0) parts[which.contact].insert(which.point);
   }
-  return true;
+  return std::ranges::all_of(
+      parts, [&](const auto& of) { return imitates_scale(chain.contacts[of.first], of.second); });
 }
 
 // Whether the columns of the lengths of links, each times its length, add up to nothing. A column

@@ -100,17 +100,20 @@ void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections&
 void attempt_contacts(const Robot& fitted, const Campaign& readings, Corrections& corrections) {
   const std::vector<ContactPoint> contacts = match_contacts(readings, fitted.chain);
   const auto reads_three = [&](int name) {
-    return reads_point(fitted.chain.contacts[contacts[name].contact].kind);
+    return reads_point(fitted.chain.contacts[contacts[name].contact], contacts[name].point);
   };
   for (int name = 0; name < static_cast<int>(contacts.size()); ++name) {
     if (!fitted.chain.contacts[contacts[name].contact].is_placed) continue;
     const bool alike = std::ranges::all_of(readings.touch, [&](const Touch& touch) {
-      return touch.contact >= 0 && reads_three(touch.contact) == reads_three(name);
+      return touch.contact >= 0 && reads_three(touch.contact) == reads_three(name) &&
+             contacts[touch.contact].beam == contacts[name].beam;
     });
     if (!alike) continue;
-    corrections.attempt("it seems to touch " + readings.contact_names[name], [name](Campaign& c) {
-      for (Touch& touch : c.touch) touch.contact = name;
-    });
+    corrections.attempt((contacts[name].beam < 0 ? "it seems to touch " : "it seems to read ") +
+                            readings.contact_names[name],
+                        [name](Campaign& c) {
+                          for (Touch& touch : c.touch) touch.contact = name;
+                        });
   }
 }
 

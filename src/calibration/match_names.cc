@@ -7,6 +7,7 @@
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
@@ -105,16 +106,19 @@ std::optional<ContactPoint> find_pixel(const KinematicChain& chain, const std::s
   return ContactPoint{*camera, static_cast<int>(point - points.begin()), *board};
 }
 
-// Why a camera or a board is not found.
+// Why a beam, a camera or a board is not found.
 std::string why_not_one(const KinematicChain& chain, ContactKind kind, const std::string& name) {
-  const std::string word = kind == ContactKind::camera ? "camera" : "board";
+  const std::string word = kind == ContactKind::camera  ? "camera"
+                           : kind == ContactKind::board ? "board"
+                                                        : "beam";
   const std::string section = "'" + word + "s' of the robot file";
   if (!name.empty())
     return "column '" + word + "': " + section + " has no '" + name + "'; add it there";
   const bool any = std::ranges::count(chain.contacts, kind, &Contact::kind) > 0;
   return any ? "has no name of a " + word + ", and " + section + " has several; say in a column '" +
                    word + "' which one it is"
-             : "a row with u_px and v_px needs the " + word +
+             : std::string("a row with ") +
+                   (kind == ContactKind::beam ? "a beam" : "u_px and v_px") + " needs the " + word +
                    "; add it to the robot file, under '" + word + "s'";
 }
 
@@ -132,7 +136,7 @@ std::string why_no_pixel(const KinematicChain& chain, const std::string& text) {
 std::optional<ContactPoint> find_contact(const KinematicChain& chain, const std::string& name) {
   for (size_t c = 0; c < chain.contacts.size(); ++c) {
     const Contact& contact = chain.contacts[c];
-    if (is_of_images(contact.kind)) continue;
+    if (!is_touched(contact.kind)) continue;
     if (contact.kind != ContactKind::artefact && contact.name == name)
       return ContactPoint{static_cast<int>(c)};
     for (size_t p = 0; p < contact.points.size(); ++p)
@@ -142,13 +146,30 @@ std::optional<ContactPoint> find_contact(const KinematicChain& chain, const std:
   return std::nullopt;
 }
 
+// Of `laser:bar/2` the beam `laser` and what it ends on.
+std::optional<ContactPoint> find_beam_reading(const KinematicChain& chain,
+                                              const std::string& text) {
+  if (!BeamName::is_one(text)) return std::nullopt;
+  const BeamName name(text);
+  const auto beam = of_kind(chain, ContactKind::beam, name.beam);
+  std::optional<ContactPoint> found = find_contact(chain, name.contact);
+  if (!beam || !found) return std::nullopt;
+  found->beam = *beam;
+  return found;
+}
+
 size_t first_touch_of(const Campaign& campaign, int contact) {
   size_t row = 0;
   while (row < campaign.touch.size() && campaign.touch[row].contact != contact) ++row;
   return row;
 }
 
-std::string why_unknown(const KinematicChain& chain, const std::string& name) {
+std::string why_untouched(const KinematicChain& chain, const std::string& name,
+                          const std::string& usual_kind) {
+  for (const Contact& contact : chain.contacts)
+    if (contact.name == name && contact.kind == ContactKind::beam)
+      return "'" + name +
+             "' is a beam; name it in a column 'beam', and here the plane on which it ends";
   for (const Contact& contact : chain.contacts)
     if (contact.name == name && is_of_images(contact.kind))
       return "'" + name +
@@ -165,7 +186,17 @@ std::string why_unknown(const KinematicChain& chain, const std::string& name) {
              name.substr(std::min(name.size(), artefact.size() + 1)) +
              "'; add it to the robot file, under 'contacts'";
   return "the robot file has no contact '" + name +
-         "'; add it to the robot file, under 'contacts', such as '" + name + ": {kind: point}'";
+         "'; add it to the robot file, under 'contacts', such as '" + name +
+         ": {kind: " + usual_kind + "}'";
+}
+
+std::string why_unknown(const KinematicChain& chain, const std::string& text) {
+  const bool is_of_beam = BeamName::is_one(text);
+  const BeamName name(text);
+  if (is_of_beam && !of_kind(chain, ContactKind::beam, name.beam))
+    return why_not_one(chain, ContactKind::beam, name.beam);
+  return "column 'contact': " + (is_of_beam ? why_untouched(chain, name.contact, "plane")
+                                            : why_untouched(chain, text, "point"));
 }
 
 }  // namespace
@@ -174,11 +205,11 @@ std::vector<ContactPoint> match_contacts(const Campaign& campaign, const Kinemat
   std::vector<ContactPoint> matched;
   for (const std::string& name : campaign.contact_names) {
     const bool is_pixel = campaign.has_pixels();
-    const auto found = is_pixel ? find_pixel(chain, name) : find_contact(chain, name);
+    auto found = is_pixel ? find_pixel(chain, name) : find_contact(chain, name);
+    if (!found && !is_pixel) found = find_beam_reading(chain, name);
     if (!found)
-      fail_at(
-          campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
-          is_pixel ? why_no_pixel(chain, name) : "column 'contact': " + why_unknown(chain, name));
+      fail_at(campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
+              is_pixel ? why_no_pixel(chain, name) : why_unknown(chain, name));
     matched.push_back(*found);
   }
   return matched;
@@ -256,6 +287,40 @@ void bind_pixels(Campaign& campaign, const KinematicChain& chain) {
 
 }  // namespace
 
+namespace {
+
+// The file's places may be rough; where they say that a beam runs along its plane, it is not that
+// plane, or the places are wrong.
+void require_beams_on_planes(const Campaign& campaign, const KinematicChain& chain,
+                             const std::vector<ContactPoint>& matched) {
+  if (std::ranges::all_of(matched, [](const ContactPoint& one) { return one.beam < 0; })) return;
+  const ChainEvaluator evaluator(chain);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (campaign.kind(row) != ReadingKind::touch) continue;
+    const ContactPoint& which = matched[campaign.touch[row].contact];
+    if (which.beam < 0) continue;
+    const Contact &beam = chain.contacts[which.beam], &contact = chain.contacts[which.contact];
+    const BeamName name(campaign.contact_names[campaign.touch[row].contact]);
+    const ArtefactPoint& part = touched_part(contact, which.point);
+    if (part.kind != ContactKind::plane)
+      fail_at(campaign, static_cast<size_t>(row),
+              "column 'contact': a beam reads how far a plane or a face of an artefact is, and '" +
+                  name.contact + "' is a " +
+                  (part.kind == ContactKind::point ? "point" : "sphere") +
+                  "; name the plane on which the beam ends");
+    if (!beam.is_placed || !contact.is_placed) continue;
+    const Eigen::Vector3d along =
+        evaluator.pose(campaign.q[row]).rotation * beam.place.rotation.col(2);
+    if (std::abs(along.dot(contact.place.rotation * part.normal)) < kGrazing)
+      fail_at(campaign, static_cast<size_t>(row),
+              "the beam '" + beam.name + "' runs along the plane '" + name.contact +
+                  "' and does not meet it, as the robot file has both; leave the row out, or state "
+                  "neither where the beam is nor where the plane is: a calibration finds them");
+  }
+}
+
+}  // namespace
+
 void bind_touches(Campaign& campaign, const KinematicChain& chain) {
   if (!campaign.has_touches()) return;
   if (campaign.has_pixels()) return bind_pixels(campaign, chain);
@@ -264,9 +329,11 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain) {
         campaign, 0,
         "column 'session': contacts are at rest beside the robot, and their readings are of one "
         "session; leave the column out, and give a contact that was moved another name");
+  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+  require_beams_on_planes(campaign, chain, matched);
   std::vector<bool> is_point;
-  for (const ContactPoint& matched : match_contacts(campaign, chain))
-    is_point.push_back(reads_point(chain.contacts[matched.contact].kind));
+  for (const ContactPoint& touched : matched)
+    is_point.push_back(reads_point(chain.contacts[touched.contact], touched.point));
   for (int row = 0; row < campaign.rows(); ++row)
     if (campaign.kind(row) == ReadingKind::touch && campaign.distance[row] != 0 &&
         is_point[campaign.touch[row].contact])

@@ -135,6 +135,8 @@ ObservationModel::At::Prediction ObservationModel::At::predict(
   if (kind == ReadingKind::touch) {
     if (campaign.has_pixels())
       predict_pixel(row, offset, predicted);
+    else if (model_.reads_beam(row))
+      predict_beam(row, a_from_measured, offset, predicted);
     else
       predict_touch(row, offset, predicted);
     return predicted;
@@ -229,7 +231,7 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
                       : -predicted.scale *
                             predicted.direction.dot(model_.common_from_own_.rotation.col(which))) /
           sigma;
-  } else if (!model_.targets_.empty()) {
+  } else if (!model_.targets_.empty() && !model_.reads_beam(row)) {
     const int target = (parameter - layout_.targets) / 3;
     const int axis = (parameter - layout_.targets) % 3;
     if (target != model_.targets_[model_.campaign_.target[row]]) return;
@@ -284,7 +286,7 @@ void ObservationModel::At::write_block(int row, const Prediction& predicted, Tur
                                        Jacobian& jacobian, Eigen::Ref<Eigen::MatrixXd> out) const {
   const Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
   const int size = model_.row_size();
-  if (!model_.targets_.empty() || model_.campaign_.has_pixels())
+  if (!predicted.lever.isZero(0))
     for (int k : model_.columns_) {
       const Eigen::Vector3d turned = jacobian.col(k).template tail<3>();
       jacobian.col(k).template head<3>() += turned.cross(predicted.lever);

@@ -5,12 +5,26 @@
 
 namespace armtrue {
 
+namespace {
+
+// What is on the arm is fixed in the measured frame, R_A from it.
+const Pose& frame_of(const Contact& contact, const Pose& measured, const Pose& at_rest) {
+  return contact.on_arm ? measured : at_rest;
+}
+
+}  // namespace
+
 void ObservationModel::require_placed(const Contact& contact) const {
   if (is_of_images(contact.kind) && !contact.is_placed)
     throw std::invalid_argument(
         campaign_.source + ": the robot file does not say where '" + contact.name +
         "' is; calibrate the robot on images, with auto or base and tool among what is identified, "
         "or state its place under 'cameras' or 'boards'");
+  if (contact.kind == ContactKind::beam && !contact.is_placed)
+    throw std::invalid_argument(
+        campaign_.source + ": the robot file does not say where the beam '" + contact.name +
+        "' is; calibrate the robot on its readings, with auto or tool among what is identified, or "
+        "state its place under 'beams'");
   if (!contact.is_placed)
     throw std::invalid_argument(
         campaign_.source + ": the robot file does not say where the contact '" + contact.name +
@@ -24,9 +38,20 @@ void ObservationModel::require_bound(const Touch& touch) const {
   const Contact& contact = robot_.chain.contacts[which.contact];
   require_placed(contact);
   if (which.board >= 0) return require_placed(robot_.chain.contacts[which.board]);
-  if (reads_point(contact.kind) != (touch.axis >= 0))
+  if (which.beam >= 0) return require_placed(robot_.chain.contacts[which.beam]);
+  if (reads_point(contact, which.point) != (touch.axis >= 0))
     throw std::invalid_argument(campaign_.source + ": the touches of '" + contact.name +
                                 "' are not those of bind_touches()");
+}
+
+// R_A from the contact, with what effects add to its place.
+Pose ObservationModel::At::place_of(int contact, const Pose& measured,
+                                    const Eigen::VectorXd& offset) const {
+  const Contact& own = robot_.chain.contacts[contact];
+  const Pose place = frame_of(own, measured, model_.common_from_own_) * own.place;
+  if (offset.size() == 0) return place;
+  const int first = first_contact_parameter(robot_.chain) + kParametersOfContact * contact;
+  return place * Pose{rotation_exp(offset.segment<3>(first + 3)), offset.segment<3>(first)};
 }
 
 // No instrument has a part in a touch, nor has its scale.
@@ -35,13 +60,11 @@ void ObservationModel::At::predict_touch(int row, const Eigen::VectorXd& offset,
   const Touch touch = model_.campaign_.touch[row];
   const ContactPoint which = model_.contacts_[touch.contact];
   const Contact& contact = robot_.chain.contacts[which.contact];
-  Pose place = model_.common_from_own_ * contact.place;
+  const Pose place = place_of(which.contact, predicted.frame, offset);
   double growth = 0;  // of the radius
-  if (offset.size() > 0) {
-    const int first = first_contact_parameter(robot_.chain) + kParametersOfContact * which.contact;
-    place = place * Pose{rotation_exp(offset.segment<3>(first + 3)), offset.segment<3>(first)};
-    growth = offset[first + 6];
-  }
+  if (offset.size() > 0 && touch.axis < 0)
+    growth =
+        offset[first_contact_parameter(robot_.chain) + kParametersOfContact * which.contact + 6];
   predicted.scale = 1.0;
   predicted.in_contact =
       place.rotation.transpose() * (predicted.frame.translation - place.translation);
@@ -52,31 +75,51 @@ void ObservationModel::At::predict_touch(int row, const Eigen::VectorXd& offset,
   predicted.position = {reading.value - growth, 0, 0};
 }
 
-// The derivative of the reading of a touch by a parameter of a contact.
+// The point of the arm where the beam ends moves as a tool would that touches there.
+void ObservationModel::At::predict_beam(int row, const Pose& measured,
+                                        const Eigen::VectorXd& offset,
+                                        Prediction& predicted) const {
+  const ContactPoint which = model_.contacts_[model_.campaign_.touch[row].contact];
+  const Pose place = place_of(which.contact, measured, offset);
+  const Pose contact_from_beam = inverse(place) * place_of(which.beam, measured, offset);
+  const BeamReading reading =
+      beam_reading(robot_.chain.contacts[which.contact], which.point, contact_from_beam.translation,
+                   contact_from_beam.rotation.col(2));
+  predicted.scale = 1.0;
+  predicted.in_contact = reading.hit;
+  predicted.frame.translation = place * reading.hit;
+  predicted.lever = predicted.frame.translation - measured.translation;
+  predicted.gradient = reading.gradient;
+  predicted.direction = place.rotation * predicted.gradient;
+  predicted.position = {reading.value, 0, 0};
+}
+
+// The derivative of the reading of a touch or a beam by a parameter of the contact or the beam.
 double ObservationModel::At::touch_column(int row, int parameter,
                                           const Prediction& predicted) const {
   const int k = parameter - first_contact_parameter(robot_.chain);
   const int contact = k / kParametersOfContact, which = k % kParametersOfContact;
-  if (contact != model_.contacts_[model_.campaign_.touch[row].contact].contact) return 0;
-  if (which == 6) return robot_.chain.contacts[contact].kind == ContactKind::sphere ? -1.0 : 0.0;
-  if (which >= kFirstIntrinsic) return 0;  // of a camera
+  const Touch touch = model_.campaign_.touch[row];
+  const ContactPoint& touched = model_.contacts_[touch.contact];
+  const bool is_beam = contact == touched.beam;
+  if ((contact != touched.contact && !is_beam) || which >= kFirstIntrinsic) return 0;
+  if (which == 6) return touched.beam < 0 && touch.axis < 0 ? -1.0 : 0.0;
   if (which < 3) {
     const Eigen::Vector3d along = model_.robot_.chain.contacts[contact].place.rotation.col(which);
-    return -predicted.direction.dot(model_.common_from_own_.rotation * along);
+    const Pose parent =
+        frame_of(robot_.chain.contacts[contact], predicted.frame, model_.common_from_own_);
+    return (is_beam ? 1.0 : -1.0) * predicted.direction.dot(parent.rotation * along);
+  }
+  const Eigen::Vector3d turn = contact_turns_[contact].col(which - 3);
+  if (is_beam) {
+    const Eigen::Matrix3d axes =
+        predicted.frame.rotation * robot_.chain.contacts[contact].place.rotation;
+    const Eigen::Vector3d end(0, 0, predicted.position[0]);
+    return predicted.direction.dot(axes * turn.cross(end));
   }
   // The contact turns by w in its own axes: the point seen from it turns by -w.
-  const Eigen::Vector3d turn = contact_turns_[contact].col(which - 3);
   return predicted.gradient.dot(predicted.in_contact.cross(turn));
 }
-
-namespace {
-
-// What an image shows of a contact is fixed in this frame, R_A from it.
-const Pose& frame_of(const Contact& contact, const Pose& measured, const Pose& at_rest) {
-  return contact.on_arm ? measured : at_rest;
-}
-
-}  // namespace
 
 // The arm moves either the board, or the camera: then the point moves in its axes as if the arm
 // moved it the other way.
@@ -87,19 +130,13 @@ void ObservationModel::At::predict_pixel(int row, const Eigen::VectorXd& offset,
   const std::vector<Contact>& contacts = robot_.chain.contacts;
   const Contact &camera = contacts[which.contact], &board = contacts[which.board];
   Intrinsics intrinsics = camera.intrinsics;
-  const int first_contact = first_contact_parameter(robot_.chain);
-  const auto place_of = [&](int contact) {
-    Pose place = frame_of(contacts[contact], predicted.frame, model_.common_from_own_) *
-                 contacts[contact].place;
-    if (offset.size() == 0) return place;
-    const int first = first_contact + kParametersOfContact * contact;
-    return place * Pose{rotation_exp(offset.segment<3>(first + 3)), offset.segment<3>(first)};
-  };
   if (offset.size() > 0)
-    intrinsics += offset.segment<kIntrinsics>(first_contact + kParametersOfContact * which.contact +
-                                              kFirstIntrinsic);
-  const Pose camera_place = place_of(which.contact);
-  const Eigen::Vector3d point = place_of(which.board) * board.points[which.point].position;
+    intrinsics +=
+        offset.segment<kIntrinsics>(first_contact_parameter(robot_.chain) +
+                                    kParametersOfContact * which.contact + kFirstIntrinsic);
+  const Pose camera_place = place_of(which.contact, predicted.frame, offset);
+  const Eigen::Vector3d point =
+      place_of(which.board, predicted.frame, offset) * board.points[which.point].position;
   predicted.scale = 1.0;
   predicted.lever = point - predicted.frame.translation;
   predicted.frame.translation = point;

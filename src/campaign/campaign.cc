@@ -46,6 +46,13 @@ bool Campaign::has_touches_only() const {
          std::ranges::all_of(touch, [](const Touch& own) { return own.contact >= 0; });
 }
 
+bool Campaign::has_beams_only() const {
+  return has_touches_only() && !has_pixels() &&
+         std::ranges::all_of(touch, [this](const Touch& own) {
+           return BeamName::is_one(contact_names[own.contact]);
+         });
+}
+
 int Campaign::quantity(int row) const {
   const ReadingKind of_row = kind(row);
   if (of_row == ReadingKind::touch)

@@ -23,9 +23,10 @@ Pose common_from_session(const Robot& robot, const std::string& session) {
 namespace {
 
 void require_known_contacts(const Campaign& training, const Campaign& held_out) {
-  // A corner that no training image shows is where its board is.
+  // A corner that no training image shows is where its board is, a face where its artefact is.
   const auto placed = [&](const std::string& name) {
-    return held_out.has_pixels() ? name.substr(0, name.find('/', name.find('/') + 1)) : name;
+    const size_t slash = name.find('/');
+    return name.substr(0, held_out.has_pixels() ? name.find('/', slash + 1) : slash);
   };
   std::set<std::string> known;
   for (const Touch& touch : training.touch)

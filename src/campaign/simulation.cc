@@ -3,13 +3,16 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <stdexcept>
 
+#include "armtrue/campaign/beam_sights.h"
 #include "armtrue/campaign/views.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/statistics/random.h"
+#include "campaign/random_joints.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/shuffle.h"
 
@@ -73,11 +76,7 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
     if (++tries > kTriesPerPose)
       throw std::invalid_argument(
           "the box cannot be reached within the travel limits; enlarge or move it");
-    JointVector q(joint_count(robot.chain));
-    for (int j = 0; j < static_cast<int>(q.size()); ++j) {
-      const auto [min, max] = travel(joint_link(robot.chain, j));
-      q[j] = random.uniform(min, max);
-    }
+    JointVector q = random_joints(robot.chain, random);
     if (box) {
       Eigen::Vector3d wanted;
       for (int i = 0; i < 3; ++i) wanted[i] = random.uniform(box->low[i], box->high[i]);
@@ -94,10 +93,15 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
 }
 
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options) {
-  if (!options.images)
+  if (!options.images && !options.beams)
     return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
                     options);
   std::vector<JointVector> commanded;
+  if (options.beams) {
+    for (const BeamPose& pose : random_beam_poses(robot.chain, options.poses, options.seed))
+      commanded.push_back(pose.q);
+    return simulate(commanded, truth, options);
+  }
   for (const Viewpoint& viewpoint : random_viewpoints(robot.chain, options.poses, options.seed))
     commanded.push_back(viewpoint.q);
   return simulate(commanded, truth, options);
@@ -187,12 +191,47 @@ Campaign images(const std::vector<JointVector>& commanded, Robot truth,
   return campaign;
 }
 
+// What the beams read at the visits, one after the other.
+Campaign beams(const std::vector<JointVector>& commanded, Robot truth,
+               const SimulationOptions& options, Random& random) {
+  truth.chain.targets.clear();
+  truth.chain.anchors.clear();
+  const Campaign stops = visits(commanded, truth, options, random);
+  const std::vector<BeamSight> sights = beam_sights_of(truth.chain);
+  const RobotModel model(truth);
+  std::vector<int> rows, names;
+  std::vector<double> lengths;
+  for (int row = 0; row < stops.rows(); ++row) {
+    const Pose measured = model.pose(stops.context(row));
+    std::map<int, std::pair<double, int>> nearest;  // of each beam
+    for (int k = 0; k < std::ssize(sights); ++k)
+      if (const auto length = beam_reading_at(truth.chain, sights[k], measured)) {
+        const std::pair found(*length, k);
+        const auto [known, is_new] = nearest.try_emplace(sights[k].beam, found);
+        if (!is_new) known->second = std::min(known->second, found);
+      }
+    for (const auto& [beam, found] : nearest) {
+      double length = found.first + options.noise_position * random.normal();
+      if (random.uniform(0, 1) < options.blunders) length += random.uniform(2e-3, 20e-3);
+      rows.push_back(row);
+      names.push_back(found.second);
+      lengths.push_back(length);
+    }
+  }
+  Campaign campaign = stops.select(rows);
+  for (const BeamSight& sight : sights) campaign.contact_names.push_back(sight.name);
+  campaign.distance = std::move(lengths);
+  for (int name : names) campaign.touch.push_back({name, -1});
+  return campaign;
+}
+
 }  // namespace
 
 Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
                   const SimulationOptions& options) {
   Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
   if (options.images) return images(commanded, truth, options, random);
+  if (options.beams) return beams(commanded, truth, options, random);
   // The visits first: an effect may depend on the direction of arrival.
   Campaign campaign = visits(commanded, truth, options, random);
   const RobotModel model(truth);

@@ -12,6 +12,7 @@
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/random.h"
+#include "campaign/random_joints.h"
 
 namespace armtrue {
 namespace {
@@ -75,15 +76,6 @@ bool shows_whole(const KinematicChain& chain, const View& view, const Pose& a_fr
   for (int point = 0; point < std::ssize(chain.contacts[view.board].points); ++point)
     if (!shows(chain, view, a_from_measured, point, kEdge)) return false;
   return true;
-}
-
-JointVector random_joints(const KinematicChain& chain, Random& random) {
-  JointVector q(joint_count(chain));
-  for (int j = 0; j < static_cast<int>(q.size()); ++j) {
-    const auto [min, max] = travel(joint_link(chain, j));
-    q[j] = random.uniform(min, max);
-  }
-  return q;
 }
 
 // Where the arm holds camera and board so, or nothing.

@@ -31,7 +31,8 @@ std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign&
                                     int contact) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
   const bool is_touched = std::ranges::any_of(campaign.touch, [&](const Touch& touch) {
-    return touch.contact >= 0 && matched[touch.contact].contact == contact;
+    return touch.contact >= 0 &&
+           (matched[touch.contact].contact == contact || matched[touch.contact].beam == contact);
   });
   if (!is_touched) return {};
   std::vector<int> parameters = of_contact(chain.contacts[contact]);

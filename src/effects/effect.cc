@@ -23,6 +23,7 @@ int group_size(const Parameter& parameter) {
     case Owner::link:
     case Owner::coupling:
     case Owner::anchor:
+    case Owner::beam:
     case Owner::board:
     case Owner::camera:
     case Owner::contact:
@@ -62,6 +63,7 @@ bool moves_reading_alone(Owner owner) {
     case Owner::instrument:
     case Owner::target:
     case Owner::anchor:
+    case Owner::beam:
     case Owner::board:
     case Owner::camera:
     case Owner::contact:

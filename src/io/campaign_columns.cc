@@ -15,9 +15,9 @@ namespace {
 
 // All that a file of measured poses may have, but temperatures, whose names are the user's.
 std::vector<std::string> columns_of_a_campaign(const std::vector<JointName>& joints) {
-  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor",  "contact",
-                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n",    "camera",
-                                 "board",   "corner",     "u_px", "v_px",   "sigma_px"};
+  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor",   "contact",
+                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n",     "camera",
+                                 "board",   "corner",     "u_px", "v_px",   "sigma_px", "beam"};
   for (const char* component : {"qw", "qx", "qy", "qz"}) known.emplace_back(component);
   for (const char* length : {"x", "y", "z", "l", "sigma"})
     for (const char* unit : {"_mm", "_m"}) known.push_back(std::string(length) + unit);
@@ -79,6 +79,9 @@ class ColumnFinder {
     }
     columns_.distance = use(table_.find_length("l"));
     columns_.contact = use(table_.find("contact"));
+    if (columns_.contact || columns_.distance) columns_.beam = use(table_.find("beam"));
+    if (columns_.beam && !columns_.contact) missing.emplace_back("contact");
+    if (columns_.beam && !columns_.distance) missing.emplace_back("l_mm");
     for (int i = 0; i < 3; ++i) columns_.position[i] = table_.find_length(std::string(1, "xyz"[i]));
     columns_.has_points = (!columns_.distance && !columns_.contact) || columns_.position[0] ||
                           columns_.position[1] || columns_.position[2];
@@ -89,7 +92,7 @@ class ColumnFinder {
 
   void refuse_beside_pixels() const {
     for (const char* other : {"x_mm", "y_mm", "z_mm", "x_m", "y_m", "z_m", "l_mm", "l_m", "contact",
-                              "target", "anchor", "a_deg", "qw", "sigma_mm", "sigma_deg"})
+                              "beam", "target", "anchor", "a_deg", "qw", "sigma_mm", "sigma_deg"})
       if (table_.find(other))
         throw InputError(source_ + ": has u_px and the column '" + other +
                          "'; images are a file of their own, with sigma_px where rows state their "

@@ -15,7 +15,7 @@ namespace armtrue {
 /// columns are there, or none.
 struct CampaignColumns {
   std::optional<int> pose, repeat, target, anchor, contact, session;
-  std::optional<int> camera, board, corner;
+  std::optional<int> beam, camera, board, corner;
   std::array<std::optional<int>, 2> pixel;  ///< both or none
   std::optional<CsvTable::Quantity> distance;
   bool has_points = true;

@@ -32,8 +32,9 @@ constexpr int kBlocksAtOnce = 16;           // bounds the text that waits in mem
 // Reads the rows of a block of the file.
 class RowReader {
  public:
-  RowReader(CsvTable& table, const CampaignColumns& columns)
-      : table_(table), columns_(columns), indices_(part_.rows) {}
+  // `has_beams`: the robot has some, so that a file without a column `beam` reads the only one.
+  RowReader(CsvTable& table, const CampaignColumns& columns, bool has_beams)
+      : table_(table), columns_(columns), has_beams_(has_beams), indices_(part_.rows) {}
 
   CampaignPart read() {
     part_.rows.source = table_.source_name();
@@ -139,6 +140,10 @@ class RowReader {
 
   void read_distance() {
     Campaign& c = part_.rows;
+    if (columns_.beam && !table_.is_empty(*columns_.beam))
+      table_.fail(*columns_.beam,
+                  "the beam " + table_.quoted(*columns_.beam) +
+                      " ends on a plane; name it in the column 'contact', or empty the cell");
     if (has_point())
       table_.fail(columns_.distance->column,
                   table_.quoted(columns_.distance->column) +
@@ -155,7 +160,7 @@ class RowReader {
     }
   }
 
-  // `l_mm` beside a contact is what a gauge shows, of either sign.
+  // `l_mm` beside a contact is what a gauge or a beam shows, of either sign.
   void read_touch() {
     Campaign& c = part_.rows;
     if (has_point())
@@ -171,7 +176,19 @@ class RowReader {
     if (columns_.has_points) c.position.emplace_back(0, 0, 0);
     if (columns_.anchor) c.anchor.push_back(0);
     c.distance.push_back(has_distance() ? table_.number(*columns_.distance) : 0.0);
-    c.touch.push_back({indices_.contacts.of(table_.original(*columns_.contact)), -1});
+    const std::string contact(table_.original(*columns_.contact));
+    const bool names_beam = columns_.beam && !table_.is_empty(*columns_.beam);
+    if (names_beam && !has_distance())
+      table_.fail(*columns_.beam, "the beam " + table_.quoted(*columns_.beam) +
+                                      " reads a distance; give it in the column 'l_mm'");
+    const bool is_of_beam = names_beam || (!columns_.beam && has_beams_ && has_distance());
+    const std::string name = is_of_beam
+                                 ? BeamName(std::string(names_beam ? table_.original(*columns_.beam)
+                                                                   : std::string_view()),
+                                            contact)
+                                       .text()
+                                 : contact;
+    c.touch.push_back({indices_.contacts.of(name), -1});
   }
 
   // Pixels wait in `position` for bind_touches().
@@ -232,6 +249,7 @@ class RowReader {
 
   CsvTable& table_;
   const CampaignColumns& columns_;
+  bool has_beams_;
   CampaignPart part_;
   CampaignIndices indices_;  // of part_.rows
 };
@@ -288,10 +306,14 @@ class CampaignReader {
           Block& block = blocks[begin];
           Source lines(source_.name(), block.text, block.lines_before);
           CsvTable rows(table_, lines);
-          return RowReader(rows, columns_).read();
+          return RowReader(rows, columns_, has_beams()).read();
         },
         [&](const CampaignPart& part) { joined_->append(part); });
     return blocks.size() == kBlocksAtOnce;
+  }
+
+  bool has_beams() const {
+    return chain_ && std::ranges::count(chain_->contacts, ContactKind::beam, &Contact::kind) > 0;
   }
 
   // A file with columns for points and for distances may have rows of one kind only.
@@ -324,7 +346,13 @@ class CampaignReader {
 
   void check_weights() const {
     const Campaign& c = campaign_;
-    if (!c.has_touches() || c.has_touches_only() || columns_.sigma_position) return;
+    if (!c.has_touches() || columns_.sigma_position) return;
+    const auto of_beams = std::ranges::count_if(c.contact_names, BeamName::is_one);
+    if (of_beams > 0 && of_beams < std::ssize(c.contact_names) && !c.has_pixels())
+      throw InputError(c.source +
+                       ": beams and touches in one file also need the column 'sigma_mm', the "
+                       "standard deviation of each row, by which they weigh against each other");
+    if (c.has_touches_only()) return;
     throw InputError(c.source +
                      ": distances and contacts in one file also need the column "
                      "'sigma_mm', the standard deviation of each row, by which they "

@@ -35,6 +35,11 @@ void append_row(const Campaign& campaign, const std::vector<JointName>& joints, 
     if (!name.board.empty()) add(csv_cell(name.board));
     add(csv_cell(name.corner));
     for (int axis = 0; axis < 2; ++axis) add(number_text(campaign.position[row][axis]));
+  } else if (campaign.has_touches()) {  // of beams
+    const BeamName name(campaign.contact_names[campaign.touch[row].contact]);
+    add(csv_cell(name.beam));
+    add(csv_cell(name.contact));
+    add(number_text(campaign.distance[row], kMillimetre));
   } else if (campaign.has_distances()) {
     add(number_text(campaign.distance[row], kMillimetre));
   } else {
@@ -72,6 +77,8 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
     const PixelName name(campaign.contact_names.at(0));
     text += std::string(name.camera.empty() ? "" : ",camera") +
             (name.board.empty() ? "" : ",board") + ",corner,u_px,v_px";
+  } else if (campaign.has_touches()) {
+    text += ",beam,contact,l_mm";
   } else {
     text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "armtrue/campaign/campaign.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/csv_cell.h"
@@ -44,14 +45,22 @@ std::string write_joint_targets(const std::vector<JointTarget>& targets,
                                [&](const JointTarget& target) { return !(target.*name).empty(); });
   };
   const bool touched = stated(&JointTarget::contact), by_target = stated(&JointTarget::target);
+  const bool by_beam = std::ranges::any_of(
+      targets, [](const JointTarget& target) { return BeamName::is_one(target.contact); });
   std::string text = "pose";
   for (const JointName& joint : joints) text += "," + joint.encoder();
-  text += std::string(touched ? ",contact" : "") + (by_target ? ",target" : "") + "\n";
+  text += std::string(by_beam ? ",beam" : "") + (touched ? ",contact" : "") +
+          (by_target ? ",target" : "") + "\n";
   for (const JointTarget& target : targets) {
     text += csv_cell(target.pose);
     for (size_t j = 0; j < joints.size(); ++j)
       text += "," + number_text(target.q[j], joints[j].si());
-    if (touched) text += "," + csv_cell(target.contact);
+    if (by_beam) {
+      const BeamName name(target.contact);
+      text += "," + csv_cell(name.beam) + "," + csv_cell(name.contact);
+    } else if (touched) {
+      text += "," + csv_cell(target.contact);
+    }
     if (by_target) text += "," + csv_cell(target.target);
     text += "\n";
   }

@@ -177,20 +177,37 @@ void read_contacts(YamlMap& document, KinematicChain& chain) {
   }
 }
 
-// `cameras` and `boards` are contacts of their kinds.
-void read_cameras_and_boards(YamlMap& document, KinematicChain& chain) {
-  for (const ContactKind kind : {ContactKind::camera, ContactKind::board}) {
-    const std::string section = section_of_images(kind);
+// The section of the robot file that a contact stands in.
+std::string section_of(ContactKind kind) {
+  switch (kind) {
+    case ContactKind::beam:
+      return "beams";
+    case ContactKind::camera:
+      return "cameras";
+    case ContactKind::board:
+      return "boards";
+    default:
+      return "contacts";
+  }
+}
+
+// `beams`, `cameras` and `boards` are contacts of their kinds.
+void read_beams_and_cameras(YamlMap& document, KinematicChain& chain) {
+  for (const auto& [kind, read] :
+       {std::pair(ContactKind::beam, &read_beam), std::pair(ContactKind::camera, &read_camera),
+        std::pair(ContactKind::board, &read_board)}) {
+    const std::string section = section_of(kind);
     if (!document.has(section)) continue;
     YamlMap entries = document.map(section);
     check_count(document, section, entries.keys().size());
     for (const std::string& name : entries.keys()) {
-      if (name.empty() || name.find('/') != std::string::npos)
-        entries.fail(name, "a camera and a board need a name without '/'");
+      if (name.empty() || name.find_first_of(kind == ContactKind::beam ? "/:" : "/") != name.npos)
+        entries.fail(name,
+                     "a beam, a camera and a board need a name without '/', a beam also "
+                     "without ':'");
       if (std::ranges::count(chain.contacts, name, &Contact::name) > 0)
-        entries.fail(name, "is the name of a contact, a camera or a board already");
-      chain.contacts.push_back(kind == ContactKind::camera ? read_camera(name, entries.map(name))
-                                                           : read_board(name, entries.map(name)));
+        entries.fail(name, "is the name of a contact, a beam, a camera or a board already");
+      chain.contacts.push_back(read(name, entries.map(name)));
     }
   }
 }
@@ -312,7 +329,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   read_targets_and_anchors(document, robot.chain);
   read_contacts(document, robot.chain);
-  read_cameras_and_boards(document, robot.chain);
+  read_beams_and_cameras(document, robot.chain);
   if (const std::string twice = ambiguous_parameter(robot.chain); !twice.empty())
     document.fail("links", "'" + twice +
                                "' names two parameters; give the link, target, anchor or contact a "
@@ -406,8 +423,10 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
                   {"z_mm", number_text(anchor.position.z(), kMillimetre)},
                   {"zero_mm", number_text(anchor.zero, kMillimetre)}});
   for (const Contact& contact : robot.chain.contacts)
-    root[is_of_images(contact.kind) ? section_of_images(contact.kind) : "contacts"][contact.name] =
-        is_of_images(contact.kind) ? node_of_images(contact) : contact_node(contact);
+    root[section_of(contact.kind)][contact.name] =
+        contact.kind == ContactKind::beam ? beam_node(contact)
+        : is_of_images(contact.kind)      ? node_of_images(contact)
+                                          : contact_node(contact);
   for (const Body& body : robot.bodies) {
     YAML::Node entry = flow_map(
         {{"link", robot.chain.links[body.link].name}, {"mass_kg", number_text(body.mass_kg)}});

@@ -95,20 +95,45 @@ bool is_in_image(const Contact& camera, const Eigen::Vector3d& u, double margin)
   return is_inside && outwards.dot(seen.pixel - centre) >= 0;
 }
 
-TouchReading touch_reading(const Contact& contact, int point, int axis, const Eigen::Vector3d& u) {
+const ArtefactPoint& touched_part(const Contact& contact, int point) {
+  static const Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  static const ArtefactPoint origin, plane{"", middle, ContactKind::plane},
+      sphere{"", middle, ContactKind::sphere};
   switch (contact.kind) {
-    case ContactKind::point:
-      return {u[axis], Eigen::Vector3d::Unit(axis)};
     case ContactKind::artefact:
-      return {u[axis] - contact.points[point].position[axis], Eigen::Vector3d::Unit(axis)};
+      return contact.points[point];
     case ContactKind::plane:
-      return {u.z(), Eigen::Vector3d::UnitZ()};
+      return plane;
     case ContactKind::sphere:
-    case ContactKind::board:
-    case ContactKind::camera:
-      break;
+      return sphere;
+    default:
+      return origin;
   }
-  return {u.norm() - contact.radius, u.normalized()};
+}
+
+TouchReading touch_reading(const Contact& contact, int point, int axis, const Eigen::Vector3d& u) {
+  const ArtefactPoint& part = touched_part(contact, point);
+  const Eigen::Vector3d seen = u - part.position;
+  switch (part.kind) {
+    case ContactKind::point:
+      return {seen[axis], Eigen::Vector3d::Unit(axis)};
+    case ContactKind::plane:
+      return {part.normal.dot(seen) - contact.radius, part.normal};
+    default:
+      return {seen.norm() - part.radius - contact.radius, seen.normalized()};
+  }
+}
+
+BeamReading beam_reading(const Contact& contact, int point, const Eigen::Vector3d& origin,
+                         const Eigen::Vector3d& along) {
+  const ArtefactPoint& part = touched_part(contact, point);
+  const double cosine = part.normal.dot(along);
+  const double bounded = std::copysign(std::max(std::abs(cosine), kGrazing), cosine);
+  BeamReading reading;
+  reading.value = part.normal.dot(part.position - origin) / bounded;
+  reading.hit = origin + reading.value * along;
+  reading.gradient = -part.normal / bounded;
+  return reading;
 }
 
 }  // namespace armtrue

@@ -35,6 +35,7 @@ Names component_names(Owner owner) {
       return Names(kTwistNames).first(3);
     case Owner::anchor:
       return kAnchorNames;
+    case Owner::beam:
     case Owner::board:
     case Owner::camera:
     case Owner::contact:
@@ -54,11 +55,9 @@ struct OwnerWord {
   Owner owner;
   std::string_view word;
 };
-constexpr OwnerWord kNamed[] = {{Owner::target, "target"},
-                                {Owner::anchor, "anchor"},
-                                {Owner::contact, "contact"},
-                                {Owner::board, "board"},
-                                {Owner::camera, "camera"}};
+constexpr OwnerWord kNamed[] = {{Owner::target, "target"},   {Owner::anchor, "anchor"},
+                                {Owner::contact, "contact"}, {Owner::beam, "beam"},
+                                {Owner::board, "board"},     {Owner::camera, "camera"}};
 constexpr OwnerWord kSingle[] = {
     {Owner::base, "base"}, {Owner::tool, "tool"}, {Owner::instrument, "instrument"}};
 
@@ -108,6 +107,8 @@ void move_contact(Contact& contact, int which, double delta) {
 
 Owner owner_of(ContactKind kind) {
   switch (kind) {
+    case ContactKind::beam:
+      return Owner::beam;
     case ContactKind::board:
       return Owner::board;
     case ContactKind::camera:
@@ -125,6 +126,27 @@ std::vector<int> of_camera(Lens lens) {
   return parameters;
 }
 
+// Faces do not show a shift along all of them, nor a turn about the normal of all.
+std::vector<int> of_artefact(const Contact& artefact) {
+  const std::vector<ArtefactPoint>& parts = artefact.points;
+  std::vector<int> parameters;
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::ranges::any_of(parts, [axis](const ArtefactPoint& part) {
+          return part.kind != ContactKind::plane || part.normal[axis] != 0;
+        }))
+      parameters.push_back(axis);
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::ranges::any_of(parts, [axis](const ArtefactPoint& part) {
+          return part.kind != ContactKind::plane ||
+                 part.normal.cwiseAbs() != Eigen::Vector3d::Unit(axis);
+        }))
+      parameters.push_back(3 + axis);
+  const bool has_surfaces = std::ranges::any_of(
+      parts, [](const ArtefactPoint& part) { return part.kind != ContactKind::point; });
+  if (has_surfaces && !artefact.radius_is_known) parameters.push_back(6);
+  return parameters;
+}
+
 }  // namespace
 
 std::vector<int> of_contact(const Contact& contact) {
@@ -132,6 +154,9 @@ std::vector<int> of_contact(const Contact& contact) {
     case ContactKind::point:
       return {0, 1, 2};
     case ContactKind::artefact:
+      return of_artefact(contact);
+    case ContactKind::beam:
+      return {0, 1, 2, 3, 4};
     case ContactKind::board:
       return {0, 1, 2, 3, 4, 5};
     case ContactKind::camera:
@@ -320,6 +345,7 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
       return place(chain.targets, layout.targets, 3);
     case Owner::anchor:
       return place(chain.anchors, first_anchor_parameter(chain), 4);
+    case Owner::beam:
     case Owner::board:
     case Owner::camera:
     case Owner::contact: {
@@ -369,6 +395,7 @@ std::optional<double> parameter_value(const KinematicChain& chain, int index) {
       const Anchor& anchor = named(chain.anchors);
       return component < 3 ? anchor.position[parameter.component] : anchor.zero;
     }
+    case Owner::beam:
     case Owner::board:
     case Owner::camera:
     case Owner::contact: {

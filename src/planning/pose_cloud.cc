@@ -88,8 +88,10 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
   }
 
   cloud.options.images = given.rows() > 0 ? given.has_pixels() : options.images;
+  cloud.options.beams = given.rows() > 0 ? given.has_beams_only() : options.beams;
   cloud.options.touches =
-      given.rows() > 0 ? given.has_touches() && !given.has_pixels() : options.touches;
+      given.rows() > 0 ? given.has_touches() && !given.has_pixels() && !given.has_beams_only()
+                       : options.touches;
   if (cloud.options.images) {
     if (options.box)
       throw std::invalid_argument(
@@ -99,6 +101,16 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
     cloud.robot.chain.anchors.clear();
     if (given.rows() > 0)
       cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
+  } else if (cloud.options.beams) {
+    if (options.box)
+      throw std::invalid_argument(
+          "a box limits poses in free space; where a beam reads a plane, their places say where");
+    cloud.options.orientation = false;
+    cloud.robot.chain.targets.clear();
+    cloud.robot.chain.anchors.clear();
+    if (given.rows() > 0)
+      cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
+    state_ranges(given, cloud.robot.chain);
   } else if (cloud.options.touches) {
     if (options.box)
       throw std::invalid_argument(
@@ -141,6 +153,13 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
         "hardly any configuration that shows a board keeps links and tool above the floor; check "
         "the places of cameras and boards, or lower the floor (--floor-mm)");
   }
+  if (options.beams) {
+    std::vector<PlannedPose> poses = random_beam_readings(cloud, count, seed);
+    if (std::ssize(poses) == count) return poses;
+    throw std::invalid_argument(
+        "hardly any configuration in which a beam reads a plane keeps links and tool above the "
+        "floor; check the places of beams and planes, or lower the floor (--floor-mm)");
+  }
   if (options.touches) {
     std::vector<PlannedPose> poses = random_touches(cloud, count, seed);
     if (static_cast<int>(poses.size()) == count) return poses;
@@ -162,7 +181,7 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
 
 std::vector<PlannedPose> with_given(const PoseCloud& cloud) {
   std::vector<PlannedPose> all = cloud.poses;
-  if (cloud.options.touches) {
+  if (cloud.options.touches || cloud.options.beams) {
     const std::vector<PlannedPose> given = given_touches(cloud);
     all.insert(all.end(), given.begin(), given.end());
     return all;
@@ -245,7 +264,7 @@ Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& ro
 
 Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses) {
   if (cloud.options.images) return image_readings(cloud, poses);
-  if (cloud.options.touches) return touch_readings(cloud, poses);
+  if (cloud.options.touches || cloud.options.beams) return touch_readings(cloud, poses);
   const KinematicChain& chain = cloud.robot.chain;
   Campaign campaign = points(cloud, configurations(poses));
   const size_t targets = std::max<size_t>(1, chain.targets.size());

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/contacts.h"
+#include "armtrue/campaign/beam_sights.h"
 #include "armtrue/kinematics/contact.h"
 
 namespace armtrue {
@@ -18,6 +19,12 @@ PlannedPose touch_at(const Campaign& campaign, int row) {
   pose.contact = campaign.contact_names[campaign.touch[row].contact];
   if (!campaign.target.empty()) pose.target = campaign.target_names[campaign.target[row]];
   return pose;
+}
+
+// Whether the tool touches in the row or, of beams, whether one reads there.
+bool is_touch(const Campaign& campaign, int row, bool of_beams) {
+  return campaign.kind(row) == ReadingKind::touch &&
+         BeamName::is_one(campaign.contact_names[campaign.touch[row].contact]) == of_beams;
 }
 
 std::vector<std::string> names_of_points(const Contact& contact) {
@@ -40,7 +47,7 @@ class Sides {
  public:
   Sides(const PoseCloud& cloud) : chain_(cloud.robot.chain), evaluator_(chain_) {
     for (int row = 0; row < cloud.given.rows(); ++row) {
-      if (cloud.given.kind(row) != ReadingKind::touch) continue;
+      if (!is_touch(cloud.given, row, false)) continue;
       const PlannedPose pose = touch_at(cloud.given, row);
       given_[pose.contact] += height(pose, cloud.given.q[row]) < 0 ? -1 : 1;
     }
@@ -49,8 +56,8 @@ class Sides {
   bool is_reachable(const PlannedPose& pose) const {
     const double own = height(pose, pose.q);
     const auto given = given_.find(pose.contact);
-    const bool is_sphere = contact_of(pose).kind == ContactKind::sphere;
-    return is_sphere || given == given_.end() || given->second >= 0 ? own >= 0 : own < 0;
+    const bool has_back = contact_of(pose).kind == ContactKind::plane;  // or only an outside
+    return !has_back || given == given_.end() || given->second >= 0 ? own >= 0 : own < 0;
   }
 
  private:
@@ -59,9 +66,17 @@ class Sides {
     return *std::ranges::find(chain_.contacts, name, &Contact::name);
   }
 
+  static int point_of(const Contact& contact, const PlannedPose& pose) {
+    if (contact.kind != ContactKind::artefact) return -1;
+    const std::string name = pose.contact.substr(pose.contact.find('/') + 1);
+    return static_cast<int>(std::ranges::find(contact.points, name, &ArtefactPoint::name) -
+                            contact.points.begin());
+  }
+
   double height(const PlannedPose& pose, const JointVector& q) const {
     const Contact& contact = contact_of(pose);
-    if (reads_point(contact.kind)) return 0;
+    const int point = point_of(contact, pose);
+    if (reads_point(contact, point)) return 0;
     const LinkFrames frames = evaluator_.link_frames(q);
     Eigen::Vector3d tip = chain_.base * (frames.back() * chain_.tool.translation);
     for (const Target& target : chain_.targets)
@@ -69,8 +84,7 @@ class Sides {
         tip = chain_.base * (frames.back() * (chain_.tool * target.position));
     const Pose contact_from_a = inverse(contact.place);
     const Eigen::Vector3d seen = contact_from_a * tip;
-    const Eigen::Vector3d outwards =
-        contact.kind == ContactKind::sphere ? seen : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d outwards = touch_reading(contact, point, -1, seen).gradient;
     for (size_t j = frames.size(); j-- > 0;) {
       const Eigen::Vector3d arm = contact_from_a * (chain_.base * frames[j].translation);
       if ((arm - seen).norm() > kOff) return outwards.dot(arm - seen);
@@ -88,13 +102,13 @@ class Sides {
 std::vector<PlannedPose> touches_to_plan(const Robot& robot, const Campaign& given) {
   std::vector<PlannedPose> touches;
   for (int row = 0; row < given.rows(); ++row)
-    if (given.kind(row) == ReadingKind::touch)
+    if (is_touch(given, row, false))
       if (PlannedPose pose = touch_at(given, row);
           std::ranges::find(touches, pose) == touches.end())
         touches.push_back(std::move(pose));
   if (!touches.empty()) return touches;
   for (const Contact& contact : robot.chain.contacts) {
-    if (is_of_images(contact.kind)) continue;
+    if (!is_touched(contact.kind)) continue;
     if (!contact.is_placed)
       throw std::invalid_argument("the robot file does not say where the contact '" + contact.name +
                                   "' is; state its place, or give poses that touch it (--given)");
@@ -104,6 +118,33 @@ std::vector<PlannedPose> touches_to_plan(const Robot& robot, const Campaign& giv
     }
   }
   return touches;
+}
+
+std::vector<PlannedPose> random_beam_readings(const PoseCloud& cloud, int count,
+                                              std::uint64_t seed) {
+  constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
+  std::vector<PlannedPose> poses;
+  for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {
+    poses.clear();
+    for (const BeamPose& pose : random_beam_poses(cloud.robot.chain, draws * count, seed))
+      if (std::ssize(poses) < count && is_above_floor(cloud, pose.q))
+        poses.push_back({pose.q, pose.sight.name, ""});
+  }
+  return poses;
+}
+
+void state_ranges(const Campaign& given, KinematicChain& chain) {
+  const std::vector<ContactPoint> matched = match_contacts(given, chain);
+  std::map<int, Eigen::Vector2d> ranges;
+  for (int row = 0; row < given.rows(); ++row) {
+    if (!is_touch(given, row, true)) continue;
+    const double length = given.distance[row];
+    auto& range =
+        ranges.try_emplace(matched[given.touch[row].contact].beam, length, length).first->second;
+    range = {std::min(range[0], length), std::max(range[1], length)};
+  }
+  for (const auto& [beam, range] : ranges)
+    if (chain.contacts[beam].range.isZero()) chain.contacts[beam].range = range;
 }
 
 std::vector<PlannedPose> random_touches(const PoseCloud& cloud, int count, std::uint64_t seed) {
@@ -157,7 +198,7 @@ std::vector<PlannedPose> given_touches(const PoseCloud& cloud) {
   std::vector<bool> is_in(cloud.given.pose_ids.size(), false);
   for (int row = 0; row < cloud.given.rows(); ++row) {
     const size_t pose = cloud.given.pose[row];
-    if (is_in[pose] || cloud.given.kind(row) != ReadingKind::touch) continue;
+    if (is_in[pose] || !is_touch(cloud.given, row, cloud.options.beams)) continue;
     is_in[pose] = true;
     poses.push_back(touch_at(cloud.given, row));
     poses.back().q = cloud.given.q[row];

@@ -33,6 +33,7 @@ auto place_of(const Parameter& parameter, const KinematicChain& chain) {
         return number_among(chain.targets);
       case Owner::anchor:
         return number_among(chain.anchors);
+      case Owner::beam:
       case Owner::board:
       case Owner::camera:
       case Owner::contact:

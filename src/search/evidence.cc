@@ -303,6 +303,7 @@ Moved moved_by(const Effect& effect) {
     case Owner::base:
     case Owner::instrument:
     case Owner::anchor:
+    case Owner::beam:
     case Owner::board:
     case Owner::camera:
     case Owner::contact:

@@ -42,7 +42,7 @@ FILES_AT_ONCE = 200
 # Keys under which a name stands, which may look like a number; under NAMED each key is a name.
 NAMES = {"pose", "name", "robot", "serial", "date", "calibrated_until", "date_before", "file", "link", "operator",
          "place", "type", "sessions", "outside_measured", "parameter", "figure", "instrument", "instead_of", "unit"}
-NAMED = {"targets", "anchors", "contacts", "sessions", "points"}
+NAMED = {"targets", "anchors", "contacts", "beams", "sessions", "points", "faces", "balls"}
 
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "config" / "schemas"
 

@@ -3,6 +3,7 @@
 
     any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT... -o measured.csv
     any_arm_cell.py touch --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o touches.csv
+    any_arm_cell.py beam --robot FILE --seed N --poses N --contact plane:NAME:NUMBERS... EFFECT... -o readings.csv
     any_arm_cell.py look --robot FILE --seed N --poses N [--noise-px S] [--wrong-ids SHARE] [--at-rest] [--fisheye] EFFECT... -o images.csv
     any_arm_cell.py reach --robot FILE --seed N --commands FILE EFFECT... -o reached.csv
 
@@ -10,7 +11,10 @@ The arm is the product of exponentials of virtual_cell.py, which shares no code 
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
 random orders; with --other-poses they are others. With --covariances each reading has a noise of its own, a random covariance of its
 six numbers about the given size, and states it. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
-by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. `look` takes images of a board of
+by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. A cube X,Y,Z,A,B,C,EDGE stands for
+its faces NAME/+x to NAME/-z, the middle at X,Y,Z, turned by KUKA's angles; what touches has the radius --tip-mm, which moves
+planes and faces outwards. `beam` reads how far a laser on the tool, whose zero is 7 mm off, is from each plane in turn, 50 to
+600 mm and by at most 60 deg off the normal. `look` takes images of a board of
 7 by 5 corners, 30 mm apart, by a camera on the arm, or at rest with the board on the arm; all corners are in the image, and the ids of a share of
 them are exchanged. Camera and board are in the same places for a seed, and with --other-poses too. Of a robot file with a
 `positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
@@ -229,6 +233,31 @@ def touch(cell, options):
         writer.writerow([pose + 1, 20 * pose, *(f"{value:.9f}" for value in cell.shown(values)), contact["name"]])
 
 
+LASER = ((40.0, -25.0, 67.0), (0.2, -0.35, 0.9))  # origin, where it would read 0, and direction, from the tool
+
+
+def beam(cell, options):
+    writer = csv.writer(options.output, lineterminator="\n")
+    writer.writerow(["pose", "t_s", *cell.columns, "contact", "l_mm"])
+    size = math.hypot(*LASER[1])
+    pose = 0
+    while pose < options.poses:
+        plane = options.contact[pose % len(options.contact)]
+        values = cell.draw()
+        frame = cell.frame(values)
+        origin, end = moved(frame, LASER[0]), moved(frame, tuple(o + d / size for o, d in zip(*LASER)))
+        normal = [n / math.hypot(*plane["shape"]) for n in plane["shape"]]
+        cosine = sum(n * (e - o) for n, e, o in zip(normal, end, origin))
+        if abs(cosine) < 0.5:
+            continue
+        length = sum(n * (p - o) for n, p, o in zip(normal, plane["place"], origin)) / cosine
+        if not 50 < length < 600:
+            continue
+        pose += 1
+        length += cell.rng.gauss(0, options.noise_mm)
+        writer.writerow([pose, 20 * pose, *(f"{value:.9f}" for value in cell.shown(values)), plane["name"], f"{length:.6f}"])
+
+
 COLUMNS, ROWS, PITCH = 7, 5, 30.0
 IMAGE = (1280, 960)
 LENS = {"fx": 1200.0, "fy": 1205.0, "cx": 660.0, "cy": 470.0}
@@ -349,15 +378,33 @@ def numbers(text):
     return (int(joint) - 1, *(float(number) for number in rest))
 
 
-def contact_of(text):
+def contacts_of(text):
     kind, name, values = text.split(":")
     values = [float(number) for number in values.split(",")]
-    return {"kind": kind, "name": name, "place": values[:3], "shape": values[3:]}
+    if kind != "cube":
+        return [{"kind": kind, "name": name, "place": values[:3], "shape": values[3:]}]
+    a, b, c = (math.radians(angle) for angle in values[3:6])
+    turned = rotation_times(about((0.0, 0.0, 1.0), a), rotation_times(about((0.0, 1.0, 0.0), b), about((1.0, 0.0, 0.0), c)))
+    faces = []
+    for axis in range(3):
+        for side in (1, -1):
+            normal = [side * row[axis] for row in turned]
+            place = [m + n * values[6] / 2 for m, n in zip(values[:3], normal)]
+            faces.append({"kind": "plane", "name": f"{name}/{'-+'[side > 0]}{'xyz'[axis]}", "place": place, "shape": normal})
+    return faces
+
+
+def grown(contact, tip):
+    """A plane as the middle of a ball of this radius touches it."""
+    if contact["kind"] != "plane":
+        return contact
+    size = math.hypot(*contact["shape"])
+    return {**contact, "place": [p + tip * n / size for p, n in zip(contact["place"], contact["shape"])]}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["campaign", "touch", "look", "reach"])
+    parser.add_argument("what", choices=["campaign", "touch", "beam", "look", "reach"])
     parser.add_argument("--robot", required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--poses", type=int, default=60)
@@ -370,13 +417,15 @@ def main():
     parser.add_argument("--other-poses", action="store_true")
     parser.add_argument("--covariances", action="store_true")
     parser.add_argument("--commands", type=argparse.FileType("r"))
-    parser.add_argument("--contact", type=contact_of, action="append", default=[])
+    parser.add_argument("--contact", type=contacts_of, action="extend", default=[])
+    parser.add_argument("--tip-mm", type=float, default=0.0)
     parser.add_argument("-o", dest="output", type=argparse.FileType("w"), default=sys.stdout)
     for effect in ("--sag", "--cycle", "--gain"):
         parser.add_argument(effect, type=numbers, action="append", default=[])
     options = parser.parse_args()
     cell = Cell(options)
-    {"campaign": campaign, "touch": touch, "look": look, "reach": reach}[options.what](cell, options)
+    options.contact = [grown(contact, options.tip_mm) for contact in options.contact]
+    {"campaign": campaign, "touch": touch, "beam": beam, "look": look, "reach": reach}[options.what](cell, options)
 
 
 if __name__ == "__main__":

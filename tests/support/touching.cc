@@ -36,13 +36,18 @@ bool within_travel(const OracleArm& arm, const std::array<double, 6>& q) {
   return true;
 }
 
+std::array<double, 6> random_joints(const OracleArm& arm, Dice& dice) {
+  std::array<double, 6> q;
+  for (size_t j = 0; j < 6; ++j)
+    q[j] = dice.uniform(kShareOfTravel * arm.links[j].min, kShareOfTravel * arm.links[j].max);
+  return q;
+}
+
 // From a random configuration by Newton's steps with differences; nothing if they do not arrive.
 std::optional<std::array<double, 6>> approach(const OracleArm& arm, const Fixture& fixture,
                                               const Eigen::Vector3d& noise, Dice& dice) {
   constexpr double kStep = 1e-7;
-  std::array<double, 6> q;
-  for (size_t j = 0; j < 6; ++j)
-    q[j] = dice.uniform(kShareOfTravel * arm.links[j].min, kShareOfTravel * arm.links[j].max);
+  std::array<double, 6> q = random_joints(arm, dice);
   for (int round = 0; round < 50; ++round) {
     const Eigen::VectorXd here = miss(arm, q, fixture, noise);
     if (here.norm() < 1e-11) return within_travel(arm, q) ? std::optional(q) : std::nullopt;
@@ -62,7 +67,7 @@ std::optional<std::array<double, 6>> approach(const OracleArm& arm, const Fixtur
 
 std::string row_start(size_t pose, const std::array<double, 6>& q) {
   std::ostringstream text;
-  text.precision(12);
+  text.precision(16);
   text << pose + 1;
   for (double angle : q) text << ',' << angle / kDeg;
   return text.str();
@@ -103,6 +108,37 @@ std::string touches_csv(const std::vector<TouchedPose>& poses,
   for (size_t k = 0; k < poses.size(); ++k)
     text += row_start(k, poses[k].q) + "," + fixtures[poses[k].fixture].name + "\n";
   return text;
+}
+
+std::vector<LaserPose> read_laser(const OracleArm& arm, const Laser& laser,
+                                  const std::vector<Fixture>& planes, int poses, double noise,
+                                  Dice& dice) {
+  constexpr double kNearest = 0.05, kFarthest = 0.6, kLeastCosine = 0.5;
+  std::vector<LaserPose> all;
+  while (static_cast<int>(all.size()) < poses) {
+    const size_t number = all.size() % planes.size();
+    const Fixture& plane = planes[number];
+    const KDL::Vector normal = plane.normal / plane.normal.Norm();
+    const std::array<double, 6> q = random_joints(arm, dice);
+    const KDL::Frame tool = forward(arm, q);
+    const KDL::Vector along = tool.M * laser.along / laser.along.Norm();
+    const double cosine = KDL::dot(normal, along);
+    const double length = KDL::dot(normal, plane.place - tool * laser.origin) / cosine;
+    if (std::abs(cosine) > kLeastCosine && length > kNearest && length < kFarthest)
+      all.push_back({q, number, length + noise * dice.normal()});
+  }
+  return all;
+}
+
+std::string laser_csv(const std::vector<LaserPose>& poses, const Laser& laser,
+                      const std::vector<Fixture>& planes) {
+  std::ostringstream text;
+  text.precision(16);
+  text << "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,beam,contact,l_mm\n";
+  for (size_t k = 0; k < poses.size(); ++k)
+    text << row_start(k, poses[k].q) << ',' << laser.name << ',' << planes[poses[k].plane].name
+         << ',' << 1000 * poses[k].length << '\n';
+  return text.str();
 }
 
 std::string points_csv(const OracleArm& arm, const std::vector<TouchedPose>& poses, double noise,

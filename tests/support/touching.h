@@ -38,6 +38,27 @@ std::vector<TouchedPose> touch(const OracleArm& arm, const std::vector<Fixture>&
 std::string touches_csv(const std::vector<TouchedPose>& poses,
                         const std::vector<Fixture>& fixtures);
 
+/// A laser on the tool: it reads how far along its direction a plane is from its origin [m].
+struct Laser {
+  std::string name = "laser";
+  KDL::Vector origin, along{0, 0, 1};
+};
+
+/// Readings of random configurations, within 0.9 of the travel, in which the laser ends on each
+/// plane in turn, 50 to 600 mm away and by less than 60 deg off its normal, with noise [m].
+struct LaserPose {
+  std::array<double, 6> q{};
+  size_t plane = 0;
+  double length = 0;  // [m]
+};
+std::vector<LaserPose> read_laser(const OracleArm& arm, const Laser& laser,
+                                  const std::vector<Fixture>& planes, int poses, double noise,
+                                  Dice& dice);
+
+/// The same as a file of measurements: pose, q1_deg ... q6_deg, beam, contact, l_mm.
+std::string laser_csv(const std::vector<LaserPose>& poses, const Laser& laser,
+                      const std::vector<Fixture>& planes);
+
 /// What a tracker with this noise [m] reads in the same configurations: with x_mm, y_mm, z_mm.
 std::string points_csv(const OracleArm& arm, const std::vector<TouchedPose>& poses, double noise,
                        Dice& dice);

@@ -169,7 +169,7 @@ def _number(text: str) -> Any:
 
 
 # Columns of names, which may look like numbers.
-_NAMES = {"pose", "session", "target", "target_id", "name", "anchor", "contact", "note", "notes", "file", "group"}
+_NAMES = {"pose", "session", "target", "target_id", "name", "anchor", "beam", "contact", "note", "notes", "file", "group"}
 
 
 def _parsed(text: str, kind: str) -> Any:

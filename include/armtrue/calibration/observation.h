@@ -33,6 +33,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 struct ContactPoint {
   int contact = 0;  ///< index into the chain's contacts; of a pixel that of the camera
   int point = -1;   ///< index into the points of an artefact or a board; -1 of other kinds
+  int beam = -1;    ///< of what a beam reads: index into the chain's contacts
   int board = -1;   ///< of a pixel: index into the chain's contacts
 };
 
@@ -64,8 +65,9 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain);
 ///     distance      s |p - a| + z
 ///     touch         f(C^T (p - c)) with c and C the place and the axes of the contact, and f(u)
 ///                       of a point      u_axis - b_axis, b the point of the artefact, or 0
-///                       of a plane      u_z
-///                       of a sphere     |u| - radius
+///                       of a plane      n . (u - b) - radius, n its normal, z without an artefact
+///                       of a sphere     |u - b| - ball - radius
+///     beam          see beam_reading()
 ///     pixel         m project(K^T (q - k))_axis, q the point of the board in R_A, k and K the
 ///     place
 ///                       and the axes of the camera, one of both moved by the arm, and m the length
@@ -134,6 +136,10 @@ class ObservationModel {
   void require_bound(const Touch& touch) const;
   void require_placed(const Contact& contact) const;
   Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
+  bool reads_beam(int row) const {
+    return campaign_.kind(row) == ReadingKind::touch &&
+           contacts_[campaign_.touch[row].contact].beam >= 0;
+  }
   int anchor_of(int row) const {
     return anchors_[campaign_.anchor.empty() ? 0 : campaign_.anchor[row]];
   }
@@ -190,8 +196,8 @@ class ObservationModel::At {
   // The model's prediction of a row.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
-    Eigen::Vector3d lever;      // from that of the arm to the target, or to the point of a board;
-                                // only where there are targets or pixels
+    // From that of the arm to the target, to the point of a board, or to where a beam ends.
+    Eigen::Vector3d lever{0, 0, 0};
     Eigen::Vector3d position;   // what the scale multiplies: of a point its place from the
                                 // instrument; of a length that length, as the first component
     Eigen::Vector3d direction;  // unit; derivative of a length by the point
@@ -199,7 +205,7 @@ class ObservationModel::At {
     Eigen::Vector3d off{0, 0, 0};  // shift of the position by errors of range and angles
     double zero = 0;               // error of a distance
     // Of a touch: the point in the axes of the contact, or of the camera, and the derivative of the
-    // reading by it.
+    // reading by it; of a beam where it ends.
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
   };
   // `jacobian`: that of the arm, or null.
@@ -215,7 +221,10 @@ class ObservationModel::At {
   void write_block(int row, const Prediction& predicted, Turn kind, Jacobian& jacobian,
                    Eigen::Ref<Eigen::MatrixXd> out) const;
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
+  void predict_beam(int row, const Pose& measured, const Eigen::VectorXd& offset,
+                    Prediction& predicted) const;
   void predict_pixel(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
+  Pose place_of(int contact, const Pose& measured, const Eigen::VectorXd& offset) const;
   double touch_column(int row, int parameter, const Prediction& predicted) const;
   double pixel_column(int row, int parameter, const Prediction& predicted) const;
   Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;

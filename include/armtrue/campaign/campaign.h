@@ -46,6 +46,20 @@ struct PixelName {
   std::string text() const { return camera + "/" + board + "/" + corner; }
 };
 
+/// What a beam reads, as Campaign::contact_names has it: `laser:bar/2` is the distance along the
+/// beam `laser` to the face 2 of the artefact `bar`. The beam is empty where the file names none.
+struct BeamName {
+  std::string beam, contact;
+
+  static bool is_one(const std::string& name) { return name.find(':') != std::string::npos; }
+  /// Of a name that is_one().
+  explicit BeamName(const std::string& name)
+      : beam(name.substr(0, name.find(':'))), contact(name.substr(name.find(':') + 1)) {}
+  BeamName(std::string of_beam, std::string of_contact)
+      : beam(std::move(of_beam)), contact(std::move(of_contact)) {}
+  std::string text() const { return beam + ":" + contact; }
+};
+
 /// One coordinate of a measured point.
 struct Coordinate {
   int axis = 0;      ///< of R_A: 0 is x, 1 is y, 2 is z
@@ -79,7 +93,8 @@ struct Campaign {
   /// have one size. Otherwise empty. See points_to_coordinates().
   std::vector<std::optional<Coordinate>> coordinate;
   /// Only in a campaign with touches: one for each row; otherwise empty. `distance` then holds the
-  /// reading of a gauge: the gap between the point and the contact, 0 if it touches. The touch of a
+  /// reading of a gauge: the gap between the point and the contact, 0 if it touches, or that of a
+  /// beam. The touch of a
   /// point becomes three rows. See touches_to_coordinates().
   std::vector<Touch> touch;
   /// Only in a campaign of images, all of whose rows are pixels: how much of the board one pixel
@@ -96,7 +111,7 @@ struct Campaign {
   std::vector<std::string> target_names;
   std::vector<int> anchor;  ///< of a distance: index into anchor_names; of a coordinate: 0
   std::vector<std::string> anchor_names;
-  /// `table`, or `bar/2`: point 2 of the artefact `bar`, or the text of a PixelName.
+  /// `table`, or `bar/2`: point 2 of the artefact `bar`, or the text of a BeamName or a PixelName.
   std::vector<std::string> contact_names;
   std::vector<double> sigma_position;      ///< per axis [m]
   std::vector<double> sigma_orientation;   ///< per axis [rad]
@@ -128,6 +143,8 @@ struct Campaign {
   bool has_pixels() const { return metre_per_pixel > 0; }
   /// Whether all readings are touches or pixels: then there is no instrument.
   bool has_touches_only() const;
+  /// Whether all readings are of beams.
+  bool has_beams_only() const;
   ReadingKind kind(int row) const;
   /// The reading of a row if has_distances(): the distance, the coordinate, or the gauge of a touch
   /// [m].

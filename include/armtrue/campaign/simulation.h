@@ -29,6 +29,7 @@ struct SimulationOptions {
   double blunders = 0;           ///< share of readings with an error of 2 to 20 mm
   bool orientation = true;
   bool images = false;     ///< readings are the pixels of what the cameras see of the boards
+  bool beams = false;      ///< readings are those of the beams
   std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
   VisitOrder order = VisitOrder::random;
   double seconds_per_visit = 20;
@@ -40,7 +41,9 @@ struct SimulationOptions {
 /// targets in `truth` every visit reads each of them; with anchors, their distances from each. Of
 /// images, the configurations are random_viewpoints() of `robot`, and every visit reads each corner
 /// that a camera of `truth` has in its image, the campaign as before bind_touches(); blunders are
-/// of 2 to 20 px. Throws std::invalid_argument if the box cannot be reached.
+/// of 2 to 20 px. Of beams, they are random_beam_poses() of `robot`, and every visit reads the
+/// nearest surface of `truth` with each beam that has one in its range. Throws
+/// std::invalid_argument if the box cannot be reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
 /// The same at given configurations; ignores `poses` and `box` of the options.

@@ -12,7 +12,7 @@ struct JointTarget {
   std::string pose;
   JointVector q;
   int line = 0;         ///< of its file
-  std::string contact;  ///< to be touched there; not read
+  std::string contact;  ///< to be touched there, or the text of a BeamName; not read
   std::string target;   ///< that touches it; not read
 };
 
@@ -21,7 +21,7 @@ struct JointTarget {
 std::vector<JointTarget> read_joint_targets(
     const std::string& path, const std::vector<JointName>& joints = six_axis_names());
 
-/// The same columns as text, and `contact` and `target` where targets have them.
+/// The same columns as text, and `beam`, `contact` and `target` where targets have them.
 std::string write_joint_targets(const std::vector<JointTarget>& targets,
                                 const std::vector<JointName>& joints = six_axis_names());
 

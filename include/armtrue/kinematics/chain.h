@@ -87,18 +87,25 @@ struct Anchor {
 
 /// What the tool touches. In the axes of the contact, a touch reads
 ///     point     the three coordinates of the touching point: a socket that holds a ball
-///     artefact  the same, relative to one of several points whose places in the artefact are
-///               known: a scale bar, a ball plate
 ///     plane     the height above z = 0
 ///     sphere    the distance from the origin, less the radius
+///     artefact  one of these, of one of several points, planes (its faces) and spheres (its balls)
+///               whose places in the artefact are known: a scale bar, a ball plate, a cube. Of
+///               faces and balls the contact's radius, that of the touching ball, is taken off, too
+/// A beam on the arm, z of its axes, reads how far its origin is from a plane or a face along z.
 /// What an image shows is read as well: a camera sees points of a board, one of both on the arm and
 /// the other at rest. In the axes of the camera, x to the right of the image, y down and z along
 /// its line of sight, it reads the pixel of the point, two numbers.
-enum class ContactKind { point, artefact, plane, sphere, board, camera };
+enum class ContactKind { point, artefact, plane, sphere, board, camera, beam };
 
 /// Whether images are read of it: it may be on the arm.
 constexpr bool is_of_images(ContactKind kind) {
   return kind == ContactKind::board || kind == ContactKind::camera;
+}
+
+/// Whether a thing is touched, by the tool or a beam.
+constexpr bool is_touched(ContactKind kind) {
+  return !is_of_images(kind) && kind != ContactKind::beam;
 }
 
 /// How a lens distorts, see project().
@@ -109,21 +116,27 @@ inline constexpr int kIntrinsics = 10;
 using Intrinsics = Eigen::Matrix<double, kIntrinsics, 1>;
 enum IntrinsicIndex { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3, kK4 };
 
-/// A point of an artefact or a board, in its axes [m]; those of a board have z = 0.
+/// A point, a face or a ball of an artefact, or a point of a board, in its axes [m]; those of a
+/// board have z = 0.
 struct ArtefactPoint {
   std::string name;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of a face: any point in it
+  ContactKind kind = ContactKind::point;               ///< or plane, a face, or sphere, a ball
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of a face: unit, outwards
+  double radius = 0;                                   ///< of a ball
 };
 
-/// A thing at rest in R_A that the point of the tool touches, or a camera or a board, at rest or on
-/// the arm. Its place may be unknown.
+/// A thing at rest in R_A that the point of the tool touches, a camera or a board, at rest or on
+/// the arm, or a beam on the arm. Its place may be unknown.
 struct Contact {
   std::string name;
   ContactKind kind = ContactKind::point;
   Pose place;                         ///< R_A from the contact; measured frame from it if on_arm
-  double radius = 0;                  ///< of a sphere [m]
+  double radius = 0;                  ///< of a sphere, or of what touches an artefact [m]
+  bool radius_is_known = false;       ///< of what touches an artefact: it is not identified
   std::vector<ArtefactPoint> points;  ///< of an artefact or a board
-  bool on_arm = false;                ///< fixed in the measured frame; a camera or a board
+  Eigen::Vector2d range{0, 0};        ///< least and largest reading of a beam [m]; 0: not stated
+  bool on_arm = false;                ///< fixed in the measured frame: a beam, a camera or a board
   Lens lens = Lens::pinhole;          ///< of a camera, and its numbers
   Intrinsics intrinsics = Intrinsics::Zero();
   Eigen::Vector2d image_size = Eigen::Vector2d::Zero();  ///< width and height [px]; 0: not stated

@@ -31,9 +31,12 @@ PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vecto
 /// centre says, in its middle.
 bool is_in_image(const Contact& camera, const Eigen::Vector3d& u, double margin);
 
-/// Whether a touch of the contact reads three coordinates, not one distance.
-constexpr bool reads_point(ContactKind kind) {
-  return kind == ContactKind::point || kind == ContactKind::artefact;
+/// What of a contact is touched, in its axes: of an artefact one of its points, `point`.
+const ArtefactPoint& touched_part(const Contact& contact, int point);
+
+/// Whether a touch of it reads three coordinates, not one distance.
+inline bool reads_point(const Contact& contact, int point) {
+  return touched_part(contact, point).kind == ContactKind::point;
 }
 
 /// One number that a touch reads, and its derivative by the touching point.
@@ -46,5 +49,22 @@ struct TouchReading {
 /// index into the points of an artefact. `axis`: the coordinate, 0 to 2; ignored for a plane or a
 /// sphere.
 TouchReading touch_reading(const Contact& contact, int point, int axis, const Eigen::Vector3d& u);
+
+/// What a beam reads, in the axes of the contact.
+struct BeamReading {
+  double value = 0;                   ///< from the beam's origin to the plane, along it [m]
+  Eigen::Vector3d hit{0, 0, 0};       ///< where it ends [m]
+  Eigen::Vector3d gradient{0, 0, 0};  ///< derivative of the value by a motion of the beam there
+};
+
+/// Sine of the least angle between a beam and a plane at which the beam reads something.
+inline constexpr double kGrazing = 0.02;
+
+/// The reading of a beam from `origin` [m] in the unit direction `along`, both in the axes of the
+/// contact, on a plane or a face. With the plane n . u = h and c = n . along
+///     value = (h - n . origin) / c,   gradient = -n / c.
+/// Nearer to the plane than kGrazing, c counts as +-kGrazing: no reading resembles it.
+BeamReading beam_reading(const Contact& contact, int point, const Eigen::Vector3d& origin,
+                         const Eigen::Vector3d& along);
 
 }  // namespace armtrue

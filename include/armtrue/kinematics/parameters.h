@@ -119,8 +119,10 @@ inline int parameter_count(const KinematicChain& chain) {
 }
 
 /// Those of the parameters of a contact that change what it reads: place of a point, place and
-/// rotation of an artefact, a board and a camera, height and tilts of a plane (z rx ry), centre and
-/// radius of a sphere, and the numbers of a camera that its lens has.
+/// rotation of an artefact, a board and a camera, the radius of what touches faces and balls of an
+/// artefact, unless it is known, height and tilts of a plane (z rx ry), centre and radius of a
+/// sphere, the numbers of a camera that its lens has, and all of a beam but the turn about itself
+/// (x y z rx ry): the origin, where it would read 0, holds the zero of the sensor.
 std::vector<int> of_contact(const Contact& contact);
 
 /// The name of a coupling as a parameter: `A5.follows.A2`.
@@ -145,11 +147,12 @@ struct DisplayUnit {
 DisplayUnit display_unit(ParameterUnit unit);
 
 /// What a parameter belongs to. `several`: no single thing; of the effects of a family.
-/// `board` and `camera`: contacts of these kinds.
+/// `beam`, `board` and `camera`: contacts of these kinds.
 enum class Owner {
   link,
   anchor,
   base,
+  beam,
   board,
   camera,
   contact,
@@ -162,10 +165,10 @@ enum class Owner {
 
 /// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
 /// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
-/// 2.x`, `anchor 1.zero`, `contact table.z`, `camera left.fx`, `A5.follows.A2` for the coefficient
-/// of a coupling; `base`, `tool`, `target 2` for all of them and `instrument.point` for the three
-/// coordinates of every reading. The owner has a name and no number, because a catalogue names
-/// parameters of links that not every chain has.
+/// 2.x`, `anchor 1.zero`, `contact table.z`, `beam laser.rx`, `camera left.fx`, `A5.follows.A2` for
+/// the coefficient of a coupling; `base`, `tool`, `target 2` for all of them and `instrument.point`
+/// for the three coordinates of every reading. The owner has a name and no number, because a
+/// catalogue names parameters of links that not every chain has.
 struct Parameter {
   static constexpr int kWhole = -1;
 

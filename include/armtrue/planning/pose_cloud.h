@@ -26,13 +26,16 @@ struct CloudOptions {
   bool touches = false;
   /// Whether cameras of the robot see its boards there. Given poses decide for themselves.
   bool images = false;
+  /// Whether beams of the robot read its planes there. Given poses decide for themselves.
+  bool beams = false;
   std::uint64_t seed = 1;
 };
 
 /// A pose to be measured.
 struct PlannedPose {
   JointVector q;        ///< [rad or m]
-  std::string contact;  ///< that is touched there, as in a campaign; empty: an instrument reads it
+  std::string contact;  ///< that is touched or read there, as in a campaign; empty: an instrument
+                        ///< reads it
   std::string target;   ///< that touches it; empty: the point of the tool
 
   bool operator==(const PlannedPose&) const = default;
@@ -46,7 +49,7 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 /// floor. Collisions are not checked. Each pose reads every target; with anchors, it reads the
 /// distance of every target from every anchor. Touches: random configurations in which the point of
 /// the tool or a target touches a contact, one in each pose. Images: random configurations that
-/// show a whole board.
+/// show a whole board. Beams: those of random_beam_poses().
 struct PoseCloud {
   /// The robot without effects, and without targets and anchors if the given poses read none. Base
   /// and zero offsets are those of the last session of the given poses, which the planned poses
@@ -64,7 +67,8 @@ inline constexpr int kCloudSize = 2000;
 
 /// `given`: uses configurations, targets, sigmas and the values of drivers. Throws
 /// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
-/// floor, hardly any touches a contact or shows a board, or no allowed parameter is identifiable.
+/// floor, hardly any touches a contact, shows a board or lets a beam read a plane, or no allowed
+/// parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
 
 /// Returns random poses under the limits of the cloud.

@@ -9,11 +9,6 @@
 
 namespace armtrue {
 
-/// The section of the robot file that cameras and boards stand in.
-inline const char* section_of_images(ContactKind kind) {
-  return kind == ContactKind::camera ? "cameras" : "boards";
-}
-
 /// One entry of `cameras` or `boards`. Throws InputError.
 Contact read_camera(const std::string& name, YamlMap map);
 Contact read_board(const std::string& name, YamlMap map);

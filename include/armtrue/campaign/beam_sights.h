@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// A beam, and the plane or the face of an artefact on which it may end: indices into the contacts
+/// of the chain and into the points of the artefact.
+struct BeamSight {
+  int beam = 0, contact = 0, point = -1;
+  std::string name;  ///< text of its BeamName
+};
+
+/// All of the robot. Throws std::invalid_argument if there is none, a place is unknown, or a beam
+/// does not state its range.
+std::vector<BeamSight> beam_sights_of(const KinematicChain& chain);
+
+/// What the beam reads with the measured frame at `a_from_measured` [m]: nothing if it ends beyond
+/// its range, on the back of the plane, or by more than 60 deg off its normal. A plane has no edges
+/// here.
+std::optional<double> beam_reading_at(const KinematicChain& chain, const BeamSight& sight,
+                                      const Pose& a_from_measured);
+
+struct BeamPose {
+  JointVector q;  ///< [rad or m]
+  BeamSight sight;
+  double length = 0;  ///< that is read there [m]
+};
+
+/// Random configurations within the travel limits in which a beam reads: each of beam_sights_of()
+/// in turn. Throws std::invalid_argument if hardly any configuration reads one of them.
+std::vector<BeamPose> random_beam_poses(const KinematicChain& chain, int count, std::uint64_t seed);
+
+}  // namespace armtrue
