@@ -97,9 +97,9 @@ class FlowOfVariables {
     std::vector<ProgramFlow::Setting> settings_;  // in the order of the text
     // Once a place asked for them:
     mutable bool is_known_ = false;
-    mutable std::vector<int> followed_;    // routines, in ascending order
-    mutable ProgramFlow::Values values_;   // in them
-    mutable std::map<int, int> entries_;   // of the others, as far as they were asked for
+    mutable std::vector<int> followed_;   // routines, in ascending order
+    mutable ProgramFlow::Values values_;  // in them
+    mutable std::map<int, int> entries_;  // of the others, as far as they were asked for
   };
   /// The values must not outlive this.
   Values follow(std::vector<ProgramFlow::Setting> settings) const;

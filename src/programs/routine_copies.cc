@@ -119,12 +119,12 @@ class RoutineCopier {
     }
   }
 
-  // The innermost one; -1: none.
+  // The innermost one; -1: none. They stand in the order of the text.
   int routine_at(size_t place) const {
-    int found = -1;
-    for (size_t i = 0; i < routines_.size(); ++i)
-      if (routines_[i].begin <= place && place < routines_[i].end) found = static_cast<int>(i);
-    return found;
+    auto behind = std::ranges::upper_bound(routines_, place, {}, &Routine::begin);
+    while (behind != routines_.begin())
+      if (place < (--behind)->end) return static_cast<int>(behind - routines_.begin());
+    return -1;
   }
 
   // The calls that get copies. The routine itself is that of the first ones, if nothing else needs
@@ -146,10 +146,7 @@ class RoutineCopier {
     return groups;
   }
 
-  bool is_copy(const Routine& routine) const {
-    return std::ranges::find(program_.copies, routine.name, &RoutineCopy::name) !=
-           program_.copies.end();
-  }
+  bool is_copy(const Routine& routine) const { return copy_of_name_.contains(routine.name); }
 
   void add_copy(const Routine& routine, const std::string& context,
                 const std::vector<const RoutineCall*>& calls) {
@@ -221,12 +218,13 @@ class RoutineCopier {
       copy.end = copy.begin + added.text.text.size();
       copy.of_begin = now.begin(copy.of_begin);
       copy.of_end = now.end(copy.of_end);
+      copy_of_name_[copy.name] = program_.copies.size();
       program_.copies.push_back(std::move(copy));
     }
     for (const auto& [name, call] : calls_) {
       const size_t begin = now.begin(call.begin);
-      std::ranges::find(program_.copies, name, &RoutineCopy::name)
-          ->calls.push_back({begin, begin + call.text.size(), was(call)});
+      program_.copies[copy_of_name_.at(name)].calls.push_back(
+          {begin, begin + call.text.size(), was(call)});
     }
     calls_.clear();
     keep_lines();
@@ -295,6 +293,7 @@ class RoutineCopier {
   const TargetParts parts_;
   std::set<std::string> names_;
   std::map<std::pair<std::string, std::string>, std::string> name_of_copy_;  // by routine, context
+  std::map<std::string, size_t> copy_of_name_;  // in the copies of the program
   std::vector<Routine> routines_;
   std::vector<std::set<size_t>> callers_;  // of each routine
   std::vector<char> needs_;                // of each: it, or one that it calls, depends on callers
