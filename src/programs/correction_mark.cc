@@ -2,6 +2,7 @@
 #include <string_view>
 
 #include "armtrue/programs/dialect.h"
+#include "programs/routine_copies.h"
 #include "programs/text_cursor.h"
 #include "programs/written_number.h"
 
@@ -36,7 +37,7 @@ void mark_corrected(const Dialect& dialect, Corrector by, std::string& text) {
 
 void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts) {
   for (size_t i = 0; i < program.own_texts; ++i)
-    if (texts[i] != program.texts[i].text) mark_corrected(*program.dialect, by, texts[i]);
+    if (texts[i] != text_without_copies(program, i)) mark_corrected(*program.dialect, by, texts[i]);
 }
 
 std::optional<CorrectionMark> find_correction_mark(const std::vector<ProgramText>& texts,
@@ -55,7 +56,8 @@ std::optional<CorrectionMark> find_correction_mark(const std::vector<ProgramText
 
 bool has_check_digits(const RobotProgram& program, Corrector by) {
   CheckDigits digits(CheckSize::digits, by), rounded(CheckSize::quarter, by);
-  for (const ProgramPoint& point : program.points)
+  for (const ProgramPoint& point : program.points) {
+    if (is_in_routine_copy(program, point)) continue;  // the same numbers again
     for (size_t i = 0; i < point.numbers.size(); ++i) {
       const ProgramNumber& number = point.numbers[i];
       const NumberCheck check = program.dialect->check(point.kind, i);
@@ -67,6 +69,7 @@ bool has_check_digits(const RobotProgram& program, Corrector by) {
       const int written = written_decimals(text.substr(0, text.find_last_not_of('0') + 1));
       digits.add(number.value, std::max(written, check.decimals));
     }
+  }
   return digits.are_found() || rounded.are_found();
 }
 

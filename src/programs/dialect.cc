@@ -7,6 +7,7 @@
 #include "armtrue/statistics/check_digits.h"
 #include "programs/insertion.h"
 #include "programs/program_values.h"
+#include "programs/routine_copies.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/text_edit.h"
@@ -16,6 +17,8 @@
 namespace armtrue {
 
 // A, B, C of KUKA in the other order.
+std::vector<Routine> Dialect::routines(const RobotProgram&, const KnownFrames&) const { return {}; }
+
 Pose Dialect::pose_of_numbers(const std::vector<double>& n) const {
   return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
           Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};

@@ -11,11 +11,15 @@ namespace armtrue {
 class MoveReader {
  protected:
   explicit MoveReader(RobotProgram& program)
-      : program_(program), warnings_(program.texts[0].name) {}
+      : program_(program), warnings_(program.texts[0].name, program.lines) {}
 
   /// Leaves a move alone. `may_run`: false if no way through the text leads to it; then it does not
   /// count.
   void leave_move(int line, const std::string& reason, bool may_run = true);
+  /// The number of a line of the text, without copies of routines.
+  int counted_line(int line) const {
+    return program_.lines.empty() ? line : program_.lines[static_cast<size_t>(line) - 1];
+  }
   /// Adds a target at a point of the program: its kind, and its pose or joint angles, are those of
   /// the point's numbers.
   ProgramTarget& add_target_at(ProgramTarget target, int point);

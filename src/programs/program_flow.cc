@@ -400,6 +400,7 @@ FlowOfVariables::FlowOfVariables(const ProgramFlow& flow)
       open.pop_back();
     }
     routine_behind_.push_back(open.back());
+    if (step->step != Step::branch) joins_.push_back(step->at);
     if (step->step == Step::call) {
       is_simple_ &= !step->name.empty();
       calls_[step->name].push_back({step, within});
@@ -441,28 +442,43 @@ std::vector<int> FlowOfVariables::routines_to_follow(
   return {known.begin(), known.end()};
 }
 
-FlowOfVariables::Values FlowOfVariables::follow(
-    const std::vector<ProgramFlow::Setting>& settings) const {
+FlowOfVariables::Values FlowOfVariables::follow(std::vector<ProgramFlow::Setting> settings) const {
   Values result;
   result.flow_ = this;
-  if (!is_simple_ || settings.empty()) {
-    for (size_t r = 0; r < routines_.size(); ++r) result.followed_.push_back(static_cast<int>(r));
-    result.values_ = flow_.follow(settings, ProgramFlow::kUncertain);
-    return result;
+  std::ranges::stable_sort(settings, {}, &ProgramFlow::Setting::at);
+  result.settings_ = std::move(settings);
+  return result;
+}
+
+// What the text gives the variable before a place, if no other way than the text leads there.
+std::optional<int> FlowOfVariables::Values::given_at(size_t place) const {
+  const auto behind = std::ranges::upper_bound(settings_, place, {}, &ProgramFlow::Setting::at);
+  if (!flow_->is_simple_ || behind == settings_.begin()) return std::nullopt;
+  const ProgramFlow::Setting& setting = *std::prev(behind);
+  const auto join = std::ranges::lower_bound(flow_->joins_, setting.at);
+  if (join != flow_->joins_.end() && *join <= place) return std::nullopt;
+  return setting.value;
+}
+
+void FlowOfVariables::Values::follow() const {
+  is_known_ = true;
+  if (!flow_->is_simple_ || settings_.empty()) {
+    for (size_t r = 0; r < flow_->routines_.size(); ++r) followed_.push_back(static_cast<int>(r));
+    values_ = flow_->flow_.follow(settings_, ProgramFlow::kUncertain);
+    return;
   }
-  result.followed_ = routines_to_follow(settings);
+  followed_ = flow_->routines_to_follow(settings_);
   std::vector<const Place*> steps;
   std::set<std::string> names;
-  for (const int r : result.followed_) {
-    const Routine& routine = routines_[r];
+  for (const int r : followed_) {
+    const Routine& routine = flow_->routines_[r];
     steps.insert(steps.end(), routine.steps.begin(), routine.steps.end());
-    if (const auto calls = calls_.find(routine.name);
-        calls != calls_.end() && names.insert(routine.name).second)
+    if (const auto calls = flow_->calls_.find(routine.name);
+        calls != flow_->calls_.end() && names.insert(routine.name).second)
       for (const Call& call : calls->second) steps.push_back(call.step);
   }
   std::ranges::sort(steps, {}, [](const Place* step) { return std::pair(step->at, step); });
-  result.values_ = FlowOfValue(steps, settings, ProgramFlow::kUncertain).run();
-  return result;
+  values_ = FlowOfValue(steps, settings_, ProgramFlow::kUncertain).run();
 }
 
 bool FlowOfVariables::Values::is_followed(int routine) const {
@@ -471,6 +487,8 @@ bool FlowOfVariables::Values::is_followed(int routine) const {
 
 int FlowOfVariables::Values::at(size_t place) const {
   if (!flow_) return kUncertain;
+  if (const auto given = given_at(place)) return *given;
+  if (!is_known_) follow();
   const int routine = flow_->routine_at(place);
   const int value = is_followed(routine) ? values_.behind(place) : entry(routine);
   return value == kUnreached ? kUncertain : value;

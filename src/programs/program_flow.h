@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,7 +73,8 @@ class ProgramFlow {
 /// Follows many variables through one program, whose values at its beginning nobody knows. A
 /// routine that changes a variable neither itself nor by its calls hands on the value with which it
 /// is called, so only the others are followed: the cost of a variable grows with the routines that
-/// change it and those that call them, not with the program.
+/// change it and those that call them, not with the program. Mostly a variable is used where the
+/// text runs on from what it was given; then nothing is followed.
 class FlowOfVariables {
  public:
   /// `flow`: all its steps; it must outlive this.
@@ -86,16 +88,21 @@ class FlowOfVariables {
 
    private:
     friend class FlowOfVariables;
+    std::optional<int> given_at(size_t place) const;
+    void follow() const;
     bool is_followed(int routine) const;
     int entry(int routine) const;
 
     const FlowOfVariables* flow_ = nullptr;
-    std::vector<int> followed_;           // routines, in ascending order
-    ProgramFlow::Values values_;          // in them
+    std::vector<ProgramFlow::Setting> settings_;  // in the order of the text
+    // Once a place asked for them:
+    mutable bool is_known_ = false;
+    mutable std::vector<int> followed_;   // routines, in ascending order
+    mutable ProgramFlow::Values values_;  // in them
     mutable std::map<int, int> entries_;  // of the others, as far as they were asked for
   };
   /// The values must not outlive this.
-  Values follow(const std::vector<ProgramFlow::Setting>& settings) const;
+  Values follow(std::vector<ProgramFlow::Setting> settings) const;
 
  private:
   using Place = ProgramFlow::Place;
@@ -115,6 +122,7 @@ class FlowOfVariables {
   const ProgramFlow& flow_;
   std::vector<const Place*> steps_;  // in their order
   std::vector<int> routine_behind_;  // of each step
+  std::vector<size_t> joins_;        // places to which a way may lead that is not the text before
   std::vector<Routine> routines_;
   std::map<std::string, std::vector<int>> named_;   // routines
   std::map<std::string, std::vector<Call>> calls_;  // by the name that they call

@@ -8,6 +8,7 @@
 
 #include "armtrue/programs/dialect.h"
 #include "programs/path_name.h"
+#include "programs/routine_copies.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/text_edit.h"
@@ -85,7 +86,9 @@ class ProjectRewriter {
     const RewrittenProgram rewritten = rewrite(program, programs_[index].commands, {}, by_);
     for (const size_t i : points) {
       const ProgramPoint& point = program.points[i];
-      Shared& shared = shared_[{program.texts[point.text].name, point.begin}];
+      const size_t begin =
+          point.text == 0 ? place_without_copies(program, point.begin) : point.begin;
+      Shared& shared = shared_[{program.texts[point.text].name, begin}];
       shared.name = point.name;
       shared.line = point.line;
       shared.programs.insert(index);
@@ -155,7 +158,9 @@ class ProjectRewriter {
 
   void take_edits(size_t index) {
     const RobotProgram& program = programs_[index].program;
-    for (const TextEdit& edit : result_.programs.back().edits) {
+    std::vector<size_t> kept;
+    for (const TextEdit& edit :
+         edits_without_copies(program, result_.programs.back().edits, kept)) {
       const std::string& name = program.texts[edit.file].name;
       std::map<Key, TextEdit>& of_text = edits_[name];
       // Insertions at one place keep their order; a shared declaration changes once.

@@ -10,8 +10,10 @@ namespace armtrue {
 /// lines.
 class ProgramWarnings {
  public:
-  /// `file`: the name that every warning begins with.
-  explicit ProgramWarnings(std::string file) : file_(std::move(file)) {}
+  /// `file`: the name that every warning begins with. `lines`: as which each line counts, see
+  /// RobotProgram::lines.
+  explicit ProgramWarnings(std::string file, std::vector<int> lines = {})
+      : file_(std::move(file)), counted_(std::move(lines)) {}
 
   void add(int line, const std::string& text);
   /// In the order in which each text was first added; the first five lines of each are named.
@@ -23,6 +25,7 @@ class ProgramWarnings {
     std::vector<int> lines;
   };
   std::string file_;
+  std::vector<int> counted_;
   std::vector<Kind> kinds_;
 };
 

@@ -10,6 +10,8 @@
 #include "armtrue/programs/dialect.h"
 #include "programs/insertion.h"
 #include "programs/program_warnings.h"
+#include "programs/routine_copies.h"
+#include "programs/statement.h"
 #include "programs/text_edit.h"
 #include "programs/written_number.h"
 
@@ -72,14 +74,33 @@ class Rewriter {
           write_point(point);
       }
     insert_moves();
+    const std::vector<TextEdit> edits = without_needless_copies();
     for (size_t i = 0; i < program_.texts.size(); ++i)
-      result_.texts.push_back(apply_edits(program_.texts[i].text, edits_, static_cast<int>(i)));
+      result_.texts.push_back(
+          apply_edits(text_without_copies(program_, i), edits, static_cast<int>(i)));
     result_.edits = std::move(edits_);
     result_.warnings = warnings_.list();
     return std::move(result_);
   }
 
  private:
+  // The edits of the text without copies.
+  std::vector<TextEdit> without_needless_copies() {
+    std::vector<size_t> kept;
+    std::vector<TextEdit> edits = edits_without_copies(program_, edits_, kept);
+    for (const size_t i : kept) {
+      const RoutineCopy& copy = program_.copies[i];
+      for (const RoutineCopy::Call& call : copy.calls) {
+        const int line = line_at(program_.texts[0].text, call.begin);
+        warnings_.add(program_.lines[static_cast<size_t>(line) - 1],
+                      fmt::format("{} is called here, a copy of {} with points of its own: other "
+                                  "calls hand on another tool, frame or point",
+                                  copy.name, copy.of));
+      }
+    }
+    return edits;
+  }
+
   bool can_be_inserted(const ProgramPointBetween& point) const {
     const bool is_via = program_.targets[point.target].motion == MotionKind::via;
     const size_t end = is_via ? point.target + 1 : point.target;

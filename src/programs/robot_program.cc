@@ -10,6 +10,7 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 #include "programs/program_warnings.h"
+#include "programs/routine_copies.h"
 
 namespace armtrue {
 namespace {
@@ -23,6 +24,14 @@ void refuse_huge_numbers(const RobotProgram& program) {
       if (number.is_written() && !(std::abs(number.value) < kFarthest))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
                                      program.texts[number.text].name, point.line, point.name));
+}
+
+void count_lines_without_copies(RobotProgram& program) {
+  if (program.copies.empty()) return;
+  const auto counted = [&](int line) { return program.lines[static_cast<size_t>(line) - 1]; };
+  for (ProgramTarget& target : program.targets) target.line = counted(target.line);
+  for (ProgramPoint& point : program.points)
+    if (point.text == 0) point.line = counted(point.line);
 }
 
 // The targets of the move to one: an arc has two.
@@ -82,6 +91,8 @@ RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> text
   program.own_texts = program.texts.size();
   std::ranges::move(others, std::back_inserter(program.texts));
   dialect.parse(program, known, parts);
+  program = with_routine_copies(std::move(program), known, parts);
+  count_lines_without_copies(program);
   refuse_huge_numbers(program);
   if (!program.targets.empty()) return program;
   throw NoTargets(

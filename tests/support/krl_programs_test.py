@@ -94,17 +94,28 @@ class Writer:
         if k == 6:
             return ["REPEAT", *inner(), "UNTIL $IN[1]"]
         if k == 7:
-            return ["SUB()"]
+            return self.call()
         return inner()
+
+    def call(self):
+        """SUB is called with several tools and bases, of which each call may state one, both or none."""
+        near = rp.abc_motion(4, -6, 8, 1, -2, 1)
+        state = lambda base, tool: [programs.kuka_setting("BASE", base), programs.kuka_setting("TOOL", tool)]
+        now, other = state(self.base, self.tool), state(vc.after(self.base, near), vc.after(self.tool, near))
+        k = self.rng.randint(0, 3)
+        return [[], other[:1], other[1:], other][k] + ["SUB()", *now]
 
     def write(self):
         setting = [programs.kuka_setting("BASE", self.base), programs.kuka_setting("TOOL", self.tool)]
-        body = [line for _ in range(self.rng.randint(3, 7)) for line in self.block(self.rng.randint(0, 2))]
+        blocks = [self.block(self.rng.randint(0, 2)) for _ in range(self.rng.randint(3, 7))]
+        body = [line for block in blocks for line in block + (self.call() if self.rng.random() < 0.5 else [])]
         sub = self.block(self.rng.randint(0, 1))
         if self.rng.random() < 0.2:
             sub.insert(self.rng.randint(0, len(sub)), "RETURN")
+        inner = [line for _ in range(3) for line in self.block(0)]
+        sub.insert(self.rng.randint(0, len(sub)), "INNER()")
         lines = ["&ACCESS RVP", "DEF part( )", "DECL E6POS PB,PC", "DECL REAL K", "K=3.5", *setting, "PB=XP3",
-                 f"PC={self.point()}", f"PTP {self.point()}", *body, "LIN XP1", "END", "DEF SUB()", *sub, "END", ""]
+                 f"PC={self.point()}", f"PTP {self.point()}", *body, "LIN XP1", "END", "DEF SUB()", *sub, "END", "DEF INNER()", *inner, "END", ""]
         lines = [line for line in lines if "PB" not in line and "PC" not in line] if self.rng.random() < 0.1 else lines
         # PB, PC and K are of the main program alone.
         own = lambda line: not any(word in line for word in ("PB", "PC", "K"))
@@ -159,7 +170,7 @@ class KrlProgramsTest(unittest.TestCase):
         return vc.length(vc.sub(vc.after(reached, programmed.tool)[1], vc.after(wanted, programmed.tool)[1]))
 
     def test_each_move_ends_where_it_is_programmed_or_is_left_as_it_is(self):
-        hits, left, relative, computed = 0, 0, 0, 0
+        hits, left, relative, computed, copied = 0, 0, 0, 0, 0
         for number in range(PROGRAMS):
             cell = programs.Cell("krl", 1000 + number)
             writer = Writer(cell)
@@ -170,6 +181,7 @@ class KrlProgramsTest(unittest.TestCase):
             (self.folder / "true.yaml").write_text(cell.true_text)
             self.assertEqual(self.corrected("nominal.yaml"), [src, dat], number)
             corrected = self.corrected("true.yaml")
+            copied += "DEF SUB_2(" in corrected[0]
             for seed in range(3):
                 before, after = moves(src, dat, seed), moves(*corrected, seed)
                 if before is None:
@@ -190,9 +202,11 @@ class KrlProgramsTest(unittest.TestCase):
                         is_from_there = "_REL" in programmed.text or "$POS_ACT" in src
                         self.assertLess(vc.length(vc.sub(programmed.value[1], commanded.value[1])),
                                         MOST_MM if is_from_there else SAME_MM, where)
-        print(f"{hits} moves corrected, {relative} of them relative and {computed} to computed points; {left} left alone")
+        print(f"{hits} moves corrected, {relative} of them relative and {computed} to computed points; {left} left alone; "
+              f"{copied} programs with copies")
         self.assertGreater(hits, 2 * left)
         self.assertGreater(min(relative, computed), PROGRAMS)
+        self.assertGreater(copied, PROGRAMS / 4)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@
 namespace armtrue {
 
 class MoveWriter;  // programs/insertion.h
+struct Routine;    // programs/routine_copies.h
 
 /// Legal names of programs: of letters, digits and underscores.
 struct NameRule {
@@ -85,6 +86,11 @@ class Dialect {
 
   /// Reads a program whose texts are there; see parse_program().
   virtual void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const = 0;
+
+  /// The routines of a program that was read, in the order of the text, for copies of them; by
+  /// default none.
+  virtual std::vector<Routine> routines(const RobotProgram& program,
+                                        const KnownFrames& known) const;
 
   // Numbers.
 

@@ -134,6 +134,21 @@ struct ProgramName {
   size_t begin = 0, end = 0;
 };
 
+/// A copy of a routine for calls that hand on another tool or frame than other calls of it. It is
+/// written only if its numbers differ from those of the routine.
+struct RoutineCopy {
+  /// The call of the copy, and what stood there.
+  struct Call {
+    size_t begin = 0, end = 0;
+    std::string was;
+  };
+  std::string name, of;  ///< of the copy, of the routine
+  // In texts[0]:
+  size_t begin = 0, end = 0;        ///< of the copy, whole lines
+  size_t of_begin = 0, of_end = 0;  ///< of the routine
+  std::vector<Call> calls;
+};
+
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
@@ -141,6 +156,9 @@ struct RobotProgram {
   /// others, in which names are looked up that the program does not declare itself.
   std::vector<ProgramText> texts;
   size_t own_texts = 1;
+  std::vector<RoutineCopy> copies;  ///< that stand in texts[0]
+  std::string without_copies;       ///< texts[0] without them; empty if there are none
+  std::vector<int> lines;           ///< of texts[0], each as it counts without copies; or empty
   std::vector<ProgramPoint> points;
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
@@ -224,7 +242,7 @@ struct RewrittenProgram {
   int changed = 0;   ///< points with another number
   int inserted = 0;  ///< moves
   std::vector<std::string> warnings;
-  std::vector<TextEdit> edits;  ///< that make the texts of those of the program
+  std::vector<TextEdit> edits;  ///< of the texts of the program, with all copies of routines
 };
 
 /// The texts with the numbers of the commands, one for each target, and with a move for each point

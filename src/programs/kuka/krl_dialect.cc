@@ -10,6 +10,7 @@
 #include "programs/dialects.h"
 #include "programs/joint_range.h"
 #include "programs/kuka/krl_program.h"
+#include "programs/kuka/krl_routines.h"
 #include "programs/path_name.h"
 #include "programs/program_values.h"
 #include "programs/text_cursor.h"
@@ -88,6 +89,11 @@ class KrlDialect : public Dialect {
 
   void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
     parse_krl_program(program, known, parts);
+  }
+
+  std::vector<Routine> routines(const RobotProgram& program,
+                                const KnownFrames& known) const override {
+    return krl_routines(program, known);
   }
 
   // X Y Z A B C

@@ -274,7 +274,7 @@ class KrlReader : MoveReader {
     const std::string& src = program_.texts[0].text;
     if (frame.text > 0 || src[target.begin] != '{')
       return src.substr(target.begin, target.end - target.begin);
-    return fmt::format("the point of line {}", line);
+    return fmt::format("the point of line {}", counted_line(line));
   }
 
   int add_point(const KrlTarget& target, const KrlFrame& frame, const KrlValues& values,

@@ -36,6 +36,8 @@ class KrlSetUps {
 
   /// Base and tool at each place of the program.
   List read();
+  /// The same where a statement begins; once read() was called.
+  SetUp before(size_t statement) const { return at(statement - 1); }
 
  private:
   enum Part : std::uint8_t { kBase, kTool, kMode };  // kMode: 1 if the tool is stationary

@@ -43,7 +43,7 @@ bool KrlVariables::follow(const std::string& name, const FlowOfVariables& flow,
   if (variable.is_followed && set == variable.set) return false;
   std::vector<ProgramFlow::Setting> settings;
   for (size_t i = 0; i < set.size(); ++i) settings.push_back({variable.changes[i].begin, set[i]});
-  variable.values = flow.follow(settings);
+  variable.values = flow.follow(std::move(settings));
   variable.set = std::move(set);
   return variable.is_followed = true;
 }

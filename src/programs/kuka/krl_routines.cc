@@ -1,0 +1,127 @@
+#include "programs/kuka/krl_routines.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "programs/kuka/krl_set_up.h"
+#include "programs/kuka/krl_syntax.h"
+#include "programs/program_warnings.h"
+#include "programs/statement.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+namespace {
+
+class KrlRoutineReader {
+ public:
+  KrlRoutineReader(const RobotProgram& program, const KnownFrames& known)
+      : src_(program.texts[0].text),
+        text_(masked(src_, ';', "\"")),
+        syntax_(parse_krl(program.texts, program.own_texts)),
+        set_ups_(src_, syntax_, known, frames_, warnings_) {}
+
+  std::vector<Routine> read() {
+    moves_ = set_ups_.read().of_moves;
+    each_line([&](const Statement& line) { read_definition(line); });
+    each_line([&](const Statement& line) { read_call(line); });
+    each_word(text_, {0, 0, text_.size()},
+              [&](const std::string& word, size_t, const TextCursor&) { ++words_[word]; });
+    for (size_t i = 0; i < routines_.size(); ++i) finish(i);
+    note_what_is_left();
+    return std::move(routines_);
+  }
+
+ private:
+  template <class With>
+  void each_line(With with) {
+    for (size_t begin = 0; begin < text_.size();) {
+      const size_t end = std::min(text_.find('\n', begin), text_.size());
+      with(Statement{0, begin, end});
+      begin = end + 1;
+    }
+  }
+
+  // DEF NAME( ), GLOBAL DEF NAME( ); the first one has the name of the file, and others call it.
+  void read_definition(const Statement& line) {
+    TextCursor cursor(text_, line.begin, line.end);
+    std::string word = cursor.take_name();
+    const bool is_global = word == "GLOBAL";
+    if (is_global) word = cursor.take_name();
+    const bool is_end = word == "END" || word == "ENDFCT";
+    if (is_end && !routines_.empty()) routines_.back().end = std::min(line.end + 1, text_.size());
+    if (word != "DEF" && word != "DEFFCT") return;
+    if (word == "DEFFCT") cursor.take_name();  // its type
+    cursor.next();
+    Routine routine;
+    routine.begin = line.begin;
+    const size_t name_begin = cursor.at();
+    const std::string name = cursor.take_name();
+    routine.head_end = cursor.at();
+    routine.name = src_.substr(name_begin, routine.head_end - name_begin);
+    routine.before_name = "DEF ";
+    routine.can_be_copied = word == "DEF" && !name.empty() && !routines_.empty();
+    routine.has_other_callers = is_global;
+    of_name_.emplace(name, routines_.size());
+    routines_.push_back(std::move(routine));
+  }
+
+  void read_call(const Statement& line) {
+    TextCursor cursor(text_, line.begin, line.end);
+    cursor.next();
+    const size_t begin = cursor.at();
+    const auto called = of_name_.find(cursor.take_name());
+    if (called == of_name_.end()) return;
+    const size_t end = cursor.at();
+    if (!cursor.take('(')) return;
+    RoutineCall call;
+    call.begin = begin;
+    call.end = end;
+    const KrlSetUps::SetUp set_up = set_ups_.before(begin);
+    const auto name_of = [&](int frame) { return frame < 0 ? "" : frames_[frame].name; };
+    if (!set_up.is_uncertain)
+      call.context = fmt::format("{} {} {}", name_of(set_up.base), name_of(set_up.tool),
+                                 set_up.is_external_tcp);
+    routines_[called->second].calls.push_back(std::move(call));
+  }
+
+  // What names it beside its calls may call it at any time: INTERRUPT DECL .. DO NAME( ).
+  void finish(size_t index) {
+    Routine& routine = routines_[index];
+    const size_t next = index + 1 < routines_.size() ? routines_[index + 1].begin : text_.size();
+    const auto named = static_cast<size_t>(words_[upper(routine.name)]);
+    routine.can_be_copied &=
+        routine.end > routine.begin && routine.end <= next && named == routine.calls.size() + 1;
+  }
+
+  void note_what_is_left() {
+    for (size_t i = 0; i < moves_.size(); ++i) {
+      const size_t at = syntax_.moves[i].begin;
+      const auto behind = std::ranges::upper_bound(routines_, at, {}, &Routine::begin);
+      if (moves_[i].is_uncertain && behind != routines_.begin())
+        std::prev(behind)->depends_on_caller = true;
+    }
+  }
+
+  const std::string& src_;
+  const std::string text_;
+  const KrlSyntax syntax_;
+  std::vector<ProgramFrame> frames_;
+  ProgramWarnings warnings_{""};
+  KrlSetUps set_ups_;
+  std::vector<KrlSetUps::SetUp> moves_;
+  std::vector<Routine> routines_;
+  std::map<std::string, size_t> of_name_;
+  std::map<std::string, int> words_;
+};
+
+}  // namespace
+
+std::vector<Routine> krl_routines(const RobotProgram& program, const KnownFrames& known) {
+  return KrlRoutineReader(program, known).read();
+}
+
+}  // namespace armtrue
