@@ -1,5 +1,8 @@
 #include "armtrue/calibration/constants_fit.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <numeric>
 #include <set>
@@ -106,6 +109,8 @@ class Fit {
   std::vector<Pose> wanted_;
 };
 
+bool is_measured(const Effect& effect) { return effect.driver.involves(DriverKind::motor_torque); }
+
 }  // namespace
 
 ConstantsVisits visits_of_travel(const Robot& robot, const Context& conditions) {
@@ -171,6 +176,46 @@ std::vector<int> zero_offsets(const KinematicChain& chain) {
   std::vector<int> all;
   for (int j = 0; j < joint_count(chain); ++j) all.push_back(zero_offset(chain, j));
   return all;
+}
+
+Robot arm_of_constants(const Robot& robot) {
+  Robot arm = without_station_effects(robot, false);
+  std::erase_if(arm.effects, is_measured);
+  return arm;
+}
+
+std::vector<std::string> not_in_constants(const Robot& robot) {
+  std::vector<std::string> of_others, measured, sentences;
+  for (const Effect& effect : robot.effects) {
+    if (!moves_program(effect, false))
+      of_others.push_back(effect.name);
+    else if (is_measured(effect))
+      measured.push_back(effect.name);
+  }
+  if (!of_others.empty())
+    sentences.push_back(
+        fmt::format("effects of the instrument or the measured tool are not in the constants: {}",
+                    fmt::join(of_others, ", ")));
+  if (!measured.empty())
+    sentences.push_back(
+        fmt::format("effects of measured motor torques, which are not known at other poses, are not "
+                    "in the constants: {}",
+                    fmt::join(measured, ", ")));
+  return sentences;
+}
+
+std::string conditions_in_words(const Robot& robot, const Context& conditions) {
+  std::string words;
+  const auto add = [&](DriverKind kind, const std::string& value) {
+    if (std::ranges::any_of(robot.effects,
+                            [&](const Effect& effect) { return effect.driver.involves(kind); }))
+      words += ", " + value;
+  };
+  add(DriverKind::payload, fmt::format("{:g} kg (--payload-kg)", conditions.payload_kg));
+  add(DriverKind::time, fmt::format("{:g} s (--t-s)", conditions.time_s));
+  add(DriverKind::temperature,
+      fmt::format("{:g} deg C (--temp-c)", conditions.temperature_c.front()));
+  return words;
 }
 
 }  // namespace armtrue

@@ -30,6 +30,16 @@ ConstantsVisits visits_of_travel(const Robot& robot, const Context& conditions);
 ConstantsVisits visits_at(const Robot& robot, const std::vector<JointVector>& q,
                           const Context& conditions);
 
+/// The arm whose constants stand for its effects: without those of the station, of the tool that
+/// carried the reflectors, and of measured motor torques, which are not known at other poses.
+Robot arm_of_constants(const Robot& robot);
+/// Sentences that name the effects which it lacks.
+std::vector<std::string> not_in_constants(const Robot& robot);
+
+/// Payload, time and temperature of visits, as far as effects of the robot follow them, each behind a
+/// comma.
+std::string conditions_in_words(const Robot& robot, const Context& conditions);
+
 /// A file or a controller without effects holds constants alone. The best constants are not those
 /// that were identified beside effects.
 struct ConstantsFit {

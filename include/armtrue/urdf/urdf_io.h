@@ -56,6 +56,11 @@ std::string tool0_beside_tip(const std::string& text, const std::string& file,
 std::vector<std::string> links_without_travel(const std::string& text, const std::string& file,
                                               const UrdfEnds& ends);
 
+/// What a user may have meant otherwise, a sentence each: frames beside the base and the flange, two
+/// arms as one chain, joints without travel. `robot`: parse_urdf() of the text.
+std::vector<std::string> doubts_of_urdf(const Robot& robot, const std::string& text,
+                                        const std::string& file, const UrdfEnds& ends);
+
 /// The parent joint of each link, by name of the link. Robots of parse_urdf() have the names of the
 /// links; joint states under ROS have those of the joints. Throws InputError for invalid XML.
 std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,
