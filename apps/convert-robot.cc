@@ -115,8 +115,7 @@ void explain_two_arms(app::Command& command, const Robot& robot, const std::stri
   if (!robot.ground_link) return;
   const std::vector<Link>& links = robot.chain.links;
   const auto ground = static_cast<size_t>(*robot.ground_link);
-  const auto back =
-      std::count_if(links.begin(), links.begin() + *robot.ground_link, is_driven);
+  const auto back = std::count_if(links.begin(), links.begin() + *robot.ground_link, is_driven);
   command.warn(
       fmt::format("{}: two arms as one chain: joints 1 to {} lead from --base back to '{}', which "
                   "stands on the ground, and joints {} to {} from there to --tip",
