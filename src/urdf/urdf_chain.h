@@ -28,8 +28,9 @@ struct ChainJoint {
   std::vector<ChainMimic> follows;  ///< of a URDF one; more where joints on one axis are one
   double shift = 0;                 ///< added to its value [rad or m]
   /// The frame of `link` in the frame before it, where the joint angle is 0. From child to parent
-  /// (`backwards`) it is the inverse of the joint's origin. A joint that moves is then two: it turns
-  /// where it is, the other way, as `link` its own child, and a fixed one leads on to its parent.
+  /// (`backwards`) it is the inverse of the joint's origin. A joint that moves is then two: it
+  /// turns where it is, the other way, as `link` its own child, and a fixed one leads on to its
+  /// parent.
   Pose origin;
   bool backwards = false;
   bool is_ground = false;  ///< where a way with such joints ends to lead backwards; fixed

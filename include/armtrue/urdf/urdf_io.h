@@ -25,14 +25,14 @@ struct UrdfEnds {
 };
 
 /// Reads a URDF with 1 to 16 revolute or prismatic joints from base to tip. urdfdom parses it; KDL
-/// finds the chain. Links written by write_urdf() come back unchanged, between the frames of base and
-/// tool. Any other arm gets Khalil's frames from the common normals of its axes, with beta where two
-/// are nearly parallel: the frame of the base is R_A, that of the tip the frame of the last, fixed
-/// link, and tool is 0. R_0 has the axes of R_A and stands there, or beside it where link 1 does not
-/// lead from there to axis 1 (`base`). Where the way leads back through joints of one arm and on
-/// through those of another, `ground_link` is where both stand. Throws InputError for an invalid URDF,
-/// macros that are not expanded, an end that no branch or several branches have, or other driven
-/// joints.
+/// finds the chain. Links written by write_urdf() come back unchanged, between the frames of base
+/// and tool. Any other arm gets Khalil's frames from the common normals of its axes, with beta
+/// where two are nearly parallel: the frame of the base is R_A, that of the tip the frame of the
+/// last, fixed link, and tool is 0. R_0 has the axes of R_A and stands there, or beside it where
+/// link 1 does not lead from there to axis 1 (`base`). Where the way leads back through joints of
+/// one arm and on through those of another, `ground_link` is where both stand. Throws InputError
+/// for an invalid URDF, macros that are not expanded, an end that no branch or several branches
+/// have, or other driven joints.
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends = {});
 
 /// Links that are fixed to the base with a rotation or translation, on the way to the arm or beside
