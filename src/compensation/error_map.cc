@@ -9,6 +9,7 @@
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/grid_joints.h"
+#include "compensation/joint_correction.h"
 #include "compensation/near_posture.h"
 #include "compensation/programmed_joints.h"
 #include "statistics/ordered_blocks.h"
@@ -88,6 +89,7 @@ class ErrorMapper {
         Context context = visits.context(static_cast<int>(k));
         context.q = *point.q;
         predict(context, point, mapped.parts.data() + k * causes_.size());
+        if (has_fewer_axes(arm_)) leave_rest(context, point);
         rows.push_back(static_cast<int>(k));
       }
     }
@@ -121,6 +123,18 @@ class ErrorMapper {
     if (bend < std::sin(kSingularWrist)) point.notes.push_back(CommandNote::singular);
   }
 
+  // What an arm of fewer than six axes cannot correct.
+  void leave_rest(const Context& context, MapPoint& point) const {
+    const Pose wanted = controller_.pose(context);
+    const JointCorrection correction =
+        correct_joints(arm_, context, wanted, *point.q, controller_);
+    Context corrected = context;
+    if (correction.is_reached) corrected.q = correction.q;
+    point.rest = difference(wanted, arm_.pose(corrected));
+    if (std::max(point.rest.position, point.rest.orientation) > kGoodEnough)
+      point.notes.push_back(CommandNote::fewer_axes);
+  }
+
   void cover(std::vector<MapPoint>& points, const std::vector<int>& rows,
              const Campaign& visits) const {
     if (!identified_.uncertainty || rows.empty()) return;
@@ -132,7 +146,8 @@ class ErrorMapper {
       MapPoint& point = points[rows[k]];
       point.deviation = known.deviation[k];
       point.leverage = known.leverage[k];
-      point.after = std::hypot(known.deviation[k], std::sqrt(3.0) * scatter);
+      point.after =
+          std::hypot(known.deviation[k], std::sqrt(3.0) * scatter, point.rest.position);
       if (known.leverage[k] > 1) point.notes.push_back(CommandNote::outside_readings);
     }
   }
@@ -280,7 +295,8 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid
 
 const std::vector<CommandNote>& map_notes() {
   static const std::vector<CommandNote> all{CommandNote::unreachable, CommandNote::limit,
-                                            CommandNote::singular, CommandNote::outside_readings};
+                                            CommandNote::singular, CommandNote::outside_readings,
+                                            CommandNote::fewer_axes};
   return all;
 }
 

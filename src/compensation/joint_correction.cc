@@ -131,10 +131,6 @@ class Minimum {
   JointJacobian jacobian_;
 };
 
-bool has_fewer_axes(const ProgramArm& arm) {
-  return joint_count(arm.robot().chain) - std::ssize(arm.held()) < kPoseCoordinates;
-}
-
 // The pseudoinverse of the motion of three coordinates by the joints, M^T (M M^T)^+, where
 // directions in which the joints move by up to `noise` are none.
 Eigen::MatrixXd pseudoinverse(const Eigen::MatrixXd& motion, double noise) {
@@ -203,6 +199,10 @@ double largest_change(const ProgramArm& arm, Context context, const JointVector&
 }
 
 }  // namespace
+
+bool has_fewer_axes(const ProgramArm& arm) {
+  return joint_count(arm.robot().chain) - std::ssize(arm.held()) < kPoseCoordinates;
+}
 
 JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& start) {

@@ -28,6 +28,9 @@ struct JointCorrection {
 /// [rad]: frames of programs are measured to lie flat within that; more is another target.
 inline constexpr double kBesideAxes = 1.0 * kDegree;
 
+/// Whether the arm has fewer axes than a pose has coordinates, those that are held not counted.
+bool has_fewer_axes(const ProgramArm& arm);
+
 /// Joint angles near `start` at which the arm has the pose R_0 from TCP; see correct_joints() for
 /// the equation. On any branch. An arm of fewer than six axes has the position, and the orientation
 /// as near as it comes, within kBesideAxes.

@@ -101,6 +101,23 @@ TEST(ErrorMap, IsThatOfKdlAndSoAreTheParts) {
   }
 }
 
+// One axis with an arm of 1 m takes a turn away, but not a millimetre along the arm.
+TEST(ErrorMap, LeavesWhatFewerAxesCannotCorrect) {
+  Robot nominal;
+  nominal.chain.links = {{.name = "A1"}, {.name = "flange", .d = 1, .joint = JointKind::fixed}};
+  const Program program = joint_program({JointVector::Constant(1, 0.4)});
+  Robot turned = nominal, longer = nominal;
+  turned.chain.links[0].theta = 1e-3;
+  longer.chain.links[1].d = 1.001;
+  const MapPoint corrected = map_errors(turned, nominal, program, {}).points.front();
+  EXPECT_NEAR(corrected.error.norm(), 2 * std::sin(0.5e-3), kNanometre);
+  EXPECT_LT(corrected.rest.position, kNanometre);
+  EXPECT_FALSE(corrected.has(CommandNote::fewer_axes));
+  const MapPoint left = map_errors(longer, nominal, program, {}).points.front();
+  EXPECT_NEAR(left.rest.position, 1e-3, kNanometre);
+  EXPECT_TRUE(left.has(CommandNote::fewer_axes));
+}
+
 // Turning axis 1 by c m moves the TCP by 2 r sin(c m / 2), r its distance from the vertical.
 TEST(ErrorMap, HasTheShareOfAKnownEffectByHand) {
   const Robot nominal = nominal_arm();

@@ -42,10 +42,11 @@ struct MapPoint {
   /// uncertainty.
   std::optional<double> deviation, leverage;
   /// Root mean square of the remaining error if constants and effects are corrected [m]:
-  /// sqrt(deviation^2 + 3 s^2), with s = Uncertainty::reading, which contains the lack of fit of
-  /// the model.
+  /// sqrt(deviation^2 + 3 s^2 + rest^2), with s = Uncertainty::reading, which contains the lack of
+  /// fit of the model.
   std::optional<double> after;
-  std::vector<CommandNote> notes;  ///< unreachable, limit, singular, outside_readings
+  PoseDifference rest;  ///< what an arm of fewer than six axes cannot correct; else 0
+  std::vector<CommandNote> notes;  ///< those of map_notes()
 
   bool has(CommandNote note) const;
 };
