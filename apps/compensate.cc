@@ -259,6 +259,8 @@ int run_project(app::Command& command, const app::Models& models, Arguments& arg
         "--project");
   if (!arguments.commands.empty())
     throw app::UsageError("--commands: the targets of a program stay of their kind; leave it out");
+  arguments.project.has_base = !arguments.base.empty();
+  arguments.project.has_tool = !arguments.tool.empty();
   bool is_reached = true;
   std::vector<std::string> in_doubt;
   const bool is_whole = app::correct_project(

@@ -129,16 +129,26 @@ class Project {
     return nullptr;
   }
 
-  // A subprogram that states neither has those of whoever calls it.
+  // A subprogram that states neither has those of whoever calls it: nobody knows, unless they are
+  // given.
   void refuse_frames_of_callers(const RobotProgram& program) const {
     if (!program.dialect->facts().has_frames_of_caller) return;
     for (const ProgramTarget& target : program.targets)
-      if (target.kind == TargetKind::cartesian && (target.base < 0 || target.tool < 0))
-        throw InputError(fmt::format(
-            "{}:{}: the program states no {} for this move, which is that of its caller; state it "
-            "in the program, or correct it alone (--program) with --base and --tool",
-            program.texts[0].name, target.line,
-            target.base < 0 ? program.dialect->facts().frame : program.dialect->facts().tool));
+      if (target.kind == TargetKind::cartesian) {
+        refuse_that_of_caller(program, target, target.base >= 0 || files_.has_base,
+                              program.dialect->facts().frame, "--base");
+        refuse_that_of_caller(program, target, target.tool >= 0 || files_.has_tool,
+                              program.dialect->facts().tool, "--tool");
+      }
+  }
+
+  static void refuse_that_of_caller(const RobotProgram& program, const ProgramTarget& target,
+                                    bool is_stated, const std::string& what, const char* option) {
+    if (!is_stated)
+      throw InputError(fmt::format(
+          "{}:{}: the program states no {} for this move, which is that of its caller; state it "
+          "in the program, or give it for all such programs: {}",
+          program.texts[0].name, target.line, what, option));
   }
 
   // All texts, and all other members of an archive: those that are not corrected as they are.

@@ -14,6 +14,8 @@ namespace armtrue::app {
 /// A folder of programs that are corrected together, such as a backup.
 struct ProjectFiles {
   std::string folder, out;  ///< empty: none is given
+  /// --base, --tool are given: of the moves for which a program states none.
+  bool has_base = false, has_tool = false;
 };
 
 /// --project and --project-out.
