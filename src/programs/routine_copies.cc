@@ -141,7 +141,7 @@ class RoutineCopier {
       if (group == groups.end()) group = groups.insert(group, {call.context, {}});
       group->second.push_back(&call);
     }
-    const bool is_for_first = !stays && !groups.empty() && groups[0].second[0]->arguments.empty();
+    const bool is_for_first = !stays && !groups.empty();
     if (is_for_first) groups.erase(groups.begin());
     return groups;
   }
@@ -153,7 +153,7 @@ class RoutineCopier {
     std::string& name = name_of_copy_[{upper(routine.name), context}];
     if (name.empty()) {
       name = free_name(routine.name);
-      std::string text = text_of_copy(routine, name, *calls.front());
+      std::string text = text_of_copy(routine, name);
       const std::string& whole = program_.texts[0].text;
       if (whole[routine.end - 1] != '\n') text = line_end(whole, routine.end) + text;
       RoutineCopy copy;
@@ -165,14 +165,13 @@ class RoutineCopier {
       added_.push_back({copy, edits_.back()});
     }
     for (const RoutineCall* call : calls) {
-      edits_.push_back({0, call->begin, call->end, name + call->behind});
+      edits_.push_back({0, call->begin, call->end, name});
       calls_.emplace_back(name, edits_.back());
     }
   }
 
   // Its calls are those of the routine before copies, and get copies of their own.
-  std::string text_of_copy(const Routine& routine, const std::string& name,
-                           const RoutineCall& call) const {
+  std::string text_of_copy(const Routine& routine, const std::string& name) const {
     const std::string& src = program_.texts[0].text;
     std::vector<TextEdit> back;
     for (const RoutineCopy& copy : program_.copies)
@@ -181,20 +180,7 @@ class RoutineCopier {
           back.push_back({0, own.begin - routine.begin, own.end - routine.begin, own.was});
     const std::string whole =
         apply_edits(src.substr(routine.begin, routine.end - routine.begin), back, 0);
-    size_t from = routine.head_end - routine.begin;
-    std::string text = routine.before_name + name + call.parameters;
-    const std::string plain = masked(whole, program_.dialect->facts().comment, "\"");
-    each_word(plain, {0, from, whole.size()},
-              [&](const std::string& word, size_t at, const TextCursor& cursor) {
-                const auto argument = call.arguments.find(word);
-                // No option or component of the same name.
-                const bool is_part = plain[at - 1] == '\\' || plain[at - 1] == '.';
-                if (argument == call.arguments.end() || is_part) return;
-                text.append(whole, from, at - from);
-                text += argument->second;
-                from = cursor.at();
-              });
-    return text.append(whole, from);
+    return routine.before_name + name + whole.substr(routine.head_end - routine.begin);
   }
 
   // NAME_2, NAME_3; at most as long as the shortest rule of any maker has it.

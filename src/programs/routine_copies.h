@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <string>
 #include <vector>
 
@@ -13,12 +12,8 @@ namespace armtrue {
 
 /// A call of a routine of the program, and what it hands on.
 struct RoutineCall {
-  size_t begin = 0, end = 0;  ///< in texts[0]: what the call of a copy replaces
-  std::string behind;         ///< stands behind the name of the copy there
+  size_t begin = 0, end = 0;  ///< in texts[0]: the name, which that of a copy replaces
   std::string context;        ///< calls with the same share a copy; empty: it is not certain
-  std::string parameters;     ///< stand behind the name in the head of a copy
-  /// Parameters, in capitals, and the arguments that stand in their place in a copy.
-  std::map<std::string, std::string> arguments;
 };
 
 /// A routine of the program.
@@ -26,7 +21,7 @@ struct Routine {
   std::string name;
   size_t begin = 0, end = 0;       ///< in texts[0]: whole lines
   std::string before_name;         ///< what stands before the name in the head of a copy
-  size_t head_end = 0;             ///< behind its name, or the parameters that a copy changes
+  size_t head_end = 0;             ///< behind its name
   bool depends_on_caller = false;  ///< a move in it is left alone for what its calls hand on
   bool has_other_callers = false;  ///< known or not: it stays for them
   bool can_be_copied = true;       ///< all that names it here are `calls`
