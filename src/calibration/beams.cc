@@ -69,7 +69,7 @@ class Guess {
 
   void refine() {
     constexpr int kMaxSteps = 60;
-    constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-12, kSettled = 1e-12;
+    constexpr double kFirstDamping = 1e-3, kLeastDamping = 1e-12, kStands = 1e-12;
     double damping = kFirstDamping;
     for (int k = 0; k < kMaxSteps && damping < 1 / kFirstDamping; ++k) {
       const Guess before = *this;
@@ -79,7 +79,7 @@ class Guess {
         damping *= 10;
         continue;
       }
-      if (size < kSettled) return;
+      if (size < kStands) return;
       damping = std::max(kLeastDamping, 0.1 * damping);
     }
   }

@@ -134,7 +134,7 @@ struct ArtefactFit {
 // Levenberg's method from the contact's place.
 double refine_artefact(const Touches& touches, Contact& contact, bool with_radius) {
   constexpr int kMaxSteps = 60;
-  constexpr double kFirstDamping = 1e-3, kMostDamping = 1e3, kSettled = 1e-12;
+  constexpr double kFirstDamping = 1e-3, kMostDamping = 1e3, kStands = 1e-12;
   ArtefactFit here(touches, contact, with_radius);
   double damping = kFirstDamping * here.normal.trace();
   const double most = kMostDamping * here.normal.trace();
@@ -149,7 +149,7 @@ double refine_artefact(const Touches& touches, Contact& contact, bool with_radiu
       damping *= 10;
       continue;
     }
-    const bool is_settled = step.norm() < kSettled;
+    const bool is_settled = step.norm() < kStands;
     contact = std::move(moved);
     here = there;
     if (is_settled) break;

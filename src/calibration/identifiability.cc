@@ -242,7 +242,7 @@ bool imitates_scale(const Contact& artefact, const std::set<int>& parts) {
     if (part.kind == ContactKind::sphere) add({0, 0, 0}, 1, part.radius + artefact.radius);
   }
   Eigen::MatrixXd equations(rows.size(), 4);
-  for (size_t k = 0; k < rows.size(); ++k) equations.row(static_cast<Eigen::Index>(k)) = rows[k];
+  for (size_t k = 0; k < rows.size(); ++k) equations.row(k) = rows[k];
   const Eigen::Map<const Eigen::VectorXd> wanted(right.data(), std::ssize(right));
   const Eigen::VectorXd solution = equations.completeOrthogonalDecomposition().solve(wanted);
   return (equations * solution - wanted).norm() < kSmall;

@@ -303,7 +303,7 @@ void require_beams_on_planes(const Campaign& campaign, const KinematicChain& cha
     const BeamName name(campaign.contact_names[campaign.touch[row].contact]);
     const ArtefactPoint& part = touched_part(contact, which.point);
     if (part.kind != ContactKind::plane)
-      fail_at(campaign, static_cast<size_t>(row),
+      fail_at(campaign, row,
               "column 'contact': a beam reads how far a plane or a face of an artefact is, and '" +
                   name.contact + "' is a " +
                   (part.kind == ContactKind::point ? "point" : "sphere") +
@@ -312,7 +312,7 @@ void require_beams_on_planes(const Campaign& campaign, const KinematicChain& cha
     const Eigen::Vector3d along =
         evaluator.pose(campaign.q[row]).rotation * beam.place.rotation.col(2);
     if (std::abs(along.dot(contact.place.rotation * part.normal)) < kGrazing)
-      fail_at(campaign, static_cast<size_t>(row),
+      fail_at(campaign, row,
               "the beam '" + beam.name + "' runs along the plane '" + name.contact +
                   "' and does not meet it, as the robot file has both; leave the row out, or state "
                   "neither where the beam is nor where the plane is: a calibration finds them");

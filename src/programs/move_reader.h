@@ -18,7 +18,7 @@ class MoveReader {
   void leave_move(int line, const std::string& reason, bool may_run = true);
   /// The number of a line of the text, without copies of routines.
   int counted_line(int line) const {
-    return program_.lines.empty() ? line : program_.lines[static_cast<size_t>(line) - 1];
+    return program_.lines.empty() ? line : program_.lines[line - 1];
   }
   /// Adds a target at a point of the program: its kind, and its pose or joint angles, are those of
   /// the point's numbers.

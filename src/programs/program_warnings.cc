@@ -10,7 +10,7 @@ void ProgramWarnings::add(int line, const std::string& text) {
   auto kind = std::find_if(kinds_.begin(), kinds_.end(),
                            [&](const Kind& known) { return known.text == text; });
   if (kind == kinds_.end()) kind = kinds_.insert(kind, {text, {}});
-  if (!counted_.empty()) line = counted_[static_cast<size_t>(line) - 1];
+  if (!counted_.empty()) line = counted_[line - 1];
   // A copy of a routine has the lines of the routine.
   if (counted_.empty() || std::ranges::find(kind->lines, line) == kind->lines.end())
     kind->lines.push_back(line);

@@ -92,7 +92,7 @@ class Rewriter {
       const RoutineCopy& copy = program_.copies[i];
       for (const RoutineCopy::Call& call : copy.calls) {
         const int line = line_at(program_.texts[0].text, call.begin);
-        warnings_.add(program_.lines[static_cast<size_t>(line) - 1],
+        warnings_.add(program_.lines[line - 1],
                       fmt::format("{} is called here, a copy of {} with points of its own: other "
                                   "calls hand on another tool, frame or point",
                                   copy.name, copy.of));

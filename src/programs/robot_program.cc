@@ -28,7 +28,7 @@ void refuse_huge_numbers(const RobotProgram& program) {
 
 void count_lines_without_copies(RobotProgram& program) {
   if (program.copies.empty()) return;
-  const auto counted = [&](int line) { return program.lines[static_cast<size_t>(line) - 1]; };
+  const auto counted = [&](int line) { return program.lines[line - 1]; };
   for (ProgramTarget& target : program.targets) target.line = counted(target.line);
   for (ProgramPoint& point : program.points)
     if (point.text == 0) point.line = counted(point.line);

@@ -108,7 +108,7 @@ class RoutineCopier {
     for (size_t i = 0; i < routines_.size(); ++i) {
       for (const RoutineCall& call : routines_[i].calls)
         if (const int caller = routine_at(call.begin); caller >= 0)
-          callers_[i].insert(static_cast<size_t>(caller));
+          callers_[i].insert(caller);
       if (routines_[i].depends_on_caller) open.push_back(i);
     }
     while (!open.empty()) {
@@ -262,9 +262,9 @@ class RoutineCopier {
       const size_t at = added->text.begin;
       const auto behind = static_cast<size_t>(lines_in(std::string_view(text).substr(0, at)) +
                                               (text[at - 1] == '\n' ? 0 : 1));
-      const size_t count = static_cast<size_t>(lines_in(added->text.text));
+      const size_t count = lines_in(added->text.text);
       const auto first = before.begin() + static_cast<long>(behind - count);
-      program_.lines.insert(program_.lines.begin() + static_cast<long>(behind), first,
+      program_.lines.insert(program_.lines.begin() + behind, first,
                             first + static_cast<long>(count));
     }
   }
@@ -291,7 +291,7 @@ class RoutineCopier {
 // Where copies stand, and how many bytes they and their calls add.
 class CopyPlaces {
  public:
-  static constexpr size_t kNone = static_cast<size_t>(-1);
+  static constexpr size_t kNone = -1;
 
   explicit CopyPlaces(const std::vector<RoutineCopy>& copies) : copies_(copies) {
     for (size_t i = 0; i < copies.size(); ++i) by_begin_[copies[i].begin] = i;

@@ -299,7 +299,7 @@ Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) 
     urdf_frames.push_back(frame);
     link_of.push_back(static_cast<int>(moving.size()) - 1);
   }
-  if (robot.ground_link) place_ground(static_cast<size_t>(*robot.ground_link), axes, ground);
+  if (robot.ground_link) place_ground(*robot.ground_link, axes, ground);
   Pose previous = foot_of(axes.front());
   robot.chain.base = previous;
   // Programs speak of the flange, so the last link ends in the tip. The last axis is followed by

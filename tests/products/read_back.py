@@ -281,6 +281,7 @@ def line_mistakes(line, options, unknown=()):
 # What stands beside the file of a command, and is of it alone.
 PARTS = {"calibration_inputs": "calibrate", "certificate_inputs": "certify", "comparison_inputs": "compare-runs",
          "conversion_inputs": "convert-robot", "conversion_outputs": "convert-robot",
+         "correction_inputs": "compensate", "target_correction": "compensate",
          "import_inputs": "import-readings", "loop_inputs": "close-loop", "map_inputs": "map-errors",
          "mirror_inputs": "mirror-correct", "pass_inputs": "simulate-path", "plan_inputs": "plan-poses",
          "simulation_inputs": "simulate-poses"}

@@ -92,7 +92,7 @@ class KrlRoutineReader {
   void finish(size_t index) {
     Routine& routine = routines_[index];
     const size_t next = index + 1 < routines_.size() ? routines_[index + 1].begin : text_.size();
-    const auto named = static_cast<size_t>(words_[upper(routine.name)]);
+    const size_t named = words_[upper(routine.name)];
     routine.can_be_copied &=
         routine.end > routine.begin && routine.end <= next && named == routine.calls.size() + 1;
   }
