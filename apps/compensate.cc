@@ -12,7 +12,8 @@ using namespace armtrue;
 
 namespace {
 
-void refuse_options_of_tables(const app::Command& command, const app::CorrectionArguments& arguments) {
+void refuse_options_of_tables(const app::Command& command,
+                              const app::CorrectionArguments& arguments) {
   if (!arguments.commands.empty())
     throw app::UsageError("--commands: the targets of a program stay of their kind; leave it out");
   if (command.output != "-")

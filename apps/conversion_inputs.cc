@@ -29,9 +29,10 @@ void add_conversion_options(Command& command, ConversionArguments& arguments) {
       .check(one_of({"yaml", "json", "urdf", "controller", "fields"}));
   command.option("--base", arguments.ends.base,
                  "Link of the URDF whose frame is R_A; its root if absent");
-  command.option("--tip", arguments.ends.tip,
-                 "Link of the URDF whose frame is that of the last link, the flange of programs; the "
-                 "only end if absent");
+  command.option(
+      "--tip", arguments.ends.tip,
+      "Link of the URDF whose frame is that of the last link, the flange of programs; the "
+      "only end if absent");
   Option into = command.file(
       "--into", arguments.into,
       "URDF, or calibration of Universal Robots (kinematics file of the driver or "
@@ -61,13 +62,14 @@ void add_conversion_options(Command& command, ConversionArguments& arguments) {
       .check(temperature_of_arm());
 }
 
-Robot nominal_robot(Command& command, const ConversionArguments& arguments, const std::string& why) {
+Robot nominal_robot(Command& command, const ConversionArguments& arguments,
+                    const std::string& why) {
   if (arguments.nominal.empty()) throw InputError(why);
   return command.read_robot(arguments.nominal).robot;
 }
 
 Robot read_any_robot(Command& command, const std::string& text, const std::string& file,
-               const ConversionArguments& arguments) {
+                     const ConversionArguments& arguments) {
   if (is_xml(text)) {
     const Robot robot = parse_urdf(text, file, arguments.ends);
     warn_of_all(command, doubts_of_urdf(robot, text, file, arguments.ends));
@@ -86,7 +88,7 @@ void check_usage(const Command& command, const ConversionArguments& arguments,
                  const std::string& text) {
   if (arguments.to == "urdf" && is_json_file(command.output))
     throw UsageError("-o: '" + command.output +
-                          "' ends in .json, and a URDF is XML: end it in .urdf, or give --to json");
+                     "' ends in .json, and a URDF is XML: end it in .urdf, or give --to json");
   if (arguments.to == "controller" && arguments.into.empty())
     throw UsageError(
         "--to controller: name the file of the controller as --into; its other lines stay");

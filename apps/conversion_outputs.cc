@@ -25,8 +25,7 @@ constexpr double kLargeShift = 10 * kMillimetre, kLargeTurn = 1 * kDegree;
 
 constexpr double kReferenceTemperature = 20;  // [deg C], of ISO 1
 
-void warn_of_shift(Command& command, const char* what, const char* where,
-                   const FrameShift& shift) {
+void warn_of_shift(Command& command, const char* what, const char* where, const FrameShift& shift) {
   if (shift.distance < kLargeShift && shift.angle < kLargeTurn) return;
   command.warn(
       fmt::format("the {} moves by {:.4g} mm and {:.3g} deg; if that is where the {} "
@@ -168,16 +167,19 @@ std::string into_urdf(Command& command, const Robot& robot, const ConversionArgu
   warn_of_shift(command, "tool", "reflector", patched.tool);
   const FrameShift& left = patched.tool_left_out;
   if (left.distance > kNoticeable || left.angle > kNoticeableTurn)
-    command.warn(fmt::format(
-        "{}: '{}' turns with the last joint, so no origin can hold the tool: {:.4g} mm and {:.3g} deg "
-        "of it are not written; if they belong to the robot, add a link that is fixed behind '{}' and "
-        "name it by --tip, else give --keep-tool",
-        source.name(), left.of_link, left.distance / kMillimetre, left.angle / kDegree,
-        left.of_link));
+    command.warn(
+        fmt::format("{}: '{}' turns with the last joint, so no origin can hold the tool: {:.4g} mm "
+                    "and {:.3g} deg "
+                    "of it are not written; if they belong to the robot, add a link that is fixed "
+                    "behind '{}' and "
+                    "name it by --tip, else give --keep-tool",
+                    source.name(), left.of_link, left.distance / kMillimetre, left.angle / kDegree,
+                    left.of_link));
   return patched.text;
 }
 
-std::string into_controller(Command& command, const Robot& robot, const ConversionArguments& arguments) {
+std::string into_controller(Command& command, const Robot& robot,
+                            const ConversionArguments& arguments) {
   Source source(arguments.into);
   const std::string document = source.read_all();
   if (is_ur_conf(document)) return into_conf(command, robot, arguments, document, source.name());

@@ -38,10 +38,10 @@ int run(app::Command& command, const app::ConversionArguments& arguments) {
   for (const std::string& key : lost_in_urdf(robot)) lost += (lost.empty() ? "" : ", ") + key;
   if (!lost.empty() && arguments.to == "urdf") command.warn("URDF cannot hold: " + lost);
   const Robot alone = app::with_constants_alone(command, robot, source.name(), arguments);
-  write_output(command.output, arguments.to == "controller"
-                                   ? app::into_controller(command, alone, arguments)
-                               : arguments.into.empty() ? write_urdf(alone)
-                                                        : app::into_urdf(command, alone, arguments));
+  write_output(command.output,
+               arguments.to == "controller" ? app::into_controller(command, alone, arguments)
+               : arguments.into.empty()     ? write_urdf(alone)
+                                            : app::into_urdf(command, alone, arguments));
   return app::kSuccess;
 }
 

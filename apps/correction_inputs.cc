@@ -96,7 +96,7 @@ std::vector<std::string> assumptions(const Robot& controller, const RobotProgram
           "the program is corrected twice.",
           arguments.controller),
       assumed_frames(controller, arguments, stated_frames(program, &ProgramTarget::tool),
-                          stated_frames(program, &ProgramTarget::base))};
+                     stated_frames(program, &ProgramTarget::base))};
 }
 
 }  // namespace armtrue::app

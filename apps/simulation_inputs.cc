@@ -12,13 +12,11 @@ void add_simulation_options(Command& command, SimulationArguments& arguments) {
   command.file("--robot", arguments.robot, "The robot that is commanded").required();
   command.file("--truth", arguments.truth, "The robot that is measured; the same if absent");
   OptionGroup poses = command.group("Poses");
-  poses.option("--count", arguments.count, "Number of random poses")
-      .check(in_range(1, 10000000));
-  const Option targets = poses.file(
-      "--targets", arguments.targets, "The poses, as plan-poses writes them; - is standard input");
+  poses.option("--count", arguments.count, "Number of random poses").check(in_range(1, 10000000));
+  const Option targets = poses.file("--targets", arguments.targets,
+                                    "The poses, as plan-poses writes them; - is standard input");
   poses.require_one();
-  command.option("--repeats", arguments.repeats, "Visits of each pose")
-      .check(in_range(1, 1000));
+  command.option("--repeats", arguments.repeats, "Visits of each pose").check(in_range(1, 1000));
   command
       .option("--noise-mm", arguments.noise_mm,
               "Noise of the position, per axis, or of what a beam reads")

@@ -40,8 +40,9 @@ auto with_warnings(Command& command, const RobotProgram* program, Work work) {
   }
 }
 
-void warn_of_targets(Command& command, const CorrectionArguments& arguments, const Robot& controller,
-                     const RobotProgram* program, const ProgramFile& file) {
+void warn_of_targets(Command& command, const CorrectionArguments& arguments,
+                     const Robot& controller, const RobotProgram* program,
+                     const ProgramFile& file) {
   warn_of_tool(command, arguments);
   if (!program) {
     if (const std::string doubt = doubt_of_table(file.source, file.program); !doubt.empty())
@@ -55,8 +56,8 @@ void warn_of_targets(Command& command, const CorrectionArguments& arguments, con
 
 void warn_of_hints(Command& command, const CorrectionArguments& arguments, const Robot& controller,
                    const ProgramFile& file) {
-  const std::string doubt = contradiction_of_hints(file.program, controller,
-                                                   compensation_options(arguments, controller));
+  const std::string doubt =
+      contradiction_of_hints(file.program, controller, compensation_options(arguments, controller));
   if (!doubt.empty()) command.warn(file.source + ": " + doubt);
 }
 
@@ -69,7 +70,8 @@ void add_new(const std::vector<std::string>& sentences, std::vector<std::string>
 }  // namespace
 
 DividedProgram correct(Command& command, const Models& models, RobotProgram* program,
-                       const ProgramJoints& joints, ProgramFile& file, const CorrectionArguments& arguments) {
+                       const ProgramJoints& joints, ProgramFile& file,
+                       const CorrectionArguments& arguments) {
   const Robot &robot = models.robot, &controller = models.controller;
   const CompensationOptions options = compensation_options(arguments, controller);
   const auto read = [&] {
@@ -85,7 +87,7 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
     require_flange(controller, arguments);
   for (const Robot* of : {&robot, &controller})
     require_conditions(file.program.visits, *of, arguments,
-                            program ? HasColumns::no : HasColumns::yes);
+                       program ? HasColumns::no : HasColumns::yes);
   std::optional<DividedProgram> divided;
   while (!divided) try {
       divided = compensate_file(robot, controller, file, program, arguments);
@@ -148,12 +150,13 @@ int correct_folder(Command& command, const Models& models, CorrectionArguments& 
   arguments.project.has_tool = !arguments.tool.empty();
   bool is_reached = true;
   std::vector<std::string> in_doubt;
-  const bool is_whole = correct_project(
-      command, arguments.project, arguments.program, [&](RobotProgram& program) {
+  const bool is_whole =
+      correct_project(command, arguments.project, arguments.program, [&](RobotProgram& program) {
         refuse_two_tools(program, arguments.tool_is_measured);
         ProgramFile file;
         file.source = program.texts[0].name;
-        const ProgramJoints joints = joints_of_program(program, models.controller, arguments.controller);
+        const ProgramJoints joints =
+            joints_of_program(program, models.controller, arguments.controller);
         std::vector<CorrectedTarget> targets =
             correct(command, models, &program, joints, file, arguments).targets;
         add_new(doubts_of_commands(models, targets, file.program.visits, arguments), in_doubt);
@@ -169,9 +172,8 @@ int correct_folder(Command& command, const Models& models, CorrectionArguments& 
   warn_of_doubts(command, in_doubt, conditions);
   warn_of_station(command, station_effects(models.robot, arguments.tool_is_measured));
   const bool is_strict = is_whole && is_reached && in_doubt.empty();
-  return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole)
-             ? kNotReached
-             : kSuccess;
+  return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole) ? kNotReached
+                                                                                  : kSuccess;
 }
 
 }  // namespace armtrue::app

@@ -9,8 +9,8 @@
 
 namespace armtrue::app {
 
-/// Commands for all targets of a file, or of a program with the joints `joints`; `command` says what
-/// is in doubt. Throws InputError for targets that cannot be, or that were corrected before.
+/// Commands for all targets of a file, or of a program with the joints `joints`; `command` says
+/// what is in doubt. Throws InputError for targets that cannot be, or that were corrected before.
 DividedProgram correct(Command& command, const Models& models, RobotProgram* program,
                        const ProgramJoints& joints, ProgramFile& file,
                        const CorrectionArguments& arguments);

@@ -197,10 +197,10 @@ std::vector<std::string> not_in_constants(const Robot& robot) {
         fmt::format("effects of the instrument or the measured tool are not in the constants: {}",
                     fmt::join(of_others, ", ")));
   if (!measured.empty())
-    sentences.push_back(
-        fmt::format("effects of measured motor torques, which are not known at other poses, are not "
-                    "in the constants: {}",
-                    fmt::join(measured, ", ")));
+    sentences.push_back(fmt::format(
+        "effects of measured motor torques, which are not known at other poses, are not "
+        "in the constants: {}",
+        fmt::join(measured, ", ")));
   return sentences;
 }
 

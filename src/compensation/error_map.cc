@@ -126,8 +126,7 @@ class ErrorMapper {
   // What an arm of fewer than six axes cannot correct.
   void leave_rest(const Context& context, MapPoint& point) const {
     const Pose wanted = controller_.pose(context);
-    const JointCorrection correction =
-        correct_joints(arm_, context, wanted, *point.q, controller_);
+    const JointCorrection correction = correct_joints(arm_, context, wanted, *point.q, controller_);
     Context corrected = context;
     if (correction.is_reached) corrected.q = correction.q;
     point.rest = difference(wanted, arm_.pose(corrected));
@@ -146,8 +145,7 @@ class ErrorMapper {
       MapPoint& point = points[rows[k]];
       point.deviation = known.deviation[k];
       point.leverage = known.leverage[k];
-      point.after =
-          std::hypot(known.deviation[k], std::sqrt(3.0) * scatter, point.rest.position);
+      point.after = std::hypot(known.deviation[k], std::sqrt(3.0) * scatter, point.rest.position);
       if (known.leverage[k] > 1) point.notes.push_back(CommandNote::outside_readings);
     }
   }

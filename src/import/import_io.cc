@@ -283,7 +283,8 @@ Import read_import(const std::string& path, const ImportOptions& options, TableR
     if (!(has_points(role) ? options.points_topic : options.joints_topic).empty())
       throw InputError(path + ": is a table, not a recording, so it has no topic; leave out " +
                        (has_points(role) ? "--points-topic" : "--joints-topic"));
-    if (role != TableRole::readings) import.names.set_preset(preset_for(options, !has_points(role)));
+    if (role != TableRole::readings)
+      import.names.set_preset(preset_for(options, !has_points(role)));
     import.table = read_table(path, import.names, options, role);
   }
   import.names.apply_preset(import.table, options);

@@ -107,8 +107,7 @@ class RoutineCopier {
     std::vector<size_t> open;
     for (size_t i = 0; i < routines_.size(); ++i) {
       for (const RoutineCall& call : routines_[i].calls)
-        if (const int caller = routine_at(call.begin); caller >= 0)
-          callers_[i].insert(caller);
+        if (const int caller = routine_at(call.begin); caller >= 0) callers_[i].insert(caller);
       if (routines_[i].depends_on_caller) open.push_back(i);
     }
     while (!open.empty()) {

@@ -27,17 +27,19 @@ void add_flange(const Robot& robot, const std::string& text, const std::string& 
   const Eigen::Vector3d foot = foot_beside_base(text, file, ends) / kMillimetre;
   if (foot.norm() > kNoticeable / kMillimetre)
     doubts.push_back(fmt::format(
-        "{}: R_0, the foot of programs, stands at {:.4g}, {:.4g}, {:.4g} mm of the frame of --base, "
+        "{}: R_0, the foot of programs, stands at {:.4g}, {:.4g}, {:.4g} mm of the frame of "
+        "--base, "
         "because link 1 alone does not lead from there to axis 1: for poses in the frame of --base "
         "give compensate --base {:.10g},{:.10g},{:.10g},0,0,0",
         file, foot.x(), foot.y(), foot.z(), -foot.x(), -foot.y(), -foot.z()));
   const std::string tool0 = tool0_beside_tip(text, file, ends);
   if (!tool0.empty())
-    doubts.push_back(fmt::format(
-        "{}: R_{}, the flange of programs, is the frame of '{}'; '{}' stands elsewhere; if it is the "
-        "flange of the controller, give --tip {}",
-        file, link_count(robot.chain), ends.tip.empty() ? "the end of the arm" : ends.tip, tool0,
-        tool0));
+    doubts.push_back(
+        fmt::format("{}: R_{}, the flange of programs, is the frame of '{}'; '{}' stands "
+                    "elsewhere; if it is the "
+                    "flange of the controller, give --tip {}",
+                    file, link_count(robot.chain),
+                    ends.tip.empty() ? "the end of the arm" : ends.tip, tool0, tool0));
 }
 
 void add_two_arms(const Robot& robot, const std::string& file, std::vector<std::string>& doubts) {
@@ -54,10 +56,11 @@ void add_travel(const std::string& text, const std::string& file, const UrdfEnds
                 std::vector<std::string>& doubts) {
   const std::vector<std::string> links = links_without_travel(text, file, ends);
   if (!links.empty())
-    doubts.push_back(fmt::format(
-        "{}: states no travel of {} (limits of 0): add min_deg and max_deg, or poses are planned over "
-        "whole turns",
-        file, fmt::join(links, ", ")));
+    doubts.push_back(
+        fmt::format("{}: states no travel of {} (limits of 0): add min_deg and max_deg, or poses "
+                    "are planned over "
+                    "whole turns",
+                    file, fmt::join(links, ", ")));
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ Robot arm_of_constants(const Robot& robot);
 /// Sentences that name the effects which it lacks.
 std::vector<std::string> not_in_constants(const Robot& robot);
 
-/// Payload, time and temperature of visits, as far as effects of the robot follow them, each behind a
-/// comma.
+/// Payload, time and temperature of visits, as far as effects of the robot follow them, each behind
+/// a comma.
 std::string conditions_in_words(const Robot& robot, const Context& conditions);
 
 /// A file or a controller without effects holds constants alone. The best constants are not those

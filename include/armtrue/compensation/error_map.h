@@ -45,7 +45,7 @@ struct MapPoint {
   /// sqrt(deviation^2 + 3 s^2 + rest^2), with s = Uncertainty::reading, which contains the lack of
   /// fit of the model.
   std::optional<double> after;
-  PoseDifference rest;  ///< what an arm of fewer than six axes cannot correct; else 0
+  PoseDifference rest;             ///< what an arm of fewer than six axes cannot correct; else 0
   std::vector<CommandNote> notes;  ///< those of map_notes()
 
   bool has(CommandNote note) const;

@@ -56,8 +56,8 @@ std::string tool0_beside_tip(const std::string& text, const std::string& file,
 std::vector<std::string> links_without_travel(const std::string& text, const std::string& file,
                                               const UrdfEnds& ends);
 
-/// What a user may have meant otherwise, a sentence each: frames beside the base and the flange, two
-/// arms as one chain, joints without travel. `robot`: parse_urdf() of the text.
+/// What a user may have meant otherwise, a sentence each: frames beside the base and the flange,
+/// two arms as one chain, joints without travel. `robot`: parse_urdf() of the text.
 std::vector<std::string> doubts_of_urdf(const Robot& robot, const std::string& text,
                                         const std::string& file, const UrdfEnds& ends);
 
