@@ -50,7 +50,7 @@ TEST(Driver, NamesReadBack) {
                            "force * time"})
     EXPECT_EQ(to_string(parse_driver(text).value()), text);
   for (const char* text :
-       {"", "joint-angle", "joint-angle 11", "arrival 1,2", "time 3", "temperature", "time * time",
+       {"", "joint-angle", "joint-angle 17", "arrival 1,2", "time 3", "temperature", "time * time",
         "time * joint-angle 1", "joint-angle 1,2 * time", "payload * tool-weight 2", "range 1",
         "stroke", "time * payload * time", " * time"})
     EXPECT_FALSE(parse_driver(text)) << text;

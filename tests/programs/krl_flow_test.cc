@@ -12,8 +12,8 @@ namespace {
 using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
-using testing::Eq;
 using testing::HasSubstr;
+using testing::Eq;
 using testing::IsEmpty;
 using testing::Not;
 
@@ -403,7 +403,14 @@ TEST(KrlFlowTest, ASubprogramHasTheFramesOfItsCallsAndLeavesItsOwn) {
   EXPECT_EQ(frames_of(program, 2), "$NULLFRAME $NULLFRAME");
   EXPECT_EQ(frames_of(program, 3), "$NULLFRAME $NULLFRAME");
   EXPECT_THAT(program.warnings, IsEmpty());
-  EXPECT_THAT(uncertain("sub()\n" + other + "sub()\n" + sub + kWhole + "END\n"), ElementsAre(10));
+  // With two bases it has a copy for the second.
+  const RobotProgram twice =
+      parsed(kHead + kWhole + "sub()\n" + other + "sub()\n" + sub + kWhole + "END\n");
+  EXPECT_EQ(twice.left_alone, 0);
+  ASSERT_EQ(twice.targets.size(), 3u);
+  EXPECT_THAT(twice.texts[0].text, HasSubstr(other + "sub_2()\n"));
+  EXPECT_EQ(frames_of(twice, 1), "$NULLFRAME $NULLFRAME");
+  EXPECT_EQ(frames_of(twice, 2), "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME");
   // At any time, and by nothing in this text.
   EXPECT_THAT(uncertain("INTERRUPT DECL 3 WHEN $IN[1] DO sub()\n" + kWhole + sub + kWhole + other +
                         "$TOOL=$NULLFRAME\n" + kWhole + "END\n"),
