@@ -152,8 +152,9 @@ void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
   RewrittenProgram moved = rewrite(program, commands);
   for (size_t i = 0; i < texts.size(); ++i) {
     const auto before = lines(texts[i].text), now = lines(moved.texts[i]);
-    // A point of its own: of FANUC a new position; of ABB it stands on one line.
-    require(declares_points(dialect) ? now >= before
+    // A point of its own: of FANUC a new position; of ABB it stands on one line. Routines may have
+    // copies.
+    require(declares_points(dialect) || !program.copies.empty() ? now >= before
             : is_rapid(dialect)      ? now <= before
                                      : now == before,
             "lines are lost");
