@@ -13,6 +13,7 @@
 #include "armtrue/programs/robot_program.h"
 #include "fuzz/targets.h"
 #include "programs/division.h"
+#include "programs/routine_copies.h"
 
 namespace armtrue::fuzz {
 namespace {
@@ -94,13 +95,15 @@ bool is_rapid(const Dialect& dialect) { return dialect.facts().name == "rapid"; 
 void displace(const RobotProgram& program, const Path& programmed) {
   const DisplacedProgram same = displace_program(program, programmed, programmed.position);
   for (size_t i = 0; i < program.texts.size(); ++i)
-    require(same.text.texts[i] == program.texts[i].text, "a text changed without displacement");
+    require(same.text.texts[i] == text_without_copies(program, i),
+            "a text changed without displacement");
   Eigen::Matrix3Xd corrected = programmed.position;
   for (Eigen::Index i = 0; i < corrected.cols(); ++i)
     corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
   const DisplacedProgram moved = displace_program(program, programmed, corrected);
   require(is_rapid(*program.dialect) || lines(moved.text.texts[0]) + lines_within_points(program) >=
-                                            lines(program.texts[0].text) + moved.text.inserted,
+                                            lines(text_without_copies(program, 0)) +
+                                                moved.text.inserted,
           "lines are lost");
 }
 
