@@ -36,7 +36,7 @@ class FanucPositionReader {
       cursor.skip_to("{");
       if (!number || !cursor.take('{')) continue;
       FanucPosition& position = positions_[*number];
-      if (!position.numbers.empty()) position.is_changed = true;  // given twice
+      if (position.line > 0) position.is_changed = true;  // given twice
       position.line = line + statement.line;
       position.begin = from;
       position.end = statement.end;
