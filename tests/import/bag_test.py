@@ -35,9 +35,25 @@ def stops(count):
     found = []
     for _ in range(count):
         q = [rng.uniform(-1, 1) for _ in NAMES]
-        half = rng.uniform(0, 1)
-        found.append((q, [rng.uniform(-1, 1) for _ in range(3)] + [0, 0, math.sin(half), math.cos(half)]))
+        turn = [rng.gauss(0, 1) for _ in range(4)]
+        size = math.sqrt(sum(x * x for x in turn))
+        found.append((q, [rng.uniform(-1, 1) for _ in range(3)] + [x / size for x in turn]))
     return found
+
+
+def matrix(x, y, z, w):
+    return [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+
+
+def matrix_of_angles(row):
+    """Rz(A) Ry(B) Rx(C)."""
+    (ca, sa), (cb, sb), (cc, sc) = ((math.cos(math.radians(float(row[k]))), math.sin(math.radians(float(row[k]))))
+                                    for k in ("a_deg", "b_deg", "c_deg"))
+    return [[ca * cb, ca * sb * sc - sa * cc, ca * sb * cc + sa * sc],
+            [sa * cb, sa * sb * sc + ca * cc, sa * sb * cc - ca * sc],
+            [-sb, cb * sc, cb * cc]]
 
 
 def recording(found, poses=(POSES, POSE_TYPE, bag.pose), stamps=True, big=False):
@@ -87,8 +103,8 @@ class Bags(unittest.TestCase):
             for axis, value in zip("xyz", numbers):
                 self.assertAlmostEqual(float(row[f"{axis}_mm"]), 1000 * value, 9)
             if has_orientation:
-                turn = 2 * math.atan2(numbers[5], numbers[6])
-                self.assertAlmostEqual(float(row["a_deg"]), math.degrees(turn), 9)
+                for given, read in zip(sum(matrix(*numbers[3:]), []), sum(matrix_of_angles(row), [])):
+                    self.assertAlmostEqual(read, given, 9)
 
     def test_containers_hold_the_same(self):
         messages = recording(self.stops)
