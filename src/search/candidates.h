@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
@@ -17,6 +19,13 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
 /// effects among `singles`.
 std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
                                          const Campaign& campaign);
+
+/// The least and the largest torque of gravity on a joint over its travel [N m]; nothing if gravity does
+/// not turn it, or if the robot file states no masses.
+std::optional<std::pair<double, double>> gravity_torques(const Robot& robot, int joint);
+
+/// tanh(x / T) of a driver in this range: T is `share` of its largest amount.
+Shape saturating_at(double share, const std::pair<double, double>& range);
 
 /// Sets the range of a series over places to a cube around those of the campaign.
 void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape);

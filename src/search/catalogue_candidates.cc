@@ -72,6 +72,21 @@ bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& cam
   return product >= kSame * std::sqrt(squares * moved);
 }
 
+// The shapes of an entry that are searched. Torques at which a joint becomes stiffer are tried as
+// shares of the largest that gravity has on it.
+std::vector<Shape> shapes_of(const Effect& effect, const Driver& driver, const Robot& robot,
+                             const Span& span, double degree) {
+  const Shape& shape = effect.shape;
+  if (shape.kind != ShapeKind::series || shape.basis != SeriesBasis::saturating ||
+      shape.low[0] < shape.high[0])
+    return with_inner_values(shape, span, degree);
+  std::vector<Shape> shapes;
+  if (driver.kind == DriverKind::gravity_torque)
+    if (const auto range = gravity_torques(robot, driver.joint))
+      for (double share : {0.4, 0.2, 0.1}) shapes.push_back(saturating_at(share, *range));
+  return shapes;
+}
+
 }  // namespace
 
 void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape) {
@@ -123,7 +138,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
         if (!is_driven(driver, campaign, span)) continue;
         const double degree = is_travel(driver, robot.chain) ? kTravelForDegree : kDegree;
         for (const Shape& shape :
-             with_inner_values(effect.shape, span_of(driver, campaign), degree)) {
+             shapes_of(effect, driver, robot, span_of(driver, campaign), degree)) {
           if (is_plain_sign(shape, driver, campaign)) continue;
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;

@@ -252,26 +252,13 @@ class OpenSearch {
 
   // A nonlinear effect of a torque: free play, stiffening, saturation.
   void add_torque_series(const Parameter& parameter, int joint) {
-    const GravityLoad load(robot_, zero_offset(robot_.chain, joint));
-    if (!load.is_by_masses()) return;
-    const ChainEvaluator chain(robot_.chain);
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const JointVector& q : sample_joint_space(robot_.chain, 512)) {
-      Context context;
-      context.q = q;
-      double torque = 0;
-      load.values(context, chain.link_frames(q), &torque);
-      low = std::min(low, torque);
-      high = std::max(high, torque);
-    }
-    if (high - low < 1.0) return;  // N m: gravity does not turn this joint
+    const auto range = gravity_torques(robot_, joint);
+    if (!range) return;
     const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
-    add(parameter, driver, series_shape(SeriesBasis::spline, 4, low, high));
+    add(parameter, driver, series_shape(SeriesBasis::spline, 4, range->first, range->second));
     add(parameter, driver, sign_shape());
-    for (double share : {0.4, 0.2, 0.1, 0.05}) {
-      const double most = share * std::max(std::abs(low), std::abs(high));
-      add(parameter, driver, series_shape(SeriesBasis::saturating, 1, -most, most));
-    }
+    for (double share : {0.4, 0.2, 0.1, 0.05})
+      add(parameter, driver, saturating_at(share, *range));
   }
 
   void close_stage() {
@@ -291,6 +278,29 @@ class OpenSearch {
 };
 
 }  // namespace
+
+std::optional<std::pair<double, double>> gravity_torques(const Robot& robot, int joint) {
+  const GravityLoad load(robot, zero_offset(robot.chain, joint));
+  if (!load.is_by_masses()) return std::nullopt;
+  const ChainEvaluator chain(robot.chain);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const JointVector& q : sample_joint_space(robot.chain, 512)) {
+    Context context;
+    context.q = q;
+    double torque = 0;
+    load.values(context, chain.link_frames(q), &torque);
+    low = std::min(low, torque);
+    high = std::max(high, torque);
+  }
+  constexpr double kLeast = 1;  // N m: less does not turn a joint
+  if (high - low < kLeast) return std::nullopt;
+  return std::pair(low, high);
+}
+
+Shape saturating_at(double share, const std::pair<double, double>& range) {
+  const double most = share * std::max(std::abs(range.first), std::abs(range.second));
+  return series_shape(SeriesBasis::saturating, 1, -most, most);
+}
 
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign) {
   OpenSearch search(robot, campaign);

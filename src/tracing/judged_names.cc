@@ -198,14 +198,18 @@ std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign) {
   return alone;
 }
 
+CalibrationResult without_campaign(CalibrationResult all, const Campaign& timed,
+                                   const RandomEffects& random) {
+  if (random.of_campaign.empty()) return all;
+  hold_at_means(all, timed, random.of_campaign.size(), all.robot);
+  place(timed, all.robot);
+  return all;
+}
+
 CalibrationResult applied_arm(const CalibrationResult& fit, const Campaign& campaign,
                               const RandomEffects& random) {
   const Campaign timed = in_order_of_visits(campaign);
-  CalibrationResult result = beside(fit, timed, random);
-  if (random.of_campaign.empty()) return result;
-  hold_at_means(result, timed, random.of_campaign.size(), result.robot);
-  place(campaign, result.robot);
-  return result;
+  return without_campaign(beside(fit, timed, random), timed, random);
 }
 
 }  // namespace armtrue

@@ -217,16 +217,24 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   return rejected;
 }
 
-// The arm as it is applied, unless held-out poses are predicted worse with what has no name.
+// The arm as it is applied, unless held-out poses are predicted worse with what has no name; and what
+// is left of held-out readings of the same record if that is followed which is of its time alone.
 void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopResult& result) {
-  AppliedArm applied{
-      applied_arm(judged.instrument_errs
-                      ? without_laws(judged.training.trace.fit, *judged.training.sound)
-                      : judged.training.trace.fit,
-                  *judged.training.sound, judged.random),
-      {},
-      judged.random.groups,
-      judged.instrument_errs};
+  const RandomEffects& random = judged.random;
+  const Campaign timed = in_order_of_visits(*judged.training.sound);
+  CalibrationResult all =
+      beside(judged.instrument_errs
+                 ? without_laws(judged.training.trace.fit, *judged.training.sound)
+                 : judged.training.trace.fit,
+             timed, random);
+  if (!random.of_campaign.empty() && held_out.rows() > 0 && held_out.source == timed.source)
+    result.after_readings =
+        summarize(evaluate(all.robot, in_order_of_visits(held_out)).reading_errors()).mean;
+  if (random.lasting.empty()) return;
+  AppliedArm applied{without_campaign(std::move(all), timed, random),
+                     {},
+                     random.groups,
+                     judged.instrument_errs};
   const Robot& robot = applied.fit.robot;
   if (held_out.rows() > 0) {
     const std::vector<double> before =
@@ -240,7 +248,7 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
   applied.stage.name = "+ what the arm does besides, without a name";
   applied.stage.parameters = static_cast<int>(applied.fit.names.size());
   applied.stage.training = errors_of(robot, *judged.training.sound);
-  result.joints = joint_curves(applied.fit, judged.random, *judged.training.sound);
+  result.joints = joint_curves(applied.fit, random, *judged.training.sound);
   result.applied = std::move(applied);
 }
 
@@ -329,7 +337,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   Training& training = judged.training;
   result.rejected = rejected_model(training.trace, held_out, options);
   if (result.rejected) fall_back_to_geometry(judged);
-  if (!judged.random.lasting.empty()) set_applied(judged, held_out, result);
+  if (!judged.random.lasting.empty() || !judged.random.of_campaign.empty())
+    set_applied(judged, held_out, result);
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)

@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <set>
 #include <tuple>
@@ -444,6 +446,33 @@ TEST(ArmAlone, ErrsByWhatTheStationDoes) {
   for (size_t k = 0; k < sag.trace.effects.size(); ++k) taken += std::pow(sag.parts[k].position, 2);
   const Stage& named = sag.stages[sag.stages.size() - (sag.applied ? 2 : 1)];
   EXPECT_NEAR(taken, square(sag.stages[1]) - square(named), 0.02 * square(sag.stages[1]));
+}
+
+// A station that wanders slowly while readings have no time: its wandering shows in the order of the
+// visits, also at poses that were held out, and no program can follow it.
+TEST(ReadingsOfARecord, AreFollowedInTheOrderOfVisits) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 43;
+  plan.poses = 150;
+  const Robot robot = read_robot(kNominal).robot;
+  HiddenCampaign campaign(kNominal, "null", 0, plan);
+  Campaign all = campaign.training;
+  all.time_s.clear();
+  for (int row = 0; row < all.rows(); ++row) {
+    const double turn = 2 * std::numbers::pi * all.line[row] / all.line.back();
+    all.position[row] += 0.3e-3 * Eigen::Vector3d(std::sin(turn), std::cos(turn), std::sin(2 * turn));
+  }
+  const Split split = split_by_pose(all, 0.3, 1);
+  const auto left = [&](const Campaign& held_out) {
+    return close_loop(robot, all.select(split.training), held_out, read_catalogue(kCatalogue), {});
+  };
+  const LoopResult same = left(all.select(split.held_out));
+  ASSERT_TRUE(same.after_readings);
+  EXPECT_LT(*same.after_readings, 0.5 * same.after);
+  EXPECT_LT(*same.after_readings, 1.25 * same.floor);
+  Campaign other = all.select(split.held_out);
+  other.source = "another day.csv";
+  EXPECT_FALSE(left(other).after_readings);
 }
 
 // Draw-wires from three anchors, whose places and zero errors the file only knows roughly.

@@ -105,6 +105,11 @@ struct LoopResult {
   /// That of the arm alone, as programs are corrected with it: without what the station does, base
   /// and tool placed anew on the training poses. Nothing where the station does nothing [m].
   std::optional<double> after_arm;
+  /// That of the readings if all that was found is followed, with what is of this campaign alone: time
+  /// or order of visits, temperature, the way to a pose. How much of the readings is understood; no
+  /// program can follow it. Nothing without such effects, or if other poses of the same record were
+  /// not held out [m].
+  std::optional<double> after_readings;
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
   std::array<double, 2> removed_ci95{0, 0};  ///< of it, bootstrap over poses and floor

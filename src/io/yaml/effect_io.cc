@@ -56,8 +56,9 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
     shape.low[driver] = range[0];
     shape.high[driver] = range[1];
   };
-  // In a catalogue a polynomial stands on the range of the campaign.
-  if (shape.basis != SeriesBasis::fourier && !(polynomial && !series.has("range"))) {
+  // In a catalogue these stand on the range of the campaign, or of the travel.
+  const bool may_lack_range = polynomial || shape.basis == SeriesBasis::saturating;
+  if (shape.basis != SeriesBasis::fourier && (!may_lack_range || series.has("range"))) {
     read_range("range", 0);
     if (two_drivers || polynomial) read_range("second_range", 1);
     if (polynomial) read_range("third_range", 2);
@@ -99,6 +100,9 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     map.fail("driver", why);
   if (is_polynomial(effect.shape) && effect.shape.low == effect.shape.high)
     map.fail("series", "a polynomial needs the keys range, second_range and third_range, in m");
+  if (effect.shape.kind == ShapeKind::series &&
+      effect.shape.basis == SeriesBasis::saturating && effect.shape.low == effect.shape.high)
+    map.fail("series", "the basis saturating needs the key range: -T and T, in the unit of the driver");
   const auto [suffix, unit] = inner_unit(effect.driver, chain);
   if (driver->kind == DriverKind::session)
     read_sessions(map, effect);
