@@ -442,6 +442,13 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
     compliance.conditions = family == "two-payloads";
     return compliance;
   }
+  if (family == "two-slopes") {  // a third as stiff up to 1.5 kN m as above
+    const int j = 1 + dice.below(2);
+    return on_theta(family, j, "gravity-torque " + joint_text(j), [j](const Moment& m) {
+      const double torque = m.torque[static_cast<size_t>(j)];
+      return 1e-6 * (torque + 2 * std::clamp(torque, -1500.0, 1500.0));
+    });
+  }
   if (family == "play") {
     const int j = 1 + dice.below(2);
     return on_theta(family, j, "gravity-torque " + joint_text(j), [j](const Moment& m) {
@@ -780,6 +787,7 @@ std::vector<std::string> families() {
           "x-loaded-course",
           "friction",
           "play",
+          "two-slopes",
           "other-load",
           "instrument-offset",
           "instrument-rezeroed",

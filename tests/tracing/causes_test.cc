@@ -104,6 +104,24 @@ TEST(Load, IsNotNamedWhereTheInstrumentDrifts) {
   }
 }
 
+// A joint whose stiffness has two slopes gives way under all torques and more under small ones: its name
+// says so, and one slope alone is told apart.
+TEST(Stiffness, HardensWithLoad) {
+  int named = 0;
+  for (unsigned seed : {48u, 49u, 50u, 51u}) {
+    const auto [truth, result] = found("two-slopes", seed, 0.3);
+    for (const TracedEffect& traced : result.trace.effects)
+      if (traced.effect.name == "stiffness that hardens with load") {
+        ++named;
+        EXPECT_EQ(to_string(traced.effect.parameter), truth.parameter);
+        EXPECT_GT(traced.effect.coefficients.front().value, 0);
+      }
+    EXPECT_GT(result.reducible_removed, 0.9) << listed(result);
+    EXPECT_FALSE(has(found("compliance", seed, 0.3).result, "stiffness that hardens with load"));
+  }
+  EXPECT_GE(named, 3);
+}
+
 // Growth is of the size and, where the name says so, of the sign of the length.
 TEST(Growth, HasTheSizeAndSignOfItsLength) {
   constexpr double kMost = 23e-6 * 60 * 1.02;

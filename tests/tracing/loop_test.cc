@@ -74,6 +74,7 @@ const std::map<std::string, std::vector<std::string>> kFamiliesOfEntry{
     {"instrument scale drifts", {"scale-drift", "warm-scale"}},
     {"friction hysteresis", {"friction"}},
     {"play under gravity", {"play"}},
+    {"stiffness that hardens with load", {"two-slopes"}},
     {"another load", {"other-load"}},
     {"radial offset", {"instrument-offset"}},
     {"instrument re-zeroed", {"instrument-rezeroed"}},
