@@ -173,6 +173,7 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   result.worst = {held_out.pose_ids[held_out.pose[row]], result.errors_after[worst]};
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;
+  if (result.after_readings && *result.after_readings >= result.after) result.after_readings.reset();
   const double reducible = result.before * result.before - result.floor * result.floor;
   if (reducible > 0)
     result.reducible_removed = std::clamp(
@@ -217,8 +218,12 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   return rejected;
 }
 
-// The arm as it is applied, unless held-out poses are predicted worse with what has no name; and what
-// is left of held-out readings of the same record if that is followed which is of its time alone.
+// What is left of held-out readings of the record if that is followed, too, which is of it alone.
+double left_of_readings(const Robot& all, const Campaign& held_out) {
+  return summarize(evaluate(all, in_order_of_visits(held_out)).reading_errors()).mean;
+}
+
+// The arm as it is applied, unless held-out poses are predicted worse with what has no name.
 void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopResult& result) {
   const RandomEffects& random = judged.random;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
@@ -228,8 +233,7 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
                  : judged.training.trace.fit,
              timed, random);
   if (!random.of_campaign.empty() && held_out.rows() > 0 && held_out.source == timed.source)
-    result.after_readings =
-        summarize(evaluate(all.robot, in_order_of_visits(held_out)).reading_errors()).mean;
+    result.after_readings = left_of_readings(all.robot, held_out);
   if (random.lasting.empty()) return;
   AppliedArm applied{without_campaign(std::move(all), timed, random),
                      {},
