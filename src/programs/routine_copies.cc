@@ -218,6 +218,7 @@ class RoutineCopier {
     RobotProgram again;
     again.dialect = program_.dialect;
     again.own_texts = program_.own_texts;
+    again.neighbours = std::move(program_.neighbours);
     again.copies = std::move(program_.copies);
     again.without_copies = std::move(program_.without_copies);
     again.lines = std::move(program_.lines);
