@@ -172,7 +172,7 @@ std::vector<ProgramText> Command::read_program_archive(const Archive& archive,
   std::ranges::sort(texts, {}, &ProgramText::name);
   if (texts.empty())
     throw InputError(path +
-                     ": holds no robot program (.src, .mod, .ls, .script); a backup of a "
+                     ": holds no robot program (.src, .mod, .ls, .script, .jbi); a backup of a "
                      "controller has them in a folder such as KRC/R1");
   return texts;
 }

@@ -61,6 +61,8 @@ class Project {
       texts_ = command.read_program_archive(*archive_, files.folder);
     }
     refuse_corrected_texts(texts_);
+    for (const Dialect* dialect : dialects())
+      neighbours_.merge(neighbours_in(*dialect, texts_, known_));
   }
 
   bool correct(const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
@@ -88,7 +90,7 @@ class Project {
     RobotProgram program;
     try {
       program = parse_program(dialect, own, known_, TargetParts::pose,
-                              texts_of_others(dialect, texts_, text.name));
+                              texts_of_others(dialect, texts_, text.name), neighbours_[text.name]);
     } catch (const NoTargets& error) {
       if (error.why_left_alone.empty()) return;  // it does not move the arm
       command_.warn(error.what());
@@ -97,11 +99,11 @@ class Project {
     } catch (const InputError& error) {
       return stays(text.name, {}, error);
     }
-    for (const std::string& warning : program.warnings) command_.warn(warning);
-    program.warnings.clear();
     try {
+      leave_frames_of_callers(program);
+      for (const std::string& warning : program.warnings) command_.warn(warning);
+      program.warnings.clear();
       refuse_corrected_points(program);
-      refuse_frames_of_callers(program);
       ProjectCommands found = commands_for(program);
       for (const std::string& warning : program.warnings) command_.warn(warning);
       for (const std::string& warning : found.commands.warnings) command_.warn(warning);
@@ -131,24 +133,30 @@ class Project {
 
   // A subprogram that states neither has those of whoever calls it: nobody knows, unless they are
   // given.
-  void refuse_frames_of_callers(const RobotProgram& program) const {
-    if (!program.dialect->facts().has_frames_of_caller) return;
-    for (const ProgramTarget& target : program.targets)
-      if (target.kind == TargetKind::cartesian) {
-        refuse_that_of_caller(program, target, target.base >= 0 || files_.has_base,
-                              program.dialect->facts().frame, "--base");
-        refuse_that_of_caller(program, target, target.tool >= 0 || files_.has_tool,
-                              program.dialect->facts().tool, "--tool");
-      }
+  void leave_frames_of_callers(RobotProgram& program) const {
+    const DialectFacts& facts = program.dialect->facts();
+    if (!facts.has_frames_of_caller) return;
+    std::map<size_t, std::string> why;
+    for (size_t k = 0; k < program.targets.size(); ++k) {
+      const ProgramTarget& target = program.targets[k];
+      if (target.kind != TargetKind::cartesian) continue;
+      if (target.base < 0 && !files_.has_base)
+        why[k] = why_left_to_caller(facts.frame, "--base");
+      else if (target.tool < 0 && !files_.has_tool)
+        why[k] = why_left_to_caller(facts.tool, "--tool");
+    }
+    if (why.empty()) return;
+    if (why.size() == program.targets.size())
+      throw InputError(fmt::format("{}:{}: {}", program.texts[0].name, program.targets[0].line,
+                                   why.begin()->second));
+    leave_alone(program, why);
   }
 
-  static void refuse_that_of_caller(const RobotProgram& program, const ProgramTarget& target,
-                                    bool is_stated, const std::string& what, const char* option) {
-    if (!is_stated)
-      throw InputError(fmt::format(
-          "{}:{}: the program states no {} for this move, which is that of its caller; state it "
-          "in the program, or give it for all such programs: {}",
-          program.texts[0].name, target.line, what, option));
+  static std::string why_left_to_caller(const std::string& what, const char* option) {
+    return fmt::format(
+        "the program states no {} for this move, which is that of its caller; state it in the "
+        "program, or give it for all such programs: {}",
+        what, option);
   }
 
   // All texts, and all other members of an archive: those that are not corrected as they are.
@@ -208,6 +216,7 @@ class Project {
   const KnownFrames known_;
   std::optional<Archive> archive_;  // in place of a folder
   std::vector<ProgramText> texts_;  // named from the folder on
+  std::map<std::string, ProgramNeighbours> neighbours_;  // of the programs
   std::vector<ProjectProgram> programs_;
   std::vector<ProgramRow> rows_;
   std::optional<std::string> why_not_;  // the first program cannot be corrected

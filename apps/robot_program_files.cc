@@ -80,10 +80,8 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
   if (has_dat) command.check_derived_output(dat);
 }
 
-// The texts of --with, but for those of the program itself. The whole of a folder is searched as
-// its controller does.
-std::vector<ProgramText> read_others(Command& command, const Dialect& dialect,
-                                     const std::vector<ProgramText>& own,
+// The texts of --with, but for those of the program itself.
+std::vector<ProgramText> read_others(Command& command, const std::vector<ProgramText>& own,
                                      const RobotProgramFiles& files) {
   std::vector<ProgramText> others;
   for (const std::string& path : files.with)
@@ -94,7 +92,17 @@ std::vector<ProgramText> read_others(Command& command, const Dialect& dialect,
       if (std::ranges::none_of(own, is_this) && std::ranges::none_of(others, is_this))
         others.push_back(text);
     }
-  return what_others_declare(dialect, others);
+  return others;
+}
+
+// The program among them. The whole of a folder is searched as its controller does.
+RobotProgram parse_with(const Dialect& dialect, std::vector<ProgramText> own,
+                        const std::vector<ProgramText>& others, const KnownFrames& known) {
+  std::vector<ProgramText> project = own;
+  project.insert(project.end(), others.begin(), others.end());
+  ProgramNeighbours neighbours = neighbours_in(dialect, project, known)[own[0].name];
+  return parse_program(dialect, std::move(own), known, TargetParts::pose,
+                       what_others_declare(dialect, others), std::move(neighbours));
 }
 
 }  // namespace
@@ -165,9 +173,8 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
                      dialect.facts().name + "; give it an ending of this language");
   std::vector<ProgramText> texts = command.read_program_texts(files.path, files.dat, has_data_list);
   refuse_corrected_texts(texts);
-  std::vector<ProgramText> others = read_others(command, dialect, texts, files);
-  RobotProgram program =
-      parse_program(dialect, std::move(texts), known, TargetParts::pose, std::move(others));
+  const std::vector<ProgramText> others = read_others(command, texts, files);
+  RobotProgram program = parse_with(dialect, std::move(texts), others, known);
   refuse_corrected_points(program);
   refuse_outputs(command, program, files);
   return program;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "armtrue/io/source.h"
+#include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 
 namespace armtrue {
@@ -44,17 +44,22 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
 }
 
 bool is_program_text(const std::string& path) {
+  if (dialect_of_file(path)) return true;
   const std::filesystem::path name(path);
-  std::string ending = name.extension().string();
-  for (char& c : ending)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  static const std::set<std::string> kEndings{".src",  ".dat",    ".sub",     ".mod",
-                                              ".modx", ".prg",    ".sys",     ".sysx",
-                                              ".ls",   ".script", ".urscript"};
-  const std::string stem = name.stem().string();
-  const bool is_listing = ending == ".va" && (stem.find_first_of("Pp") == 0 ||
-                                              stem.starts_with("sysf") || stem.starts_with("SYSF"));
-  return kEndings.contains(ending) || is_listing;
+  const auto upper_case = [](std::string text) {
+    for (char& c : text)
+      if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+    return text;
+  };
+  const std::string ending = upper_case(name.extension().string());
+  const std::string stem = upper_case(name.stem().string());
+  const bool is_listing = ending == ".VA" && (stem.starts_with("P") || stem.starts_with("SYSF"));
+  return is_listing || std::ranges::any_of(dialects(), [&](const Dialect* dialect) {
+           const DialectFacts& facts = dialect->facts();
+           return !ending.empty() &&
+                  (ending == facts.data_list ||
+                   std::ranges::find(facts.with_data_list, ending) != facts.with_data_list.end());
+         });
 }
 
 std::vector<TextFile> read_program_folder(const std::string& folder) {
@@ -72,9 +77,10 @@ std::vector<TextFile> read_program_folder(const std::string& folder) {
     throw InputError(folder + ": the folder cannot be read (" + error.message() +
                      "); check its name and its permissions");
   if (paths.empty())
-    throw InputError(folder +
-                     ": holds no robot program (.src, .mod, .ls, .script); name the folder of the "
-                     "programs, such as KRC/R1 of a backup");
+    throw InputError(
+        folder +
+        ": holds no robot program (.src, .mod, .ls, .script, .jbi); name the folder of the "
+        "programs, such as KRC/R1 of a backup");
   std::ranges::sort(paths);
   std::vector<TextFile> files;
   for (const std::string& path : paths) files.push_back(read_text(path));

@@ -126,4 +126,9 @@ Dialect::SearchFolder Dialect::search_folder(const std::vector<ProgramText>&,
   return {slash == std::string::npos ? "" : path.substr(0, slash + 1)};
 }
 
+std::map<std::string, ProgramNeighbours> Dialect::neighbours(const std::vector<ProgramText>&,
+                                                             const KnownFrames&) const {
+  return {};
+}
+
 }  // namespace armtrue

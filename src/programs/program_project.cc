@@ -216,6 +216,12 @@ std::vector<ProgramText> texts_of_others(const Dialect& dialect,
   return what_others_declare(dialect, others);
 }
 
+std::map<std::string, ProgramNeighbours> neighbours_in(const Dialect& dialect,
+                                                       const std::vector<ProgramText>& project,
+                                                       const KnownFrames& known) {
+  return dialect.neighbours(project, known);
+}
+
 RewrittenProject rewrite_project(std::vector<ProjectProgram> programs,
                                  const std::vector<ProgramText>& project,
                                  std::optional<Corrector> by) {

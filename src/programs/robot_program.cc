@@ -77,6 +77,13 @@ void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why
   program.targets = std::move(targets);
 }
 
+bool operator==(const HandedFrame& a, const HandedFrame& b) {
+  const bool is_same_pose = a.pose ? b.pose && a.pose->rotation == b.pose->rotation &&
+                                         a.pose->translation == b.pose->translation
+                                   : !b.pose;
+  return a.kind == b.kind && a.name == b.name && is_same_pose;
+}
+
 bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
   return (q.array() >= configuration.low.array() - kRangeSlack).all() &&
          (q.array() <= configuration.high.array() + kRangeSlack).all();
@@ -84,9 +91,10 @@ bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
 
 RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known, TargetParts parts,
-                           std::vector<ProgramText> others) {
+                           std::vector<ProgramText> others, ProgramNeighbours neighbours) {
   RobotProgram program;
   program.dialect = &dialect;
+  program.neighbours = std::move(neighbours);
   program.texts = std::move(texts);
   program.own_texts = program.texts.size();
   std::ranges::move(others, std::back_inserter(program.texts));

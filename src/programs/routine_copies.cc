@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -218,6 +219,7 @@ class RoutineCopier {
     RobotProgram again;
     again.dialect = program_.dialect;
     again.own_texts = program_.own_texts;
+    again.neighbours = std::move(program_.neighbours);
     again.copies = std::move(program_.copies);
     again.without_copies = std::move(program_.without_copies);
     again.lines = std::move(program_.lines);
@@ -251,21 +253,30 @@ class RoutineCopier {
     return size;
   }
 
-  // The lines of a copy are those of its routine.
+  // The lines of a copy are those of its routine. The copies are in the order of their places.
   void keep_lines() {
-    const std::string& text = program_.texts[0].text;
-    if (program_.lines.empty())
-      for (int line = 1; line <= lines_in(text) + 1; ++line) program_.lines.push_back(line);
-    const std::vector<int> before = program_.lines;
-    for (auto added = added_.rbegin(); added != added_.rend(); ++added) {
-      const size_t at = added->text.begin;
-      const auto behind = static_cast<size_t>(lines_in(std::string_view(text).substr(0, at)) +
-                                              (text[at - 1] == '\n' ? 0 : 1));
-      const size_t count = lines_in(added->text.text);
-      const auto first = before.begin() + static_cast<long>(behind - count);
-      program_.lines.insert(program_.lines.begin() + behind, first,
-                            first + static_cast<long>(count));
+    const std::string_view text = program_.texts[0].text;
+    if (program_.lines.empty()) {
+      program_.lines.resize(static_cast<size_t>(lines_in(text)) + 1);
+      std::iota(program_.lines.begin(), program_.lines.end(), 1);
     }
+    const std::vector<int> before = std::move(program_.lines);
+    std::vector<int>& lines = program_.lines = {};
+    const auto add = [&](size_t first, size_t behind) {
+      lines.insert(lines.end(), before.begin() + static_cast<long>(first),
+                   before.begin() + static_cast<long>(behind));
+    };
+    size_t place = 0, line_ends = 0, kept = 0;
+    for (const Added& added : added_) {
+      const size_t at = added.text.begin;
+      line_ends += static_cast<size_t>(lines_in(text.substr(place, at - place)));
+      place = at;
+      const size_t behind = line_ends + (text[at - 1] == '\n' ? 0 : 1);
+      add(kept, behind);
+      kept = behind;
+      add(behind - static_cast<size_t>(lines_in(added.text.text)), behind);
+    }
+    add(kept, before.size());
   }
 
   struct Added {

@@ -10,6 +10,7 @@
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
+#include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
 #include "fuzz/targets.h"
 #include "programs/division.h"
@@ -134,13 +135,26 @@ void read_names(const Dialect& dialect, const std::string& text) {
   why_illegal_name(dialect, line);
 }
 
+// Of a program that another one of its project calls, and that calls this one.
+ProgramNeighbours neighbours_of(const Dialect& dialect, std::vector<ProgramText> project,
+                                const KnownFrames& known) {
+  const std::string name = project.front().name, text = project.front().text;
+  const size_t routine = text.find("DEF ") + 4;
+  const std::string called = text.substr(std::min(routine, text.size()), text.find('(') - routine);
+  project.push_back({"other.src", "DEF other( )\n$BASE=BASE_DATA[1]\n" + called +
+                                      "( )\nEND\nGLOBAL DEF sub( )\n$TOOL=TOOL_DATA[1]\n" + called +
+                                      "( )\nEND\n"});
+  return neighbours_in(dialect, project, known)[name];
+}
+
 // As compensate corrects the points of a program.
 void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
   read_names(dialect, texts.front().text);
   static const KnownFrames known{{"BASE_DATA[1]", {}}, {"TOOL_DATA[1]", {}}, {"wobj1", {}},
                                  {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}},
                                  {"USER[1]", {}},      {"TOOL[0]", {}}};
-  const RobotProgram program = parse_program(dialect, texts, known);
+  const RobotProgram program = parse_program(dialect, texts, known, TargetParts::pose, {},
+                                             neighbours_of(dialect, texts, known));
   std::vector<ProgramCommand> commands(program.targets.size());
   RewrittenProgram same = rewrite(program, commands);
   for (size_t i = 0; i < texts.size(); ++i)

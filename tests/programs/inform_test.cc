@@ -6,6 +6,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
 #include "armtrue/text/input_error.h"
 
@@ -131,6 +132,43 @@ TEST(Inform, AVariableThatMayChangeIsLeftAlone) {
   EXPECT_EQ(parsed(job(positions, moves + "GETS PX004 $PX000\r\n")).left_alone, 1);
   EXPECT_EQ(parsed(job(positions, moves + "SET P[I000] P004\r\n")).left_alone, 2);
   EXPECT_EQ(parsed(job(positions, moves + "CALL JOB:OTHER\r\n")).left_alone, 2);
+}
+
+// In a folder the jobs that are called are there, and all that set a variable.
+TEST(Inform, AVariableMayBeSetByAnyJobOfTheFolder) {
+  const std::string positions = kTwo + "P00003=1,2,3,180,0,0\r\nP00004=1,2,3,180,0,0\r\n",
+                    moves = "MOVJ C00000 VJ=1.00\r\nMOVL P003 V=10.0\r\nMOVL P004 V=10.0\r\n";
+  const auto left = [&](const std::string& instruction, const std::string& other,
+                        const std::string& third = "NOP\r\n") {
+    const auto named = [&](const std::string& name, const std::string& instructions) {
+      return ProgramText{
+          name + ".JBI",
+          "/JOB\r\n//NAME " + name + "\r\n//POS\r\n//INST\r\nNOP\r\n" + instructions + "END\r\n"};
+    };
+    const std::vector<ProgramText> project{{"PART.JBI", job(positions, moves + instruction)},
+                                           named("GRIP-1", other),
+                                           named("THIRD", third)};
+    try {
+      return parse_program(inform(), {project[0]}, {}, TargetParts::pose,
+                           texts_of_others(inform(), project, "PART.JBI"))
+          .left_alone;
+    } catch (const NoTargets& all) {
+      return static_cast<int>(all.why_left_alone.size());
+    }
+  };
+  const std::string call = "CALL JOB:GRIP-1\r\n";
+  EXPECT_EQ(left(call, "DOUT OT#(1) ON\r\n"), 0);
+  EXPECT_EQ(left(call, "SET P003 P009\r\n"), 1);
+  EXPECT_EQ(left(call, "SET P009 P003\r\n"), 0);
+  EXPECT_EQ(left(call, "CALL JOB:THIRD IF B000=1\r\n", "GETS PX004 $PX000\r\n"), 1);
+  EXPECT_EQ(left("", "SET P[I000] P009\r\n"), 2);
+  // Jobs that are not there, or that a variable names.
+  EXPECT_EQ(left("CALL JOB:ELSEWHERE\r\n", ""), 2);
+  EXPECT_EQ(left(call, "CALL JOB:ELSEWHERE\r\n"), 2);
+  EXPECT_EQ(left("CALL IG#(1)\r\n", ""), 2);
+  // A frame counts where a job that runs in between sets it.
+  EXPECT_EQ(left(call, "MFRAME UF#(1) P010 P011 P012\r\n"), 3);
+  EXPECT_EQ(left("", "MFRAME UF#(1) P010 P011 P012\r\n"), 0);
 }
 
 // The position of a move that is left alone stays for it.

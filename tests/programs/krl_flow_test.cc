@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
 
 namespace armtrue::krl_flow_test {
@@ -500,6 +503,77 @@ TEST(KrlFlowTest, MovesOfAToolInTheRoomAreLeftAloneWhereverThatIsStated) {
   EXPECT_EQ(left_alone("SLIN " + point + " WITH $VEL.CP=0.1, $IPO_MODE = #tcp\n"), 1);
   EXPECT_EQ(left_alone("SPLINE WITH $IPO_MODE=#TCP\nSPL " + point + "\nENDSPLINE\n" + kWhole), 1);
   EXPECT_EQ(left_alone("$IPO_MODE=#TCP\nSLIN " + point + " WITH $IPO_MODE=#BASE\n"), 0);
+}
+
+// The name of $BASE with which the first move of one of two programs runs; `?` if it is left alone.
+std::string base_of(const std::string& path, const std::vector<ProgramText>& project) {
+  const Dialect& krl = *find_dialect("krl");
+  const auto text = std::ranges::find(project, path, &ProgramText::name);
+  const RobotProgram program =
+      parse_program(krl, {*text}, {}, TargetParts::pose, texts_of_others(krl, project, path),
+                    neighbours_in(krl, project, {})[path]);
+  const ProgramTarget& target = program.targets[0];
+  return target.kind == TargetKind::joints ? "?"
+         : target.base < 0                 ? ""
+                                           : program.frames[target.base].name;
+}
+
+// Behind the move that is asked for one to joint angles, which is never left alone.
+const std::string kEnd = "PTP {A1 1,A2 -90,A3 90,A4 0,A5 45,A6 0}\nEND\n";
+const std::string kCaller = "DEF a()\n$TOOL=$NULLFRAME\n$BASE=BASE_DATA[1]\n";
+
+std::string base_of_called(const std::string& caller, const std::string& more = "",
+                           const std::string& called = "DEF b()\n" + kWhole) {
+  return base_of("b.src", {{"a.src", caller + "END\n"}, {"b.src", called + kEnd}, {"c.src", more}});
+}
+
+TEST(KrlFlowTest, AProgramBeginsWithTheFramesOfItsCallers) {
+  EXPECT_EQ(base_of_called(kCaller + "b()\n"), "BASE_DATA[1]");
+  EXPECT_EQ(base_of_called(kCaller + "b()\nb ( )\n"), "BASE_DATA[1]");
+  EXPECT_EQ(base_of_called("DEF a()\n"), "");
+  EXPECT_EQ(base_of_called(kCaller + "b()\n$BASE=BASE_DATA[2]\nb()\n"), "?");
+  EXPECT_EQ(base_of_called(kCaller + "b()\n", "DEF c()\nb()\nEND\n"), "?");
+  // A function in an expression, an interrupt, a name of two programs, calls in a ring.
+  EXPECT_EQ(base_of_called(kCaller + "x=1+b(2)\n"), "BASE_DATA[1]");
+  EXPECT_EQ(base_of_called(kCaller + "b()\n",
+                           "DEF c()\nGLOBAL INTERRUPT DECL 3 WHEN $IN[1] DO b()\nEND\n"),
+            "?");
+  EXPECT_EQ(base_of_called(kCaller + "b()\n", "DEF b()\nEND\n"), "?");
+  EXPECT_EQ(
+      base_of_called("DEF a()\nb()\n", "", "DEF b()\n" + kWhole + "IF $IN[1] THEN\na()\nENDIF\n"),
+      "?");
+  // What is calculated is another frame at each call.
+  EXPECT_EQ(base_of_called("DEF a()\n$TOOL=$NULLFRAME\n$BASE=BASE_DATA[n]\nb()\n"), "?");
+  // A local routine of the caller has the name.
+  EXPECT_EQ(base_of_called(kCaller + "b()\nEND\nDEF b()\n"), "");
+}
+
+std::string base_behind(const std::string& call, const std::string& called) {
+  const std::string text = "DEF a()\n$TOOL=$NULLFRAME\n$BASE=BASE_DATA[1]\n";
+  const Dialect& krl = *find_dialect("krl");
+  const std::vector<ProgramText> project{{"a.src", text + call + "\n" + kWhole + kEnd},
+                                         {"b.src", called}};
+  const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
+                                             texts_of_others(krl, project, "a.src"),
+                                             neighbours_in(krl, project, {})["a.src"]);
+  const ProgramTarget& target = program.targets[0];
+  return target.kind == TargetKind::joints ? "?" : program.frames[target.base].name;
+}
+
+TEST(KrlFlowTest, AProgramGoesOnWithTheFramesThatACalledOneLeaves) {
+  EXPECT_EQ(base_behind("b()", "DEF b()\nEND\n"), "BASE_DATA[1]");
+  EXPECT_EQ(base_behind("b()", "DEF b()\n$BASE=BASE_DATA[2]\nEND\n"), "BASE_DATA[2]");
+  EXPECT_EQ(base_behind("b()", "DEF b()\nIF $IN[1] THEN\n$BASE=BASE_DATA[2]\nENDIF\nEND\n"), "?");
+  EXPECT_EQ(base_behind("b()", "DEF b()\nIF $IN[1] THEN\nRETURN\nENDIF\n$BASE=BASE_DATA[2]\nEND\n"),
+            "?");
+  EXPECT_EQ(base_behind("b()", "DEF b(n:IN)\n$BASE=BASE_DATA[n]\nEND\n"), "?");
+  EXPECT_EQ(base_behind("x=b()", "DEFFCT INT b()\n$BASE=BASE_DATA[2]\nRETURN 1\nENDFCT\n"), "?");
+  EXPECT_EQ(base_behind("x=b()", "DEFFCT INT b()\nRETURN 1\nENDFCT\n"), "BASE_DATA[1]");
+  // Another routine of it, and one that its own routine calls.
+  EXPECT_EQ(
+      base_behind("g()",
+                  "DEF b()\nEND\nGLOBAL DEF g()\nl()\nEND\nDEF l()\n$BASE=BASE_DATA[2]\nEND\n"),
+      "BASE_DATA[2]");
 }
 
 }  // namespace

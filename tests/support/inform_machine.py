@@ -45,21 +45,22 @@ class Job:
 
 
 class Machine(Job):
-    """`inputs`: the next value of IN#(..), true or false."""
+    """`inputs`: the next value of IN#(..), true or false. `others`: jobs that it may call, by their names."""
 
-    def __init__(self, text, inputs, users, tools):
+    def __init__(self, text, inputs, users, tools, others=()):
         super().__init__(text)
+        self.others = {name: Job(other).lines for name, other in dict(others).items()}
         self.inputs, self.users, self.tools, self.moves = inputs, users, tools, []
         self.variables = {name: value for name, value in self.positions.items() if name[0] == "P"}
         self.shift = None
-        self.run()
+        self.run(self.lines)
 
-    def run(self):
+    def run(self, lines):
         at = 0
-        labels = {line[1:]: i for i, (_, line) in enumerate(self.lines) if line[0] == "*"}
-        while at < len(self.lines):
+        labels = {line[1:]: i for i, (_, line) in enumerate(lines) if line[0] == "*"}
+        while at < len(lines):
             assert len(self.moves) < 400
-            number, line = self.lines[at]
+            number, line = lines[at]
             word = line.split()[0]
             at += 1
             if word in ("MOVJ", "MOVL", "MOVC", "MOVS", "IMOV"):
@@ -86,6 +87,9 @@ class Machine(Job):
                     held, heads = self.variables[to]
                     numbers = [a + b for a, b in zip(held, numbers)]
                 self.variables[to] = numbers, heads
+            elif word == "CALL":
+                if " IF " not in line or self.inputs():
+                    self.run(self.others[line.split()[1][4:]])
 
     def past(self, at, words):
         depth = 0

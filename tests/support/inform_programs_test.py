@@ -44,6 +44,7 @@ class Writer:
         self.positions, self.count = [], 0
         self.variables = [f"P{k:03}" for k in range(4)]
         self.labels = 0
+        self.others = {}  # jobs that it calls, by their names
         self.frames = lambda: (self.rng.choice((None, 1, 2)), self.rng.choice((0, 1)))
 
     def head(self, **wanted):
@@ -96,6 +97,8 @@ class Writer:
             return [f"SET {self.rng.choice(self.variables[2:])} {self.rng.choice(self.variables)}"]
         if k == 4:
             return [f"SFTON {self.variables[0]}", *self.move(), "SFTOF"]
+        if k == 5 and self.others:
+            return [f"CALL JOB:{self.rng.choice(list(self.others))}" + self.rng.choice(("", " IF IN#(3)=ON"))]
         if k == 5:
             return ["DOUT OT#(1) ON", "'a comment with C00000"]
         if k == 6:
@@ -122,6 +125,15 @@ class Writer:
             label = f"*L{self.labels}"
             return [label, *inner(), f"JUMP {label} IF IN#(2)=OFF"]
         return inner()
+
+    def write_others(self):
+        """Jobs that set variables, or call others that do."""
+        setting = lambda: f"SET {self.rng.choice(self.variables[1:])} {self.rng.choice(self.variables)}"
+        for name in ("LAST", "GRIP-1", "GRIP-2"):
+            body = ["DOUT OT#(1) ON", *[setting() for _ in range(self.rng.choice((0, 0, 2)))]]
+            body += [f"CALL JOB:{self.rng.choice(list(self.others))}"] if self.others and self.rng.random() < 0.5 else []
+            self.others[name] = "\n".join(["/JOB", f"//NAME {name}", "//POS", "///NPOS 0,0,0,0,0,0", "//INST",
+                                           "///DATE 2024/03/11 09:42", "NOP", *body, "END", ""])
 
     def write(self):
         body = [f"MOVJ {self.step('pose')} VJ=10.00"]
@@ -154,9 +166,11 @@ class InformProgramsTest(unittest.TestCase):
         self.folder = pathlib.Path(KEEP or tempfile.mkdtemp())
         self.folder.mkdir(exist_ok=True)
 
-    def given(self, number, spread=0.03):
+    def given(self, number, spread=0.03, with_others=False):
         cell = programs.Cell("inform", 500 + number)
         writer = Writer(cell, spread)
+        if with_others:
+            writer.write_others()
         text = writer.write()
         (self.folder / "part.jbi").write_bytes(text.encode())
         (self.folder / "nominal.yaml").write_text(cell.nominal_text)
@@ -170,16 +184,16 @@ class InformProgramsTest(unittest.TestCase):
         for name, first, motions in (("USER", 1, cell.bases), ("TOOL", 0, cell.tools)):
             for k, motion in enumerate(motions, first):
                 frames += ["--frame", f"{name}[{k}]=" + ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))]
-        run = subprocess.run([BIN / "compensate", "-q", "--robot", robot, "--controller", "nominal.yaml", "--program",
-                              "part.jbi", "--program-out", "new/part.jbi", "--max-mm", "50", *frames, *options],
-                             cwd=self.folder, capture_output=True, text=True)
+        run = subprocess.run([BIN / "compensate", "-q", "--robot", robot, "--controller", "nominal.yaml", *(
+            options if "--project" in options else ["--program", "part.jbi", "--program-out", "new/part.jbi", *options]),
+                              "--max-mm", "50", *frames], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(run.returncode, 0, run.stderr)
         return (self.folder / "new/part.jbi").read_bytes().decode()
 
-    def run_job(self, cell, text, seed):
+    def run_job(self, cell, text, seed, others=()):
         users, tools = dict(enumerate(cell.bases, 1)), dict(enumerate(cell.tools))
         try:
-            return inform_machine.Machine(text, inputs(seed), users, tools).moves
+            return inform_machine.Machine(text, inputs(seed), users, tools, others).moves
         except AssertionError:  # it goes on for ever
             return None
 
@@ -227,6 +241,36 @@ class InformProgramsTest(unittest.TestCase):
         print(f"{hits} moves corrected, {joints} of them joint angles and {variables} to variables; {left} left alone")
         self.assertGreater(hits, left)
         self.assertGreater(min(joints, variables), PROGRAMS // 4)
+
+    def test_a_job_of_a_folder_knows_what_the_jobs_that_it_calls_set(self):
+        hits, left, calls = 0, 0, 0
+        for number in range(PROGRAMS):
+            cell, writer, text = self.given(number, with_others=True)
+            jobs = self.folder / "jobs"
+            jobs.mkdir(exist_ok=True)
+            for name, job in {**writer.others, "part": text}.items():
+                (jobs / f"{name}.jbi").write_bytes(job.encode())
+            options = ["--project", "jobs", "--project-out", "new"]
+            self.assertEqual(self.corrected(cell, "nominal.yaml", *options), text, number)
+            corrected = self.corrected(cell, "true.yaml", *options)
+            calls += "CALL" in text
+            for seed in range(3):
+                before, after = (self.run_job(cell, t, seed, writer.others) for t in (text, corrected))
+                if before is None:
+                    continue
+                self.assertEqual(len(before), len(after), number)
+                for programmed, commanded in zip(before, after):
+                    if programmed.kind == "other" or programmed.shift or " P" not in programmed.text[:9]:
+                        continue
+                    off = vc.length(vc.sub(self.reached(cell, commanded, writer.q), self.wanted(cell, programmed)))
+                    if off < NEAR_MM:
+                        hits += "CALL" in text
+                        continue
+                    left += 1
+                    self.assertEqual(programmed, commanded._replace(line=programmed.line), f"job {number}: {programmed.text}")
+        print(f"{hits} moves to variables corrected in {calls} jobs that call others; {left} left alone")
+        self.assertGreater(hits, PROGRAMS // 4)
+        self.assertGreater(left, PROGRAMS // 2)
 
     def test_points_between_lie_on_the_way(self):
         inserted = 0

@@ -19,18 +19,19 @@ def entries(text):
 
 
 class Machine:
-    """`inputs`: the next value of $IN[..], true or false."""
+    """`inputs`: the next value of $IN[..], true or false. Of several programs `src` and `dat` are theirs one behind the other,
+    whose names differ, and `entry` is the routine that is started."""
 
-    def __init__(self, src, dat, inputs):
+    def __init__(self, src, dat, inputs, entry=None):
         self.inputs, self.moves = inputs, []
         self.shared = {}
-        for name, body, number in re.findall(rf"DECL \w+ (\w+)=(?:\{{([^}}]*)\}}|({rp.NUMBER}))", dat):
+        for name, body, number in re.findall(rf"(?:DECL \w+ |(?=\b(?:BASE|TOOL)_DATA))(\w+(?:\[\d\])?)=(?:\{{([^}}]*)\}}|({rp.NUMBER}))", dat):
             self.shared[name.upper()] = entries(body) if body else float(number)
         self.lines = [(k, line.split(";")[0].strip()) for k, line in enumerate(src.replace("\r", "").split("\n"), 1)]
         self.lines = [(k, line) for k, line in self.lines if line and line[0] != "&"]
-        self.routines = {m[1].upper(): i for i, (_, line) in enumerate(self.lines) if (m := re.match(r"DEF (\w+)", line))}
+        self.routines = {m[1].upper(): i for i, (_, line) in enumerate(self.lines) if (m := re.match(r"(?:GLOBAL )?DEF (\w+)", line))}
         self.base, self.tool, self.here = vc.NONE, vc.NONE, {}
-        self.call(next(iter(self.routines)))
+        self.call(entry or next(iter(self.routines)))
 
     def call(self, name):
         begin = self.routines[name] + 1
@@ -132,7 +133,7 @@ class Machine:
         name, value = (part.strip() for part in line.split("=", 1))
         name = name.upper()
         if name in ("$BASE", "$TOOL"):
-            of = entries(value)
+            of = self.shared.get(value.upper()) or entries(value)
             motion = rp.abc_motion(*(of[c] for c in POSE))
             setattr(self, name[1:].lower(), motion)
             self.here = {}

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -146,6 +147,9 @@ class Dialect {
   };
   virtual SearchFolder search_folder(const std::vector<ProgramText>& project,
                                      const std::string& path) const;
+  /// See neighbours_in(); by default none.
+  virtual std::map<std::string, ProgramNeighbours> neighbours(
+      const std::vector<ProgramText>& project, const KnownFrames& known) const;
 
  protected:
   /// The word with which the line of a text begins that begins the program; none: the comment

@@ -25,6 +25,14 @@ std::vector<ProgramText> texts_of_others(const Dialect& dialect,
 std::vector<ProgramText> what_others_declare(const Dialect& dialect,
                                              const std::vector<ProgramText>& others);
 
+/// What calls between programs hand on, by the names of the programs that call others or that
+/// others call. KUKA: $BASE, $TOOL and whether the tool stands in the room; a program that others
+/// call begins with what its callers have, and they go on with what it leaves. Nothing is known of
+/// who else may start it.
+std::map<std::string, ProgramNeighbours> neighbours_in(const Dialect& dialect,
+                                                       const std::vector<ProgramText>& project,
+                                                       const KnownFrames& known);
+
 /// Whether a text came with the controller and is nobody's program: bas.src of KUKA.
 bool is_of_controller(const std::string& path);
 

@@ -149,6 +149,27 @@ struct RoutineCopy {
   std::vector<Call> calls;
 };
 
+/// A frame or a tool that a call hands on between programs of a project.
+struct HandedFrame {
+  enum class Kind {
+    as_before,  ///< that of whoever calls the caller; behind a call: what it was before
+    stated,
+    several  ///< nobody knows which
+  } kind = Kind::as_before;
+  std::string name;          ///< as of ProgramFrame
+  std::optional<Pose> pose;  ///< if it is known
+};
+bool operator==(const HandedFrame& a, const HandedFrame& b);
+using HandedFrames = std::vector<HandedFrame>;  ///< in the order of the dialect
+
+/// What a program has of others of its project, which call it or which it calls. All routines are
+/// named in capitals.
+struct ProgramNeighbours {
+  std::map<std::string, HandedFrames> begins;  ///< routines of it that others call
+  std::map<std::string, std::string> callers;  ///< of these: `a.src:12, b.src:7`
+  std::map<std::string, HandedFrames> leaves;  ///< routines of others that it calls
+};
+
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
@@ -156,6 +177,7 @@ struct RobotProgram {
   /// others, in which names are looked up that the program does not declare itself.
   std::vector<ProgramText> texts;
   size_t own_texts = 1;
+  ProgramNeighbours neighbours;
   std::vector<RoutineCopy> copies;  ///< that stand in texts[0]
   std::string without_copies;       ///< texts[0] without them; empty if there are none
   std::vector<int> lines;           ///< of texts[0], each as it counts without copies; or empty
@@ -188,10 +210,11 @@ enum class TargetParts { pose, position };
 /// texts that declare what the program may use, too, as its controller looks names up (KRL: what
 /// $config.dat and PUBLIC data lists declare as GLOBAL). What the parser does not understand
 /// (expressions, offsets, relative moves, points that are assigned at run time) gives a warning
-/// with file and line, and stays as it is. Throws NoTargets if there is no target.
+/// with file and line, and stays as it is. `neighbours`: see neighbours_in(). Throws NoTargets if
+/// there is no target.
 RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known, TargetParts parts = TargetParts::pose,
-                           std::vector<ProgramText> others = {});
+                           std::vector<ProgramText> others = {}, ProgramNeighbours neighbours = {});
 
 /// Leaves the moves to targets alone: an arc with either of its points. `why`: by the index of the
 /// target. They are no targets any more; what they use of declared points stays as it is.

@@ -9,6 +9,7 @@
 #include "armtrue/programs/program_project.h"
 #include "programs/dialects.h"
 #include "programs/joint_range.h"
+#include "programs/kuka/krl_neighbours.h"
 #include "programs/kuka/krl_program.h"
 #include "programs/kuka/krl_routines.h"
 #include "programs/path_name.h"
@@ -189,6 +190,11 @@ class KrlDialect : public Dialect {
       folder = folder_of(folder.substr(0, folder.size() - 1));
     }
     return {folder};
+  }
+
+  std::map<std::string, ProgramNeighbours> neighbours(const std::vector<ProgramText>& project,
+                                                      const KnownFrames& known) const override {
+    return krl_neighbours(*this, project, known);
   }
 
  protected:

@@ -52,7 +52,7 @@ class KrlReader : MoveReader {
         syntax_(syntax),
         parts_(parts),
         unused_(program.texts[0].name),
-        set_ups_(KrlSetUps(program.texts[0].text, syntax, known, program.frames,
+        set_ups_(KrlSetUps(program.texts[0].text, syntax, program.neighbours, known, program.frames,
                            parts == TargetParts::pose ? warnings_ : unused_)
                      .read()),
         starts_(syntax, set_ups_, parts),
@@ -73,6 +73,7 @@ class KrlReader : MoveReader {
       if (frame_of_point_[i] >= 0 && is_left_alone_[frame_of_point_[i]])
         program_.points[i].is_shared = true;
     find_names();
+    warn_of_callers();
     program_.warnings = warnings_.list();
   }
 
@@ -132,6 +133,22 @@ class KrlReader : MoveReader {
         program_.targets[k].starts.push_back(end_of_move_[move]);
     if (syntax_.keeps_orientation && parts_ == TargetParts::pose)
       for (const ProgramTarget& target : program_.targets) warn_of_orientation(target);
+  }
+
+  void warn_of_callers() {
+    for (const ProgramTarget& target : program_.targets) {
+      if (target.kind != TargetKind::cartesian ||
+          !(set_ups_.handed_on.contains(target.base) || set_ups_.handed_on.contains(target.tool)))
+        continue;
+      std::string callers;
+      for (const auto& [routine, calls] : program_.neighbours.callers)
+        callers += (callers.empty() ? "" : ", ") + calls;
+      warnings_.add(target.line,
+                    "$BASE and $TOOL are those with which other programs call this one "
+                    "(" +
+                        callers + "); if anything else starts it, it may have others");
+      return;
+    }
   }
 
   // With $ORI_TYPE #CONSTANT the orientation of a target is not reached.

@@ -22,7 +22,7 @@ class KrlRoutineReader {
       : src_(program.texts[0].text),
         text_(masked(src_, ';', "\"")),
         syntax_(parse_krl(program.texts, program.own_texts)),
-        set_ups_(src_, syntax_, known, frames_, warnings_) {}
+        set_ups_(src_, syntax_, program.neighbours, known, frames_, warnings_) {}
 
   std::vector<Routine> read() {
     moves_ = set_ups_.read().of_moves;

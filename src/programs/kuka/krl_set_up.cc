@@ -40,13 +40,34 @@ std::string fdat_of(const std::string& value) {
   return "";
 }
 
+// BASE_DATA[3], TOOL_DATA[1]: the same in all programs.
+bool is_of_controller_list(const std::string& name) {
+  if (!name.starts_with("BASE_DATA[") && !name.starts_with("TOOL_DATA[")) return false;
+  const std::string index = name.substr(name.find('[') + 1);
+  return index.find_first_not_of("0123456789") == index.size() - 1 && index.ends_with(']');
+}
+
+bool is_same(const Pose& a, const Pose& b) {
+  return a.rotation == b.rotation && a.translation == b.translation;
+}
+
+size_t before_statement(size_t statement) { return statement == 0 ? 0 : statement - 1; }
+
+bool is_several(const HandedFrame& frame) { return frame.kind == HandedFrame::Kind::several; }
+
 bool is_definition(const std::string& word) { return word == "DEF" || word == "DEFFCT"; }
 
 }  // namespace
 
-KrlSetUps::KrlSetUps(const std::string& src, const KrlSyntax& syntax, const KnownFrames& known,
+KrlSetUps::KrlSetUps(const std::string& src, const KrlSyntax& syntax,
+                     const ProgramNeighbours& neighbours, const KnownFrames& known,
                      std::vector<ProgramFrame>& frames, ProgramWarnings& warnings)
-    : src_(src), syntax_(syntax), known_(known), frames_(frames), warnings_(warnings) {}
+    : src_(src),
+      syntax_(syntax),
+      neighbours_(neighbours),
+      known_(known),
+      frames_(frames),
+      warnings_(warnings) {}
 
 KrlSetUps::List KrlSetUps::read() {
   follow_statements();
@@ -55,19 +76,105 @@ KrlSetUps::List KrlSetUps::read() {
   for (const KrlSetUp& statement : syntax_.set_ups) list.behind.push_back(at(statement.end));
   for (const KrlMove& move : syntax_.moves) list.of_moves.push_back(at(move.begin, with_of(move)));
   leave_subprograms(list);
+  list.handed_on = handed_on_;
+  for (const auto& [routine, frames] : neighbours_.begins)
+    if (std::ranges::any_of(frames, is_several)) list.callers = neighbours_.callers.at(routine);
   return list;
 }
 
 void KrlSetUps::follow_statements() {
-  std::array<std::vector<ProgramFlow::Setting>, 3> settings;
+  SettingsInOrder settings;
   for (const KrlSetUp& statement : syntax_.set_ups) {
     const Settings set = is_definition(statement.word) ? begin_of(statement) : set_by(statement);
     for (size_t part = 0; part < set.size(); ++part)
       if (set[part]) settings[part].push_back({statement.begin, *set[part]});
   }
+  ProgramFlow flow = syntax_.steps.flow();
+  add_what_others_leave(settings);
+  add_callers(flow, settings);
   for (size_t part = 0; part < settings.size(); ++part)
-    values_[part] = syntax_.steps.flow().follow(settings[part], kStart[part]);
+    values_[part] = flow.follow(settings[part], kStart[part]);
 }
+
+// Other programs that call a routine of this one, as routines behind the text.
+void KrlSetUps::add_callers(ProgramFlow& flow, SettingsInOrder& settings) {
+  size_t place = src_.size();
+  for (const auto& [routine, frames] : neighbours_.begins) {
+    flow.add(ProgramFlow::Step::routine, ++place);
+    for (size_t part = 0; part < frames.size(); ++part) {
+      settings[part].push_back({place, handed(frames[part], part)});
+      if (part != kMode && settings[part].back().value >= 0)
+        handed_on_.insert(settings[part].back().value);
+    }
+    flow.add(ProgramFlow::Step::call, ++place, routine);
+    behind_callers_of_[routine] = place;
+    flow.add(ProgramFlow::Step::end_routine, ++place);
+  }
+}
+
+// A function in an expression may run at any place of its statement.
+void KrlSetUps::add_what_others_leave(SettingsInOrder& settings) {
+  if (neighbours_.leaves.empty()) return;
+  for (const KrlCall& call : krl_calls(masked(src_, ';', "\""))) {
+    const auto found = neighbours_.leaves.find(call.name);
+    if (found == neighbours_.leaves.end()) continue;
+    for (size_t part = 0; part < found->second.size(); ++part) {
+      const HandedFrame& frame = found->second[part];
+      if (frame.kind == HandedFrame::Kind::as_before) continue;
+      settings[part].push_back(
+          call.is_statement ? ProgramFlow::Setting{call.statement, handed(frame, part)}
+                            : ProgramFlow::Setting{before_statement(call.statement), kUncertain});
+    }
+  }
+}
+
+// The value of what another program hands on. Its name may mean another frame here.
+int KrlSetUps::handed(const HandedFrame& frame, size_t part) {
+  if (frame.kind == HandedFrame::Kind::several) return kUncertain;
+  if (frame.kind == HandedFrame::Kind::as_before) return kStart[part];
+  if (part == kMode) return frame.name == "#TCP" ? 1 : frame.name == "#BASE" ? 0 : kAnyMode;
+  int index = is_of_controller_list(frame.name) ? add_name(frame.name) : -1;
+  const auto is_it = [&] {
+    return index >= 0 &&
+           (!frame.pose || (frames_[index].is_known && is_same(*frame.pose, frames_[index].pose)));
+  };
+  for (int number = 1; !is_it(); ++number)
+    index = add(fmt::format("{} of another program{}", frame.name,
+                            number == 1 ? "" : fmt::format(" ({})", number)),
+                frame.pose);
+  return index;
+}
+
+HandedFrame KrlSetUps::as_handed(int value, size_t part) const {
+  using enum HandedFrame::Kind;
+  if (value == kUncertain) return {several, "", {}};
+  if (part == kMode) {
+    if (value == kAnyMode) return {};
+    return {stated, value == 1 ? "#TCP" : "#BASE", {}};
+  }
+  if (value == kStart[part]) return {};
+  const ProgramFrame& frame = frames_[value];
+  if (frame.is_known) return {stated, frame.name, frame.pose};
+  // What is calculated has another value whenever it is.
+  return {is_of_controller_list(frame.name) ? stated : several, frame.name, {}};
+}
+
+HandedFrames KrlSetUps::all_as_handed(size_t place) const {
+  HandedFrames frames;
+  for (size_t part = 0; part < values_.size(); ++part)
+    frames.push_back(as_handed(values_[part].at(place), part));
+  return frames;
+}
+
+HandedFrames KrlSetUps::handed_on(size_t statement) const {
+  return all_as_handed(before_statement(statement));
+}
+
+HandedFrames KrlSetUps::left_by(const std::string& routine) const {
+  return all_as_handed(behind_callers_of_.at(routine));
+}
+
+HandedFrames KrlSetUps::any_frames() { return {{}, {}, {HandedFrame::Kind::stated, "", {}}}; }
 
 // What a subprogram begins with that nothing here calls, or that an interrupt calls.
 KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
@@ -76,8 +183,10 @@ KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
   while (!is_definition(name)) name = cursor.take_name();  // GLOBAL
   if (name == "DEFFCT") cursor.take_name();                // its type
   name = cursor.take_name();
-  if (syntax_.steps.interrupts().contains(name))
-    return {ProgramFlow::kUncertain, ProgramFlow::kUncertain, kStart[kMode]};
+  if (syntax_.steps.interrupts().contains(name)) return {kUncertain, kUncertain, kStart[kMode]};
+  if (const auto handed = neighbours_.begins.find(name); handed != neighbours_.begins.end())
+    return handed->second == any_frames() ? Settings{kStart[kBase], kStart[kTool], kAnyMode}
+                                          : Settings{};
   if (syntax_.steps.called().contains(name)) return {};
   return {kStart[kBase], kStart[kTool], kStart[kMode]};
 }
@@ -105,7 +214,7 @@ KrlSetUps::SetUp KrlSetUps::at(size_t place, const Settings& of_move) const {
   std::array<int, 3> settings{};
   for (size_t part = 0; part < settings.size(); ++part)
     settings[part] = of_move[part].value_or(values_[part].at(place));
-  if (std::ranges::find(settings, ProgramFlow::kUncertain) == settings.end())
+  if (std::ranges::find(settings, kUncertain) == settings.end())
     return {settings[kBase], settings[kTool], settings[kMode] == 1, false};
   return {-1, -1, settings[kMode] == 1, true};
 }

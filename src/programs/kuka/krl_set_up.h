@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,12 +18,14 @@ namespace armtrue {
 /// Follows $BASE and $TOOL through a KRL program, also through its calls, branches, loops and
 /// jumps: direct assignments, BAS(#BASE,n) and BAS(#TOOL,n), the FDAT of inline forms, WITH of
 /// spline moves and blocks (KUKA, KSS 8.x operating and programming instructions for system
-/// integrators). A subprogram that nothing in the text calls begins without base and tool.
+/// integrators), and what other programs of its project hand on: HandedFrames are base, tool and
+/// mode, `#TCP` if the tool is stationary, else `#BASE`. A subprogram that nothing calls begins
+/// without base and tool.
 class KrlSetUps {
  public:
   /// `src`: the text of the .src. All must outlive it.
-  KrlSetUps(const std::string& src, const KrlSyntax& syntax, const KnownFrames& known,
-            std::vector<ProgramFrame>& frames, ProgramWarnings& warnings);
+  KrlSetUps(const std::string& src, const KrlSyntax& syntax, const ProgramNeighbours& neighbours,
+            const KnownFrames& known, std::vector<ProgramFrame>& frames, ProgramWarnings& warnings);
 
   struct SetUp {
     int base = -1, tool = -1;      ///< in the frames; -1: not stated
@@ -32,19 +36,34 @@ class KrlSetUps {
   struct List {
     std::vector<SetUp> of_moves;
     std::vector<SetUp> behind;  ///< so many statements of KrlSyntax::set_ups
+    std::set<int> handed_on;    ///< frames that callers in other programs hand on
+    std::string callers;        ///< which hand on several; empty if none do
   };
 
   /// Base and tool at each place of the program.
   List read();
   /// The same where a statement begins; once read() was called.
   SetUp before(size_t statement) const { return at(statement - 1); }
+  /// What a statement that calls another program hands on.
+  HandedFrames handed_on(size_t statement) const;
+  /// What a routine that others call leaves them, of ProgramNeighbours::begins; where they begin
+  /// with any_frames(): what it keeps is as before.
+  HandedFrames left_by(const std::string& routine) const;
+  static HandedFrames any_frames();
 
  private:
   enum Part : std::uint8_t { kBase, kTool, kMode };  // kMode: 1 if the tool is stationary
   static constexpr std::array<int, 3> kStart{-1, -1, 0};
+  static constexpr int kAnyMode = 2, kUncertain = ProgramFlow::kUncertain;
   using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
+  using SettingsInOrder = std::array<std::vector<ProgramFlow::Setting>, 3>;
 
   void follow_statements();
+  void add_callers(ProgramFlow& flow, SettingsInOrder& settings);
+  void add_what_others_leave(SettingsInOrder& settings);
+  int handed(const HandedFrame& frame, size_t part);
+  HandedFrame as_handed(int value, size_t part) const;
+  HandedFrames all_as_handed(size_t place) const;
   Settings begin_of(const KrlSetUp& definition) const;
   void leave_subprograms(List& list) const;
   SetUp at(size_t place, const Settings& of_move = {}) const;
@@ -63,9 +82,12 @@ class KrlSetUps {
 
   const std::string& src_;
   const KrlSyntax& syntax_;
+  const ProgramNeighbours& neighbours_;
   const KnownFrames& known_;
   std::vector<ProgramFrame>& frames_;
   ProgramWarnings& warnings_;
+  std::set<int> handed_on_;                          // of the frames
+  std::map<std::string, size_t> behind_callers_of_;  // places behind the text
   std::array<ProgramFlow::Values, 3> values_;
   std::vector<bool> sets_frame_;  // of each statement: base or tool
 };

@@ -143,8 +143,10 @@ std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) con
   if (set_ups_.of_moves[index].is_external_tcp && parts_ == TargetParts::pose)
     return "its tool stands in the room (#TCP), and the robot holds the part";
   if (set_ups_.of_moves[index].is_uncertain && parts_ == TargetParts::pose && !is_joints(move))
-    return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on calls, branches or "
-           "loops; state them before the move";
+    return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on " +
+           (set_ups_.callers.empty() ? "calls, branches or loops"
+                                     : "its calls in " + set_ups_.callers) +
+           "; state them before the move";
   if (move.relative != KrlRelative::none) return why_left_alone(move, before);
   const bool is_circle = move.motion == KrlMotion::circle;
   for (const KrlTarget* target : {&move.auxiliary, &move.target})

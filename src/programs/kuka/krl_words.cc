@@ -58,6 +58,26 @@ std::string krl_blending(std::string_view rest, const KrlMove& move) {
   return move.spline ? " C_SPL" : " C_DIS";
 }
 
+std::vector<KrlCall> krl_calls(std::string_view source) {
+  std::vector<KrlCall> calls;
+  int line = 1;
+  for (size_t begin = 0; begin < source.size(); ++line) {
+    const size_t end = std::min(source.find('\n', begin), source.size());
+    TextCursor cursor(source, begin, end);
+    cursor.next();
+    const size_t statement = cursor.at();
+    begin = end + 1;
+    if (contains({"GLOBAL", "DEF", "DEFFCT", "EXT", "EXTFCT", "DECL", "INTERRUPT", "TRIGGER"},
+                 TextCursor(cursor).take_name()))
+      continue;
+    each_word(source, {line, statement, end},
+              [&](const std::string& word, size_t at, TextCursor& behind) {
+                if (behind.next() == '(') calls.push_back({word, line, statement, at == statement});
+              });
+  }
+  return calls;
+}
+
 bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
 }

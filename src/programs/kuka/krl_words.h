@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
 #include "programs/kuka/krl_syntax.h"
 #include "programs/text_cursor.h"
@@ -31,6 +32,17 @@ void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>&
 /// What is to be added behind a move, whose words behind its target are `rest`, so that the arm
 /// does not stop there: C_DIS or C_SPL, or nothing if it does not stop.
 std::string krl_blending(std::string_view rest, const KrlMove& move);
+
+/// A name before a bracket, which calls a routine if there is one with this name.
+struct KrlCall {
+  std::string name;  ///< in capitals
+  int line = 0;
+  size_t statement = 0;       ///< where the statement begins that it stands in
+  bool is_statement = false;  ///< else it stands in an expression
+};
+/// The calls of a source, given by masked(). What declares routines or lets an interrupt or a
+/// TRIGGER call them is no call.
+std::vector<KrlCall> krl_calls(std::string_view source);
 
 bool contains(std::initializer_list<std::string_view> names, std::string_view name);
 

@@ -65,9 +65,13 @@ class InformReader : MoveReader {
     find_name();
     const size_t instructions = std::min(line_that_begins(text_, "//INST"), text_.size());
     positions_ = inform_positions(std::string_view(text_).substr(0, instructions));
-    const std::vector<Statement> statements = lines_from(instructions);
+    const std::vector<Statement> statements = lines_from(text_, instructions);
     shift_ = follow_inform_shift(text_, statements);
-    for (const Statement& statement : statements) read_uses(statement);
+    for (const Statement& statement : statements) {
+      note_changes(text_, statement, true);
+      if (!is_move(first_word(text_, statement))) keep_positions(statement);
+    }
+    read_others(statements);
     for (const Statement& statement : statements) read_statement(statement);
     end_arcs();
     for (const auto& [name, position] : positions_)
@@ -90,12 +94,12 @@ class InformReader : MoveReader {
 
   // One for each instruction; a line that begins with + moves another group together with the line
   // before.
-  std::vector<Statement> lines_from(size_t begin) {
+  static std::vector<Statement> lines_from(std::string_view text, size_t begin) {
     std::vector<Statement> lines;
-    int line = line_at(text_, begin);
-    for (size_t at = begin; at < text_.size(); ++line) {
-      const size_t end = std::min(text_.find('\n', at), text_.size());
-      TextCursor cursor(text_, at, end);
+    int line = line_at(text, begin);
+    for (size_t at = begin; at < text.size(); ++line) {
+      const size_t end = std::min(text.find('\n', at), text.size());
+      TextCursor cursor(text, at, end);
       if (cursor.next() == '+' && !lines.empty())
         lines.back().end = end;
       else if (cursor.next() != '/')
@@ -115,19 +119,70 @@ class InformReader : MoveReader {
     return kWords.contains(word);
   }
 
-  // What the job gives values to as it runs: variables, frames, tools.
-  void read_uses(const Statement& statement) {
-    TextCursor cursor(text_, statement.begin, statement.end);
-    const std::string first = cursor.take_name();
-    calls_ |= first == "CALL" || first == "PSTART";
-    if (!is_move(first)) keep_positions(statement);
+  static std::string first_word(std::string_view text, const Statement& statement) {
+    return TextCursor(text, statement.begin, statement.end).take_name();
+  }
+
+  // Another job of the folder.
+  struct OtherJob {
+    std::string text;  // by masked()
+    std::vector<Statement> statements;
+    bool is_called = false;
+  };
+
+  // Variables are those of all jobs, so any of them may set one; a frame counts where this job or
+  // one that it calls sets it. Of a job that is not there nobody knows what it sets.
+  void read_others(const std::vector<Statement>& statements) {
+    std::multimap<std::string, OtherJob> others;  // by their names
+    for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
+      OtherJob other{masked(program_.texts[i].text, '\'', "\""), {}};
+      const size_t name = line_that_begins(other.text, "//NAME");
+      if (name == std::string::npos) continue;
+      other.statements = lines_from(
+          other.text, std::min(line_that_begins(other.text, "//INST"), other.text.size()));
+      std::string job = word_until_blank(other.text, name + 6);
+      others.emplace(std::move(job), std::move(other));
+    }
+    note_calls(text_, statements, others);
+    for (const auto& [name, other] : others)
+      for (const Statement& statement : other.statements)
+        note_changes(other.text, statement, other.is_called);
+  }
+
+  // CALL JOB:NAME ARGF1 IF B000=1
+  void note_calls(std::string_view text, const std::vector<Statement>& statements,
+                  std::multimap<std::string, OtherJob>& others) {
+    for (const Statement& statement : statements)
+      each_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+        if (word != "CALL" && word != "PSTART") return;
+        const size_t behind = text.find("JOB:", cursor.at());
+        const std::string name = behind < statement.end ? word_until_blank(text, behind + 4) : "";
+        const auto [begin, end] = others.equal_range(name);
+        calls_ |= begin == end;
+        for (auto other = begin; other != end; ++other)
+          if (!std::exchange(other->second.is_called, true))
+            note_calls(other->second.text, other->second.statements, others);
+      });
+  }
+
+  static std::string word_until_blank(std::string_view text, size_t begin) {
+    while (begin < text.size() && is_blank(text[begin])) ++begin;
+    size_t end = begin;
+    while (end < text.size() && !is_blank(text[end]) && text[end] != '\n') ++end;
+    return std::string(text.substr(begin, end - begin));
+  }
+
+  // What a job gives values to as it runs: variables, and if they count frames and tools.
+  void note_changes(std::string_view text, const Statement& statement, bool with_frames) {
+    const std::string first = first_word(text, statement);
     // They only read a variable.
     if (is_move(first) || is_other_motion(first) || first == "SFTON") return;
     std::set<int>* frames = first == "MFRAME"    ? &changed_users_
                             : first == "SETTOOL" ? &changed_tools_
                                                  : nullptr;
+    if (frames && !with_frames) return;
     bool is_set = first != "MFRAME";  // the first one that is named; the others are read
-    each_word(text_, statement, [&](const std::string& word, size_t, TextCursor behind) {
+    each_word(text, statement, [&](const std::string& word, size_t, TextCursor behind) {
       if (frames && (word == "UF" || word == "TL")) {
         behind.take('#');
         behind.take('(');
@@ -289,7 +344,8 @@ class InformReader : MoveReader {
       if (found == positions_.end())
         return "its point is a variable whose value does not stand in the job";
       if (is_any_changed_ || changed_.contains(name))
-        return "its point is a variable that is set as the job runs";
+        return "its point is a variable that is set as the job runs, by it or by another one of "
+               "its folder";
       if (calls_) return "its point is a variable that a job which it calls may set";
     }
     if (found == positions_.end()) return "its position does not stand in //POS";
@@ -398,7 +454,7 @@ class InformReader : MoveReader {
   std::set<std::string> kept_;     // positions that must stay
   std::set<int> changed_users_, changed_tools_;
   bool is_any_changed_ = false;   // P[..] is set
-  bool calls_ = false;            // other jobs
+  bool calls_ = false;            // jobs that are not there
   std::vector<InformMove> arcs_;  // MOVC one after the other
   bool starts_arc_ = false;       // the arm stands at the end of an arc that FPT ended
   bool is_dead_ = false;          // behind a jump or the end, before another label
