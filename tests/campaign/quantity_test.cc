@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "armtrue/campaign/campaign.h"
 
 namespace armtrue {
@@ -23,6 +25,19 @@ TEST(Quantity, IsTheOneThatWasSet) {
       EXPECT_LT(campaign.anchor[0], 2);
     }
   }
+}
+
+// Of two targets on one line of the file, of a point whose y is missing, and of distances.
+TEST(Readings, RisingCoordinatesOfALineAreOne) {
+  Campaign campaign;
+  for (const int axis : {0, 1, 2, 0, 1, 2}) campaign.coordinate.push_back(Coordinate{axis, 0});
+  for (const int axis : {0, 2}) campaign.coordinate.push_back(Coordinate{axis, 0});
+  campaign.coordinate.resize(10);
+  campaign.line = {1, 1, 1, 1, 1, 1, 2, 2, 3, 3};
+  campaign.pose = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  campaign.distance.assign(10, 1.5);
+  campaign.q.assign(10, JointVector::Zero(6));
+  EXPECT_EQ(campaign.first_rows_of_readings(), (std::vector<int>{0, 3, 6, 8, 9}));
 }
 
 }  // namespace

@@ -67,7 +67,6 @@ class KrlSetUps {
   std::vector<ProgramFrame>& frames_;
   ProgramWarnings& warnings_;
   std::array<ProgramFlow::Values, 3> values_;
-  std::vector<bool> sets_frame_;  // of each statement: base or tool
 };
 
 }  // namespace armtrue
