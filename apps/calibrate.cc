@@ -120,8 +120,9 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
   app::write_parameter_tables(arguments.parameters, arguments.correlations, robot, result,
                               static_cast<int>(campaign.pose_ids.size()));
   report_fit(command, robot, result, campaign, evaluation);
-  write_output(command.output, write_calibration(result, campaign, std::move(evaluation),
-                                                 command.provenance(), findings));
+  const Document product =
+      write_calibration(result, campaign, std::move(evaluation), command.provenance(), findings);
+  write_output(command.output, product);
   command.report_written(command.output);
   if (const std::string near = near_nominal_in_words(result, campaign); !near.empty())
     command.report(near + "\n");
@@ -130,7 +131,7 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
     app::write_report(command, arguments.page,
                       calibration_page(result, robot, campaign,
                                        {gross, findings.nominal, *findings.quality, missed},
-                                       app::page_head(command, about)));
+                                       app::page_head(command, product, about)));
   return missed ? app::kNotReached : app::kSuccess;
 }
 

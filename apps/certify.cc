@@ -103,14 +103,11 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   for (const std::string& doubt : certificate.doubts)
     command.warn(campaign.source + ": " + doubt);
   for (const std::string& doubt : doubts_of(about)) command.warn(arguments.about + ": " + doubt);
-  const Provenance provenance = command.provenance();
   std::vector<Product> products;
+  const Document product = write_certificate(certificate, comparison, command.provenance());
   if (!arguments.page.empty())
-    products.push_back(
-        {arguments.page,
-         certificate_page(certificate, comparison,
-                          {provenance.command, provenance.version, provenance.inputs, {}})});
-  products.push_back({command.output, write_certificate(certificate, comparison, provenance)});
+    products.push_back({arguments.page, certificate_page(certificate, comparison, {product})});
+  products.push_back({command.output, product});
   write_outputs(products);
   return conclude(command, certificate);
 }

@@ -96,7 +96,8 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
   const bool planned = !arguments.next_poses.empty() &&
                        write_next_poses(command, arguments.next_poses, result.trace, measured.all);
   const std::string next_poses = planned ? arguments.next_poses : "";
-  write_output(command.output, write_loop(result, options, provenance, next_poses));
+  const Document product = write_loop(result, options, provenance, next_poses);
+  write_output(command.output, product);
   command.report(before_after_table(result));
   const std::string to_all =
       measured.split.held_out.empty()
@@ -109,7 +110,7 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       loop_page(result, fit, robot, measured.training, measured.held_out,
-                                next_poses, app::page_head(command, about)));
+                                app::page_head(command, product, about)));
   return doubts.may_be_used ? app::kSuccess : app::kNotReached;
 }
 

@@ -29,9 +29,8 @@
 namespace armtrue::app {
 namespace {
 
-// What a pass over many rows gives back serves the next one: by default the C library hands large
-// pieces back to the system, which clears them again page by page, a tenth of the time of a million
-// rows.
+// Keeps freed memory for the next pass; glibc would return it, and the system would clear it again
+// (10 % of the time of a million rows).
 void keep_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, 1 << 30);

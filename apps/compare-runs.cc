@@ -96,11 +96,12 @@ int run(app::Command& command, const app::ComparisonArguments& arguments) {
   command.progress("comparing");
   const RunComparison found = compare_runs(one, other, poses);
   const std::vector<std::string> notes = notes_of_runs(one, other);
+  const Document product = write_comparison(found, notes, before, after, command.provenance());
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
-                      comparison_page(found, notes, after.robot ? other.robot->name : after.name,
-                                      app::page_head(command, about)));
-  write_output(command.output, write_comparison(found, notes, before, after, command.provenance()));
+                      comparison_page(found, after.robot ? other.robot->name : after.name,
+                                      app::page_head(command, product, about)));
+  write_output(command.output, product);
   command.report(found.sentence + "\n" + comparison_table(found, notes));
   return conclude(command, arguments, found);
 }

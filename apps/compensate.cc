@@ -74,15 +74,15 @@ int run(app::Command& command, app::CorrectionArguments& arguments) {
     command.warn(left);
     is_followed = false;
   }
-  if (!arguments.summary.empty())
-    write_output(arguments.summary, write_compensation(targets, file.program, between, conditions,
-                                                       command.provenance()));
+  const Document product =
+      write_compensation(targets, file.program, between, conditions, command.provenance());
+  if (!arguments.summary.empty()) write_output(arguments.summary, product);
   command.report((program ? file.source + ": " + conditions.moves + "\n" : "") +
                  compensation_table(targets, file.program));
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       compensation_page(targets, file.program, between, conditions,
-                                        app::page_head(command, about)));
+                                        app::page_head(command, product, about)));
   const bool is_strict = !app::is_noted(targets) && is_followed && in_doubt.empty();
   return (arguments.strict && !is_strict) || (arguments.require_all && !is_whole)
              ? app::kNotReached

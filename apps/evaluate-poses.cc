@@ -105,12 +105,13 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(arguments.residuals,
                  write_residuals({{campaign, evaluation.residuals, split, predictions}}));
   }
-  write_output(command.output, write_summary(evaluation, robot, campaign, command.provenance(),
-                                             predictions, against));
+  const Document product =
+      write_summary(evaluation, robot, campaign, command.provenance(), predictions, against);
+  write_output(command.output, product);
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       evaluation_page(robot, given, campaign, evaluation, against,
-                                      app::page_head(command, about),
+                                      app::page_head(command, product, about),
                                       broken.empty() ? Bounds::held_or_unknown : Bounds::broken));
   return is_met ? app::kSuccess : app::kNotReached;
 }

@@ -109,14 +109,14 @@ int run(app::Command& command, app::MapArguments& arguments) {
     command.warn("not applied, because it belongs to the station: " + effect);
   app::warn_of_all(command, sentences_of_notes(map));
   if (!arguments.plot.empty()) write_output(arguments.plot, error_map_plot(map));
-  if (!arguments.summary.empty())
-    write_output(arguments.summary,
-                 write_error_map_summary(map, summary, conditions, command.provenance()));
+  const Document product = write_error_map_summary(map, summary, conditions, command.provenance());
+  if (!arguments.summary.empty()) write_output(arguments.summary, product);
   write_output(command.output, write_error_map(map, joint_names(robot.chain)));
   command.report(error_map_table(map, summary));
   if (arguments.page.is_wanted())
-    app::write_report(command, arguments.page,
-                      error_map_page(map, summary, conditions, app::page_head(command, about)));
+    app::write_report(
+        command, arguments.page,
+        error_map_page(map, summary, conditions, app::page_head(command, product, about)));
   return app::kSuccess;
 }
 

@@ -94,8 +94,10 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
     });
     command.tell(mirror_table(findings));
   }
-  if (!arguments.summary.empty())
-    write_output(arguments.summary, write_mirror(findings, command.provenance()));
+  std::optional<Document> product;
+  if (!arguments.summary.empty() || arguments.page.is_wanted())
+    product = write_mirror(findings, command.provenance());
+  if (!arguments.summary.empty()) write_output(arguments.summary, *product);
   if (!arguments.deviation.empty())
     write_output(arguments.deviation, write_deviation(findings.result.deviation));
   if (!arguments.poses.empty())
@@ -104,7 +106,7 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       mirror_page(inputs.programmed.path, findings, inputs.programmed.source,
-                                  app::page_head(command, inputs.about)));
+                                  app::page_head(command, *product, inputs.about)));
 }
 
 int run(app::Command& command, const app::MirrorArguments& arguments) {

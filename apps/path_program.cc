@@ -43,7 +43,7 @@ bool has_name_of_file(const PathProgramArguments& arguments, const std::string& 
 constexpr const char* kInsteadOfCorrected =
     "give the original program, and the corrected path that the passes ran as --previous";
 
-// The names of the products follow from those of the arguments: they may be those of an input.
+// The arguments give the names of the products: a product may have the name of an input.
 void check_program_out(const Command& command, const PathProgramArguments& arguments,
                        const RobotProgram& program) {
   const std::string out = program_out(arguments);

@@ -24,9 +24,9 @@ std::optional<About> read_about(Command& command, const ReportArguments& argumen
   return command.read_about(arguments.about);
 }
 
-PageHead page_head(const Command& command, const std::optional<About>& about) {
-  const Provenance provenance = command.provenance();
-  return {provenance.command, provenance.version, provenance.inputs, provenance.warnings, about};
+PageHead page_head(const Command& command, const Document& product,
+                   const std::optional<About>& about) {
+  return {product, command.provenance().warnings, about};
 }
 
 void write_report(const Command& command, const ReportArguments& arguments, const Report& report) {

@@ -25,8 +25,9 @@ std::vector<Option> add_report(Command& command, ReportArguments& arguments,
 /// of work, and page and product name the same inputs.
 std::optional<About> read_about(Command& command, const ReportArguments& arguments);
 
-/// The head of a page, with all inputs that were read.
-PageHead page_head(const Command& command, const std::optional<About>& about);
+/// The head of the page of a product, which must outlive it, with the warnings so far.
+PageHead page_head(const Command& command, const Document& product,
+                   const std::optional<About>& about);
 
 /// Writes the page, and the pictures as files of their own. The name of what was written is
 /// reported.

@@ -96,13 +96,13 @@ std::optional<std::string> find_copies(const Campaign& campaign,
     }
     visits += static_cast<int>(rows.size()) - 1;  // the first is a copy of none
     copies += own;
-    all_alike += own + 1 == static_cast<int>(rows.size());
+    all_alike += own + 1 == std::ssize(rows);
   }
   if (copies == 0) return std::nullopt;
   const Eigen::Map<const Eigen::Matrix3Xd> apart(
       differences.empty() ? nullptr : differences.front().data(), 3, std::ssize(differences));
   const double chance = chance_of_the_same(apart, step_of(campaign));
-  const bool are_most = 2 * all_alike > static_cast<int>(places.size());
+  const bool are_most = 2 * all_alike > std::ssize(places);
   if (!are_most && binomial_at_least(same_pairs, pairs, chance) >= kNoChance) return std::nullopt;
   return fmt::format(
       "{} of {} visits read the same as an earlier visit of their pose in all digits, and {} of {} "
@@ -160,16 +160,17 @@ std::optional<std::string> find_nests(const Robot& robot, const Campaign& campai
                                       const Evaluation& evaluation,
                                       const std::vector<std::vector<int>>& places) {
   constexpr size_t kFewestPairs = 12, kFewestPoses = 3;
-  constexpr double kGap = 3;     // lengths of normal differences have no such gap between them
-  constexpr double kShare = 0.15;  // of the pairs that are short, and that are long, at least
+  constexpr double kLeastGap = 3;  // lengths of normal differences have no such gap between them
+  constexpr double kLeastShare = 0.15;  // of the pairs that are short, and that are long, at least
   constexpr double kOneLine = 0.95;  // of the squared lengths along one direction of the tool
   constexpr double kOneLength = 2;   // longest over shortest long one: D + D / 3 over D - D / 3
   if (places.size() < kFewestPoses) return std::nullopt;
   const std::vector<Pair> pairs = pairs_of(robot, campaign, evaluation, places);
   if (pairs.size() < kFewestPairs) return std::nullopt;
-  const auto least = static_cast<size_t>(std::ceil(kShare * static_cast<double>(pairs.size())));
+  const auto least =
+      static_cast<size_t>(std::ceil(kLeastShare * static_cast<double>(pairs.size())));
   size_t first_long = 0;
-  double gap = kGap;
+  double gap = kLeastGap;
   for (size_t k = least; k + least <= pairs.size(); ++k) {
     const double shorter = pairs[k - 1].apart.norm(), longer = pairs[k].apart.norm();
     if (longer <= gap * shorter || shorter == 0) continue;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <vector>
 
 #include "armtrue/calibration/observation.h"
@@ -73,8 +72,7 @@ std::optional<Suspicion> find_depth_scale(const PlainFit& fit) {
   if (readings.has_distances() || readings.has_touches()) return std::nullopt;
   const std::vector<SightLine> lines = sight_lines(readings);
   const FitEquations equations = fit_equations(fit, {});
-  const auto poses =
-      static_cast<double>(std::set<int>(readings.pose.begin(), readings.pose.end()).size());
+  const double poses = fit.poses();
   std::optional<Suspicion> best;
   for (const SightLine& line : lines) {
     const Eigen::MatrixXd column = stretch(line, fit, equations.row_size);

@@ -136,7 +136,7 @@ std::vector<Hypothesis> unit_hypotheses(const KinematicChain& chain,
                       : "the positions look like millimetres under a _m name; name the columns "
                         "x_mm,y_mm,z_mm",
        [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
-  for (int j = 0; j < static_cast<int>(names.size()); ++j)
+  for (int j = 0; j < std::ssize(names); ++j)
     if (names[j].is_length)
       hypotheses.push_back({fmt::format("{} looks like metres under a _mm name; name the column {}",
                                         names[j].encoder(), names[j].column + "_m"),
@@ -163,7 +163,7 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
   const std::vector<JointName> names = joint_names(chain);
   std::vector<Hypothesis> hypotheses = unit_hypotheses(chain, names, of_distances);
   if (!with_conventions) return hypotheses;
-  for (int j = 0; j < static_cast<int>(names.size()); ++j)
+  for (int j = 0; j < std::ssize(names); ++j)
     hypotheses.push_back(
         {"joint " + names[j].words +
              " seems to count the other way; change its 'sign' in the "
@@ -174,15 +174,15 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
         {"the links look like a table of standard Denavit-Hartenberg parameters; write "
          "'convention: standard' into the robot file",
          [](Robot& r, Campaign&) { r.chain = from_standard(r.chain); }});
-  for (int j = 0; j < static_cast<int>(names.size()); ++j)
-    for (int k = j + 1; k < static_cast<int>(names.size()); ++k)
+  for (int j = 0; j < std::ssize(names); ++j)
+    for (int k = j + 1; k < std::ssize(names); ++k)
       if (names[j].is_length == names[k].is_length)
         hypotheses.push_back({fmt::format("the columns {} and {} look exchanged",
                                           names[j].encoder(), names[k].encoder()),
                               [j, k](Robot&, Campaign& c) {
                                 for (auto q : c.q) std::swap(q[j], q[k]);
                               }});
-  for (int j = 1; j < static_cast<int>(names.size()); ++j)
+  for (int j = 1; j < std::ssize(names); ++j)
     for (double sign : {1.0, -1.0})
       if (is_parallel_to_the_one_before(chain, j))
         hypotheses.push_back(

@@ -181,8 +181,7 @@ std::optional<std::string> find_early_angles(const PlainFit& fit, const Campaign
   FitEquations equations = fit_equations(fit, zeros);
   const Eigen::MatrixXd sag = sag_columns(equations, robot, readings);
   equations = beside(std::move(equations), sag);
-  const auto poses =
-      static_cast<double>(std::set<int>(readings.pose.begin(), readings.pose.end()).size());
+  const double poses = fit.poses();
   Early best;
   for (const WayToGo& way : {by_arrival(readings, joints), by_last_motion(readings, all, joints)})
     if (const Early early = explain(way, equations, robot.chain, poses); early.score > best.score)

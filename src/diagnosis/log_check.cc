@@ -344,7 +344,7 @@ Findings check_travel(const Robot& robot, const Campaign& campaign) {
   constexpr double kFarBeyond = 1.0;  // m
   const std::vector<JointName> names = joint_names(robot.chain);
   for (int row = 0; row < campaign.rows(); ++row)
-    for (int j = 0; j < static_cast<int>(names.size()); ++j) {
+    for (int j = 0; j < std::ssize(names); ++j) {
       const Link& link = joint_link(robot.chain, j);
       const JointName& name = names[j];
       const double q = campaign.q[row][j];

@@ -325,10 +325,10 @@ bool name_equal_components(const Load& load, const Campaign& campaign, Findings&
 }
 
 void check_load(const Load& load, const Campaign& campaign, Findings& findings) {
-  constexpr double kFar = 10;  // times the width of the others: no process loads an arm so
+  constexpr double kMostWidths = 10;  // times the width of the others: no process loads an arm so
   if (name_equal_components(load, campaign, findings)) return;
   for (const Series& series : load.components) {
-    std::vector<Value> marks = outlying(different_values(series), kFar, 0);
+    std::vector<Value> marks = outlying(different_values(series), kMostWidths, 0);
     std::erase_if(marks, [](const Value& value) { return value.value == 0; });
     name_marks(marks, series, campaign, findings.errors);
   }

@@ -46,7 +46,7 @@ std::vector<RowMistake> row_mistakes(const KinematicChain& chain) {
         {std::string("their joint angles look like ") + unit, "convert them",
          [factor = factor, &chain](Campaign& c) { scale_angles(c, chain, factor); }});
   const std::vector<JointName> names = joint_names(chain);
-  for (int j = 0; j < static_cast<int>(names.size()); ++j) {
+  for (int j = 0; j < std::ssize(names); ++j) {
     mistakes.push_back(
         {names[j].column + " seems to have the wrong sign in them", "correct it", [j](Campaign& c) {
            for (auto q : c.q) q[j] = -q[j];

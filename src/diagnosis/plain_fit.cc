@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "armtrue/calibration/observation.h"
@@ -23,6 +24,10 @@ Campaign part_of(const Campaign& campaign) {
 }
 
 }  // namespace
+
+double PlainFit::poses() const {
+  return static_cast<double>(std::set(readings.pose.begin(), readings.pose.end()).size());
+}
 
 PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign) {
   return {part_of(campaign), fit};

@@ -16,6 +16,8 @@ namespace armtrue {
 struct PlainFit {
   Campaign readings;
   CalibrationResult result;
+
+  double poses() const;  ///< that the readings are of
 };
 
 /// Nothing if the readings are too few.

@@ -48,7 +48,7 @@ Vector3d as_vector(const std::array<double, 3>& angles) {
 
 void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
   const std::vector<JointName> joints = joint_names(robot.chain);
-  for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+  for (int j = 0; j < std::ssize(joints); ++j) {
     const std::string& name = joint_link(robot.chain, j).name;
     const std::string& axis = joints[j].axis;
     mistakes.push_back(

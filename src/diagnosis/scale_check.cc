@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <set>
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
@@ -17,8 +16,7 @@ std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
   const KinematicChain& chain = fit.result.robot.chain;
   const FitEquations equations = fit_equations(fit, {layout_of(chain).instrument_scale});
   const double whole = equations.residual.squaredNorm();
-  const auto poses =
-      static_cast<double>(std::set<int>(readings.pose.begin(), readings.pose.end()).size());
+  const double poses = fit.poses();
   const auto anchors = static_cast<double>(readings.anchor_names.size());
   std::optional<std::string> found;
   double best = kClearFall;

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <numeric>
-#include <set>
 #include <vector>
 
 #include "diagnosis/changed_cause.h"
@@ -116,8 +115,7 @@ std::optional<Suspicion> find_set_up_change(const PlainFit& fit) {
   const Causes causes = possible_causes(fit, true);
   const std::vector<Order> orders = orders_of(sample);
   const auto choices = static_cast<double>(orders.size() * causes.all.size());
-  const double poses =
-      static_cast<double>(std::set<int>(sample.pose.begin(), sample.pose.end()).size());
+  const double poses = fit.poses();
   const FitEquations equations = fit_equations(fit, causes.parameters);
   const Order* found = nullptr;
   const Cause* found_cause = nullptr;

@@ -90,20 +90,20 @@ double share_of_positions(const FitEquations& equations, const Campaign& reading
 }  // namespace
 
 std::optional<Suspicion> find_constant_of_range(const PlainFit& fit) {
-  constexpr double kHalf = 0.5;
+  constexpr double kShareThatMatters = 0.5;
   const Campaign& readings = fit.readings;
   if (readings.has_distances() || readings.has_touches()) return std::nullopt;
   const int range = layout_of(fit.result.robot.chain).instrument_range;
   const FitEquations equations = fit_equations(fit, {range});
   const Explained found = explain(equations.columns, equations, poses_of(readings), 1,
-                                  kHalf * share_of_positions(equations, readings));
+                                  kShareThatMatters * share_of_positions(equations, readings));
   if (found.score <= 0) return std::nullopt;
   return Suspicion{found.score, describe_change({Cause::Kind::range, 0, 1, range}, found.value, fit,
                                                 {"all", ""})};
 }
 
 std::optional<Suspicion> find_change_of_session(const PlainFit& fit) {
-  constexpr double kQuarter = 0.25;
+  constexpr double kShareThatMatters = 0.25;
   const Campaign& readings = fit.readings;
   if (readings.session.empty() || readings.has_touches()) return std::nullopt;
   const std::vector<Part> parts = parts_of(readings);
@@ -116,8 +116,8 @@ std::optional<Suspicion> find_change_of_session(const PlainFit& fit) {
   for (const Part& part : parts) {
     const std::vector<char> in_part = rows_of(part, readings);
     for (const Cause& cause : causes.all) {
-      const Explained found =
-          explain(columns_of(cause, in_part, equations), equations, poses, choices, kQuarter);
+      const Explained found = explain(columns_of(cause, in_part, equations), equations, poses,
+                                      choices, kShareThatMatters);
       if (found.score <= (best ? best->score : 0)) continue;
       best = Suspicion{found.score, describe_change(cause, found.value, fit, {part.words, ""})};
     }

@@ -256,9 +256,7 @@ std::vector<cv::Point2f> places_of(const BoardPattern& pattern) {
 
 Markers find_markers(const cv::Mat& image, const BoardPattern& pattern, const Family& family) {
   const std::vector<cv::Point2f> places = places_of(pattern);
-  const auto fits = [&](const auto& dictionary) {
-    return dictionary.first >= static_cast<int>(places.size());
-  };
+  const auto fits = [&](const auto& dictionary) { return dictionary.first >= std::ssize(places); };
   const auto dictionary = std::ranges::find_if(family.dictionaries, fits);
   if (dictionary == family.dictionaries.end())
     throw InputError("the board '" + pattern.text + "' has " + std::to_string(places.size()) +
@@ -273,7 +271,7 @@ Markers find_markers(const cv::Mat& image, const BoardPattern& pattern, const Fa
                            ids, parameters);
   Markers markers;
   for (size_t k = 0; k < ids.size(); ++k)
-    if (ids[k] < static_cast<int>(places.size()) && std::ranges::count(ids, ids[k]) == 1)
+    if (ids[k] < std::ssize(places) && std::ranges::count(ids, ids[k]) == 1)
       markers[ids[k]] = {places[ids[k]], quads[k]};
   return markers;
 }
@@ -286,8 +284,8 @@ cv::Point2f mapped(const cv::Mat& homography, const cv::Point2f& point) {
 
 // Half the side of the window in which a corner is refined: it keeps clear of the next corner.
 int window(double pixels) {
-  constexpr int kLeast = 2, kMost = 9;
-  return std::clamp(static_cast<int>(pixels), kLeast, kMost);
+  constexpr int kLeastPixels = 2, kMostPixels = 9;
+  return std::clamp(static_cast<int>(pixels), kLeastPixels, kMostPixels);
 }
 
 // Nothing if the image shows another corner than the one that was expected there.

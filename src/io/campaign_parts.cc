@@ -84,7 +84,7 @@ void JoinedCampaign::append(const CampaignPart& part) {
 }
 
 void JoinedCampaign::check_configuration(int pose, const JointVector& q, int line, int row) {
-  if (pose == static_cast<int>(first_row_of_pose_.size())) {
+  if (pose == std::ssize(first_row_of_pose_)) {
     first_row_of_pose_.push_back(row);
     return;
   }

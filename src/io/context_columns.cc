@@ -31,7 +31,7 @@ ContextColumns::ContextColumns(const CsvTable& table, const std::vector<JointNam
   if (!has_all(table, stroke_, stroke_columns(joints), "a way since the last reversal"))
     stroke_.clear();
   for (const auto& stroke : stroke_) used_.insert(stroke->column);
-  for (int c = 0; c < static_cast<int>(table.columns().size()); ++c) {
+  for (int c = 0; c < std::ssize(table.columns()); ++c) {
     const std::string& name = table.columns()[c];
     if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
     if (temperatures_.size() == kMaxTemperatures)

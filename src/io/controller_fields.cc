@@ -121,7 +121,7 @@ int number_of(const std::string& axis) {
   return static_cast<int>(read_number(axis.substr(axis.front() == 'E' ? 1 : 0)).value_or(0));
 }
 
-// The field of an axis, what it holds and what it has to hold; `change` in the unit of the axis.
+// The field of an axis, its value now and the new one; `change` in the unit of the axis.
 std::string kuka_cells(const Mastering& mastering, const std::string& axis, double change) {
   const int number = number_of(axis) + (axis.front() == 'E' ? kAxesOfArm : 0);
   const double old = old_value(mastering, number, kMames);

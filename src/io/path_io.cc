@@ -157,7 +157,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   result.columns = table.columns();
   result.position = columns.position;
   const std::vector<int> used = columns.used();
-  for (int c = 0; c < static_cast<int>(result.columns.size()); ++c)
+  for (int c = 0; c < std::ssize(result.columns); ++c)
     if (std::find(used.begin(), used.end(), c) == used.end())
       result.unknown_columns.push_back(result.columns[c]);
   if (keep == KeepRows::no) {  // else they stay in the product

@@ -25,10 +25,6 @@ std::string value_cell(const std::optional<double>& si, double unit, const std::
   return keyed(std::abs(shown) < kNothing ? "0.0000" : fmt::format("{:.4f}", shown), key);
 }
 
-std::string statistic_cell(const std::optional<double>& si, double unit, const std::string& key) {
-  return si ? keyed(*si / unit, key) : "-";
-}
-
 std::string moved_cell(const NumberChange& number) {
   return !number.p_value ? "-" : number.moved() ? "moved" : "by chance";
 }
@@ -89,7 +85,7 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
   return picture;
 }
 
-std::string parameters_table(const std::vector<ComparedParameter>& parameters) {
+std::string parameters_table(const Page& page, const std::vector<ComparedParameter>& parameters) {
   std::vector<TableRow> rows;
   for (size_t k = 0; k < parameters.size(); ++k) {
     const ComparedParameter& parameter = parameters[k];
@@ -97,12 +93,11 @@ std::string parameters_table(const std::vector<ComparedParameter>& parameters) {
     const double si = parameter.unit.si;
     const std::string ending = parameter.unit.name == "1" ? "" : "_" + parameter.unit.name;
     const std::string key = fmt::format("parameters/{}/", k);
-    rows.push_back({escaped(parameter.name), parameter.of_arm ? "arm" : "station",
-                    word_of(parameter.in), parameter.unit.name,
-                    value_cell(number.before, si, key + "before" + ending),
-                    value_cell(number.after, si, key + "after" + ending),
-                    statistic_cell(number.change, si, key + "change" + ending),
-                    statistic_cell(number.std, si, key + "std" + ending), moved_cell(number)});
+    rows.push_back(
+        {escaped(parameter.name), parameter.of_arm ? "arm" : "station", word_of(parameter.in),
+         parameter.unit.name, value_cell(number.before, si, key + "before" + ending),
+         value_cell(number.after, si, key + "after" + ending), page.value(key + "change" + ending),
+         page.value(key + "std" + ending), moved_cell(number)});
   }
   return table({"parameter", "of", "identified in", "unit", "before", "after", "change",
                 "standard deviation", "judgement"},
@@ -124,9 +119,8 @@ void add_effects(Page& page, const RunComparison& found) {
       };
       rows.push_back({escaped(effect.effect.in_words() + ": " + coefficient.name),
                       word_of(effect.in), escaped(coefficient.unit), value(number.before, "before"),
-                      value(number.after, "after"),
-                      statistic_cell(number.change, 1, key + "change"),
-                      statistic_cell(number.std, 1, key + "std"),
+                      value(number.after, "after"), page.value(key + "change"),
+                      page.value(key + "std"),
                       effect.same_inner ? moved_cell(number) : "other shape"});
     }
   }
@@ -174,50 +168,40 @@ void add_errors(Page& page, const RunComparison& found) {
   if (!found.errors) return;
   page.section("Error and verdict");
   std::vector<TableRow> rows;
-  for (const size_t k : {0, 1}) {
-    const RunErrors& errors = (*found.errors)[k];
-    const std::string key = k == 0 ? "errors/before/" : "errors/after/";
-    rows.push_back({k == 0 ? "before" : "after",
-                    errors.verdict.empty() ? "-" : keyed(errors.verdict, key + "verdict"),
-                    statistic_cell(errors.before, kMillimetre, key + "before_mm"),
-                    statistic_cell(errors.after, kMillimetre, key + "after_mm"),
-                    statistic_cell(errors.floor, kMillimetre, key + "floor_mm")});
+  for (const std::string run : {"before", "after"}) {
+    const std::string key = "errors/" + run + "/";
+    rows.push_back({run, page.value(key + "verdict"), page.value(key + "before_mm"),
+                    page.value(key + "after_mm"), page.value(key + "floor_mm")});
   }
   page.add(table({"run", "verdict", "error before, mm", "error after, mm", "floor, mm"}, rows));
-  for (const size_t k : {0, 1})
-    if (const std::string& sentence = (*found.errors)[k].sentence; !sentence.empty())
-      page.add(paragraph(
-          std::string(k == 0 ? "Before: " : "After: ") +
-          keyed(sentence, std::string("errors/") + (k == 0 ? "before" : "after") + "/sentence")));
+  if (!(*found.errors)[0].sentence.empty())
+    page.add(paragraph("Before: " + page.value("errors/before/sentence")));
+  if (!(*found.errors)[1].sentence.empty())
+    page.add(paragraph("After: " + page.value("errors/after/sentence")));
 }
 
 }  // namespace
 
-Report comparison_page(const RunComparison& found, const std::vector<std::string>& notes,
-                       const std::string& robot, const PageHead& head) {
+Report comparison_page(const RunComparison& found, const std::string& robot, const PageHead& head) {
   const std::optional<bool> moved = found.arm_moved();
   Page page(head, robot, "Two runs compared");
   page.verdict(!moved || *moved ? Tone::attention : Tone::good,
                !moved   ? "not tested"
                : *moved ? "the arm moved"
                         : "nothing beyond chance",
-               keyed(found.sentence, "sentence"));
+               page.value("sentence"));
   if (found.arm) {
-    const ArmDifference& arm = *found.arm;
-    page.tiles({{"Mean", keyed_mm(arm.mean, "arm/mean_mm") + " mm",
-                 fmt::format("distance of the arms at {} poses",
-                             keyed(std::to_string(arm.q.size()), "arm/poses"))},
-                {"Largest", keyed_mm(arm.max, "arm/max_mm") + " mm", "base and tool placed"},
-                {"RMS", keyed_mm(arm.rms, "arm/rms_mm") + " mm",
-                 arm.by_chance ? "by chance " + keyed_mm(*arm.by_chance, "arm/by_chance_mm") + " mm"
-                               : "what chance makes is not known"}});
+    page.tiles({{"Mean", page.value("arm/mean_mm") + " mm",
+                 "distance of the arms at " + page.value("arm/poses") + " poses"},
+                {"Largest", page.value("arm/max_mm") + " mm", "base and tool placed"},
+                {"RMS", page.value("arm/rms_mm") + " mm",
+                 found.arm->by_chance ? "by chance " + page.value("arm/by_chance_mm") + " mm"
+                                      : "what chance makes is not known"}});
   }
   page.section("What the runs are made of");
-  std::vector<std::string> items;
-  for (size_t k = 0; k < notes.size(); ++k)
-    items.push_back(keyed(notes[k], fmt::format("notes/{}", k)));
-  for (size_t k = 0; k < found.untested.size(); ++k)
-    items.push_back("Not tested: " + keyed(found.untested[k], fmt::format("untested/{}", k)) + ".");
+  std::vector<std::string> items = page.values("notes");
+  for (const std::string& untested : page.values("untested"))
+    items.push_back("Not tested: " + untested + ".");
   page.list(items);
   if (!found.parameters.empty()) {
     page.section("Changes of the parameters");
@@ -227,7 +211,7 @@ Report comparison_page(const RunComparison& found, const std::vector<std::string
         pictures.push_back(changes_picture(found.parameters, of_arm, unit));
     page.pictures(pictures);
     page.add(folded(fmt::format("{} parameters", found.parameters.size()),
-                    parameters_table(found.parameters)));
+                    parameters_table(page, found.parameters)));
   }
   add_effects(page, found);
   if (!found.remainder.empty()) {
@@ -237,13 +221,11 @@ Report comparison_page(const RunComparison& found, const std::vector<std::string
     for (const size_t k : by_change(found.remainder)) {
       const RemainderCurve& curve = found.remainder[k];
       if (pictures.size() < kCurvesShown) pictures.push_back(curve_picture(curve, k));
-      const std::string key = fmt::format("remainder/{}/rms_", k), unit = "_" + curve.unit.name;
-      const auto cell = [&](double rms, const char* which) {
-        return keyed(rms / curve.unit.si, key + which + unit);
+      const auto cell = [&](const char* which) {
+        return page.value(fmt::format("remainder/{}/rms_{}_{}", k, which, curve.unit.name));
       };
       rows.push_back({escaped(curve.parameter), std::to_string(curve.joint + 1), curve.unit.name,
-                      cell(curve.rms_before, "before"), cell(curve.rms_after, "after"),
-                      cell(curve.rms_change, "change")});
+                      cell("before"), cell("after"), cell("change")});
     }
     page.pictures(pictures);
     page.add(folded(fmt::format("{} curves", rows.size()),

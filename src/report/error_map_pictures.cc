@@ -103,10 +103,10 @@ class GridPictures {
 
   // Between the cells that are drawn [mm].
   double step(int axis) const {
-    constexpr double kLeast = 1;
+    constexpr double kLeastStep = 1;
     const auto shown = static_cast<double>(std::min(count(axis), kCellsPerSide));
     const double side = (grid_.high[axis] - grid_.low[axis]) / kMillimetre;
-    return std::max(kLeast, shown > 1 ? side / (shown - 1) : side);
+    return std::max(kLeastStep, shown > 1 ? side / (shown - 1) : side);
   }
 
   std::string thinned() const {

@@ -1,24 +1,18 @@
 #include "report/evaluation_parts.h"
 
-#include "armtrue/kinematics/units.h"
-
 namespace armtrue {
 
-std::string errors_table(const std::vector<TabledModel>& models, const Campaign& campaign) {
+std::string errors_table(const Page& page, const std::vector<TabledModel>& models) {
   std::vector<TableRow> lengths, axes;
-  for (const TabledModel& model : models) {
-    const auto row = [&](const std::string& name, const std::vector<double>& errors, double unit,
-                         const std::string& of) {
-      lengths.push_back(
-          error_cells(model.name + ", " + name, summarize(errors), unit, model.key + of));
-    };
-    row("mm", model.evaluation->reading_errors(), kMillimetre, "position_mm");
-    if (!model.evaluation->orientation.empty())
-      row("mrad", model.evaluation->orientation, kMilliradian, "orientation_mrad");
-    for (const AxisErrors& axis : axis_errors(*model.evaluation, campaign)) {
-      const std::string key = model.key + "axes_mm/" + axis.axis;
-      axes.push_back({model.name + ", " + axis.axis, keyed_mm(axis.mean, key + "/mean"),
-                      keyed_mm(axis.min, key + "/min"), keyed_mm(axis.max, key + "/max")});
+  for (const auto& [name, key] : models) {
+    lengths.push_back(page.error_row(name + ", mm", key + "position_mm"));
+    if (page.has(key + "orientation_mrad/mean"))
+      lengths.push_back(page.error_row(name + ", mrad", key + "orientation_mrad"));
+    for (const std::string axis : {"x", "y", "z", "l"}) {
+      const std::string of = key + "axes_mm/" + axis;
+      if (page.has(of + "/mean"))
+        axes.push_back({name + ", " + axis, page.value(of + "/mean"), page.value(of + "/min"),
+                        page.value(of + "/max")});
     }
   }
   return table({"length of the error", "mean", "RMS", "95 %", "max"}, lengths) +
@@ -45,21 +39,19 @@ bool is_at_floor(double mean, const NoiseFloor& noise) {
          mean <= kMaxTimesFloor * noise.mean_error();
 }
 
-std::string unseen_scale_text(const std::optional<UnseenScale>& scale, const std::string& key) {
-  if (!scale) return "";
+std::string unseen_scale_text(const Page& page, const std::string& key) {
+  if (!page.has(key + "mean_mm_per_100_ppm")) return "";
   return paragraph(
       "Poses do not show an error of the instrument's scale: lengths of the arm take it up. Each "
       "100 ppm of it would cost " +
-      keyed_mm(scale->mean_cost(), key + "mean_mm_per_100_ppm") +
-      " mm on average at these poses, " +
-      keyed_mm(scale->max_cost(), key + "max_mm_per_100_ppm") + " mm at most.");
+      page.value(key + "mean_mm_per_100_ppm") + " mm on average at these poses, " +
+      page.value(key + "max_mm_per_100_ppm") + " mm at most.");
 }
 
-Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {
+Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::string& key) {
   if (noise.source == NoiseFloor::Source::none)
     return {"Floor", "?", "no repeats, and no noise of the instrument is stated"};
-  return {"Floor",
-          keyed(noise.mean_error() / kMillimetre, key) + " mm",
+  return {"Floor", page.value(key) + " mm",
           noise.source == NoiseFloor::Source::replicates ? "what repeats of a pose differ by"
                                                          : "noise of the instrument, as stated"};
 }

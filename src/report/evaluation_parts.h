@@ -1,23 +1,20 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/unseen_scale.h"
 #include "report/page.h"
 #include "report/residual_pictures.h"
 
 namespace armtrue {
 
-/// One model in the tables of a page: its name, its key in the product, and its errors.
+/// One model in the tables of a page: its name, and where its errors stand in the product.
 struct TabledModel {
   std::string name, key;  ///< `key`: of position_mm and axes_mm, with a slash
-  const Evaluation* evaluation;
 };
 
 /// Lengths, orientations and axes of models, in numbers.
-std::string errors_table(const std::vector<TabledModel>& models, const Campaign& campaign);
+std::string errors_table(const Page& page, const std::vector<TabledModel>& models);
 
 /// Distribution, axes, course, worst poses and map of the errors, with headings. `up`: the vertical
 /// in R_A.
@@ -31,9 +28,9 @@ bool is_at_floor(double mean, const NoiseFloor& noise);
 
 /// What an error of the instrument's scale would cost that no readings show, as a paragraph; empty
 /// without an instrument. `key`: of unseen_scale, with a slash.
-std::string unseen_scale_text(const std::optional<UnseenScale>& scale, const std::string& key);
+std::string unseen_scale_text(const Page& page, const std::string& key);
 
 /// The tile of the floor, from its key; a mark of what is not known without a noise.
-Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key);
+Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::string& key);
 
 }  // namespace armtrue

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <filesystem>
 
-#include "armtrue/kinematics/units.h"
 #include "report/mirror_pictures.h"
 #include "report/page.h"
 
@@ -13,60 +11,45 @@ namespace armtrue {
 namespace {
 
 void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
-  const MirrorResult& result = findings.result;
-  const double rms = findings.accuracy.errors.whole.rms;
-  const FormError& form = findings.form;
-  const std::optional<bool> held = form.holds(findings.goal);
-  page.verdict(
-      held.value_or(false) ? Tone::good : Tone::attention,
-      !held   ? "form goal undecided"
-      : *held ? "form goal held"
-              : "form goal not held",
-      "Mean deviation across the path " + keyed_mm(result.before.mean, "deviation_mm/mean") +
-          " mm; " + keyed_mm(result.expected_after, "expected_after_mean_mm") +
-          " mm expected after the correction, if " +
-          keyed(result.expected_if(), "expected_after_if") + ". RMS of these passes " +
-          keyed_mm(rms, "accuracy/whole_mm/rms") + " mm, without the noise of the instrument " +
-          keyed_mm(form.rms, "accuracy/form_rms_mm") + " mm (95 %: " +
-          keyed_mm(form.ci95[0], "accuracy/form_rms_ci95_mm/0") + " to " +
-          keyed_mm(form.ci95[1], "accuracy/form_rms_ci95_mm/1") + " mm); goal " +
-          keyed_mm(findings.goal, "accuracy/goal_rms_mm") + " mm.");
+  const std::optional<bool> held = findings.form.holds(findings.goal);
+  page.verdict(held.value_or(false) ? Tone::good : Tone::attention,
+               !held   ? "form goal undecided"
+               : *held ? "form goal held"
+                       : "form goal not held",
+               "Mean deviation across the path " + page.value("deviation_mm/mean") + " mm; " +
+                   page.value("expected_after_mean_mm") + " mm expected after the correction, if " +
+                   page.value("expected_after_if") + ". RMS of these passes " +
+                   page.value("accuracy/whole_mm/rms") +
+                   " mm, without the noise of the instrument " +
+                   page.value("accuracy/form_rms_mm") +
+                   " mm (95 %: " + page.value("accuracy/form_rms_ci95_mm/0") + " to " +
+                   page.value("accuracy/form_rms_ci95_mm/1") + " mm); goal " +
+                   page.value("accuracy/goal_rms_mm") + " mm.");
+  const bool has_uncorrected = findings.result.uncorrected.has_value();
+  const bool has_spread = findings.files.size() > 1;
   page.tiles(
-      {{"Before",
-        (result.uncorrected ? keyed_mm(*result.uncorrected, "uncorrected_mean_mm")
-                            : keyed_mm(result.before.mean, "deviation_mm/mean")) +
-            " mm",
-        result.uncorrected ? "mean deviation without any correction" : "mean deviation measured"},
-       {"After", keyed_mm(result.expected_after, "expected_after_mean_mm") + " mm",
+      {{"Before", page.value(has_uncorrected ? "uncorrected_mean_mm" : "deviation_mm/mean") + " mm",
+        has_uncorrected ? "mean deviation without any correction" : "mean deviation measured"},
+       {"After", page.value("expected_after_mean_mm") + " mm",
         "mean deviation expected of the next pass"},
-       {"Floor",
-        (findings.files.size() > 1 ? keyed_mm(result.deviation.spread, "noise/pass_to_pass_mm")
-                                   : keyed_mm(result.deviation.noise, "noise/sample_mm")) +
-            " mm",
-        findings.files.size() > 1 ? "spread from pass to pass, per axis"
-                                  : "noise of one sample, per axis"}});
+       {"Floor", page.value(has_spread ? "noise/pass_to_pass_mm" : "noise/sample_mm") + " mm",
+        has_spread ? "spread from pass to pass, per axis" : "noise of one sample, per axis"}});
 }
 
-std::string accuracy_table(const MirrorFindings& findings) {
+std::string accuracy_table(const Page& page, const MirrorFindings& findings) {
   std::vector<TableRow> rows;
-  const auto add = [&](const PassAccuracy& accuracy, const std::string& key,
-                       const std::string& passes) {
-    const auto row = [&](const std::string& name, const ErrorSummary& errors,
-                         const std::string& of) {
-      rows.push_back(error_cells(name + ", " + passes, errors, kMillimetre, key + of));
-    };
-    for (size_t axis = 0; axis < accuracy.errors.axis.size(); ++axis)
-      row(std::string(1, "xyz"[axis]), accuracy.errors.axis[axis],
-          std::string(1, "xyz"[axis]) + "_mm");
-    row("length", accuracy.errors.whole, "whole_mm");
+  const auto add = [&](const std::string& key, const std::string& passes) {
+    for (const char* axis : {"x", "y", "z"})
+      rows.push_back(page.error_row(axis + (", " + passes), key + axis + "_mm"));
+    rows.push_back(page.error_row("length, " + passes, key + "whole_mm"));
   };
-  if (findings.before) add(*findings.before, "before/", "earlier passes");
-  add(findings.accuracy, "accuracy/", "these passes");
+  if (findings.before) add("before/", "earlier passes");
+  add("accuracy/", "these passes");
   std::string html = table({"deviation, mm", "mean", "RMS", "95 %", "max"}, rows);
-  const PathAccuracy& path = findings.accuracy.path;
-  html += paragraph("Path accuracy AT (ISO 9283) " + keyed_mm(path.at, "accuracy/at_mm") + " mm" +
-                    (path.rt ? ", repeatability RT " + keyed_mm(*path.rt, "accuracy/rt_mm") + " mm"
-                             : std::string()) +
+  html += paragraph("Path accuracy AT (ISO 9283) " + page.value("accuracy/at_mm") + " mm" +
+                    (findings.accuracy.path.rt
+                         ? ", repeatability RT " + page.value("accuracy/rt_mm") + " mm"
+                         : std::string()) +
                     ".");
   if (!findings.before) return html;
   const Reduction gained = reduction(findings.before->errors, findings.accuracy.errors);
@@ -82,47 +65,38 @@ std::string accuracy_table(const MirrorFindings& findings) {
   return html + paragraph(text);
 }
 
-std::string passes_table(const MirrorFindings& findings) {
+std::string passes_table(const Page& page, size_t passes) {
   std::vector<TableRow> rows;
-  for (size_t p = 0; p < findings.files.size(); ++p) {
-    const Pass& pass = findings.result.passes[p];
+  for (size_t p = 0; p < passes; ++p) {
     const std::string key = fmt::format("passes/{}/", p);
-    rows.push_back({"<span class=\"file\" data-key=\"" + key + "file\">" +
-                        escaped(findings.files[p]) + "</span>",
-                    keyed(std::to_string(pass.samples), key + "samples"),
-                    keyed(std::to_string(pass.lost), key + "lost_samples"),
-                    keyed(std::to_string(pass.bad.size()), key + "bad_samples"),
-                    keyed(fmt::format("{:.6f}", pass.clock.offset), key + "offset_s"),
-                    keyed(pass.clock.offset_deviation(), key + "offset_std_s"),
-                    keyed(pass.clock.rate * 1e6, key + "rate_ppm"),
-                    keyed(std::sqrt(pass.clock.covariance(1, 1)) * 1e6, key + "rate_std_ppm")});
+    TableRow row{page.file_name(key + "file")};
+    for (const char* of : {"samples", "lost_samples", "bad_samples", "offset_s", "offset_std_s",
+                           "rate_ppm", "rate_std_ppm"})
+      row.push_back(page.value(key + of));
+    rows.push_back(row);
   }
   return table({"pass", "samples", "lost", "bad", "clock ahead, s", "its std, s", "rate, ppm",
                 "its std, ppm"},
                rows);
 }
 
-std::string filter_table(const MirrorResult& result) {
-  return table(
-      {"correction", ""},
-      {{"cut-off, Hz", keyed(result.cutoff, "filter/cut_off_hz")},
-       {"gain", keyed(result.gain, "correction/gain")},
-       {"correction points", keyed(std::to_string(result.points.size()), "correction/points")},
-       {"longest correction, mm",
-        keyed_mm(result.correction.colwise().norm().maxCoeff(), "correction/largest_mm")},
-       {"samples clipped", keyed(std::to_string(result.clipped), "correction/clipped_samples")},
-       {"samples outside the record",
-        keyed(std::to_string(result.unrecorded), "correction/unrecorded_samples")}});
+std::string filter_table(const Page& page) {
+  return table({"correction", ""},
+               {{"cut-off, Hz", page.value("filter/cut_off_hz")},
+                {"gain", page.value("correction/gain")},
+                {"correction points", page.value("correction/points")},
+                {"longest correction, mm", page.value("correction/largest_mm")},
+                {"samples clipped", page.value("correction/clipped_samples")},
+                {"samples outside the record", page.value("correction/unrecorded_samples")}});
 }
 
-std::string force_text(const ForceLaw& law) {
+std::string force_text(const Page& page, const ForceLaw& law) {
   if (!law.magnitude.k) return paragraph("No force stands out of its noise.");
-  const Estimate& k = *law.magnitude.k;
   const std::string key = "force/magnitude/";
-  std::string text = "Deviation over force: " + keyed_mm(k.value, key + "k_mm_n/value") +
-                     " mm/N (95 %: " + keyed_mm(k.ci95[0], key + "k_mm_n/ci95/0") + " to " +
-                     keyed_mm(k.ci95[1], key + "k_mm_n/ci95/1") + "), R<sup>2</sup> " +
-                     keyed(law.magnitude.r2, key + "r2") +
+  std::string text = "Deviation over force: " + page.value(key + "k_mm_n/value") +
+                     " mm/N (95 %: " + page.value(key + "k_mm_n/ci95/0") + " to " +
+                     page.value(key + "k_mm_n/ci95/1") + "), R<sup>2</sup> " +
+                     page.value(key + "r2") +
                      ". What the tool deviates by without force is taken off.";
   if (!law.reversals.empty())
     text += " The steps at reversals are a part of the samples, but not of the line.";
@@ -137,10 +111,9 @@ void add_mirror_next(Page& page, const MirrorFindings& findings) {
   if (findings.files.size() == 1)
     items.push_back("record two or three passes: one does not show how passes differ");
   if (findings.result.unrecorded > 0)
-    items.push_back(
-        "record from before the tool moves until it stands again: " +
-        keyed(std::to_string(findings.result.unrecorded), "correction/unrecorded_samples") +
-        " samples in motion lie outside the record");
+    items.push_back("record from before the tool moves until it stands again: " +
+                    page.value("correction/unrecorded_samples") +
+                    " samples in motion lie outside the record");
   page.list(items);
 }
 
@@ -157,14 +130,14 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
                  trend_picture(programmed, result)});
   if (const auto& force = findings.force) {
     page.section("Deviation against force");
-    page.add(force_text(*force));
+    page.add(force_text(page, *force));
     page.pictures({force_picture(result.deviation, *force), force_over_time(result.deviation)});
   }
   add_mirror_next(page, findings);
   page.folded_section("Details");
-  page.add(folded("Accuracy of the passes, each axis", accuracy_table(findings)));
-  page.add(folded("Passes and their clocks", passes_table(findings)));
-  page.add(folded("Filter and correction", filter_table(result)));
+  page.add(folded("Accuracy of the passes, each axis", accuracy_table(page, findings)));
+  page.add(folded("Passes and their clocks", passes_table(page, findings.files.size())));
+  page.add(folded("Filter and correction", filter_table(page)));
   return page.finish();
 }
 

@@ -30,9 +30,9 @@ std::string thinned_samples(Eigen::Index samples) {
 
 // Holds 0, and no rounding as if it were a deviation.
 Axis axis_of(const Eigen::VectorXd& values, const std::string& label, int most) {
-  constexpr double kLeast = 0.01;  // mm
-  return round_axis(std::min(-kLeast, values.minCoeff()), std::max(kLeast, values.maxCoeff()),
-                    label, most);
+  constexpr double kLeastSide = 0.01;  // mm
+  return round_axis(std::min(-kLeastSide, values.minCoeff()),
+                    std::max(kLeastSide, values.maxCoeff()), label, most);
 }
 
 Eigen::VectorXd lengths_mm(const Eigen::Matrix3Xd& vectors) {

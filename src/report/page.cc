@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
-#include "armtrue/kinematics/units.h"
-#include "armtrue/text/number_text.h"
 #include "report/page_script.h"
 #include "report/page_style.h"
 
@@ -36,6 +35,10 @@ const char* name_of(Tone tone) {
       break;
   }
   return "bad";
+}
+
+std::string path_of(const std::string& list, size_t item) {
+  return list + "/" + std::to_string(item);
 }
 
 // "KR 360, no. 864201", without what is not stated.
@@ -86,29 +89,8 @@ std::string keyed(const std::string& text, const std::string& key) {
   return "<span data-key=\"" + escaped(key) + "\">" + escaped(text) + "</span>";
 }
 
-std::string keyed(double value, const std::string& key) { return keyed(rounded(value), key); }
-
-std::string keyed_mm(double metres, const std::string& key) {
-  constexpr double kNothing = 5e-8;  // m: half the last digit of 0.0000 mm
-  return std::abs(metres) < kNothing ? keyed("0.0000", key) : keyed(metres / kMillimetre, key);
-}
-
 std::string keyed_share(double share, const std::string& key) {
   return fmt::format("<span data-key=\"{}\" data-unit=\"%\">{:.3g}</span> %", key, 100 * share);
-}
-
-std::string breakable(const std::string& text) {
-  return "<span class=\"file\">" + escaped(text) + "</span>";
-}
-
-TableRow error_cells(const std::string& name, const ErrorSummary& errors, double unit,
-                     const std::string& key) {
-  const auto cell = [&](double value, const char* of) {
-    const std::string path = key + "/" + of;
-    return unit == kMillimetre ? keyed_mm(value, path) : keyed(value / unit, path);
-  };
-  return {name, cell(errors.mean, "mean"), cell(errors.rms, "rms"), cell(errors.p95, "p95"),
-          cell(errors.max, "max")};
 }
 
 std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
@@ -184,18 +166,50 @@ void Page::list(const std::vector<std::string>& items) {
   body_ += "</ul>\n";
 }
 
+std::string Page::value(const std::string& key) const {
+  constexpr double kNothing = 5e-5;  // half the last digit of 0.0000, in mm or mrad
+  const std::string* const value = head_.product.value(key);
+  if (!value) return "-";
+  const bool has_unit = key.find("_mm") != key.npos || key.find("_mrad") != key.npos;
+  const double size = std::abs(std::strtod(value->c_str(), nullptr));
+  return keyed(has_unit && size > 0 && size < kNothing ? "0.0000" : *value, key);
+}
+
+std::string Page::file_name(const std::string& key) const {
+  const std::string* const name = head_.product.value(key);
+  return "<span class=\"file\" data-key=\"" + key + "\">" + escaped(name ? *name : "-") + "</span>";
+}
+
+std::vector<std::string> Page::values(const std::string& list) const {
+  std::vector<std::string> items;
+  for (size_t k = 0; has(path_of(list, k)); ++k) items.push_back(value(path_of(list, k)));
+  return items;
+}
+
+std::vector<TableRow> Page::rows(const std::string& list,
+                                 const std::vector<std::string>& keys) const {
+  std::vector<TableRow> rows;
+  for (size_t k = 0; has(path_of(list, k) + "/" + keys.front()); ++k) {
+    rows.emplace_back();
+    for (const std::string& key : keys) rows.back().push_back(value(path_of(list, k) + "/" + key));
+  }
+  return rows;
+}
+
+TableRow Page::error_row(const std::string& name, const std::string& key) const {
+  return {name, value(key + "/mean"), value(key + "/rms"), value(key + "/p95"),
+          value(key + "/max")};
+}
+
 std::string Page::inputs() const {
   std::vector<TableRow> rows;
-  for (size_t k = 0; k < head_.inputs.size(); ++k) {
-    const auto& [file, sha256] = head_.inputs[k];
-    const std::string key = "provenance/inputs/" + std::to_string(k) + "/";
-    rows.push_back(
-        {"<span class=\"file\" data-key=\"" + key + "file\">" + escaped(file) + "</span>",
-         "<span class=\"file\" data-key=\"" + key + "sha256\">" + sha256 + "</span>"});
+  for (size_t k = 0; has(path_of("provenance/inputs", k) + "/file"); ++k) {
+    const std::string input = path_of("provenance/inputs", k);
+    rows.push_back({file_name(input + "/file"), file_name(input + "/sha256")});
   }
   return table({"file", "SHA-256"}, rows) +
-         paragraph("Made by " + keyed(head_.command, "provenance/command") + " of armtrue " +
-                   keyed(head_.version, "provenance/version") + ".");
+         paragraph("Made by " + value("provenance/command") + " of armtrue " +
+                   value("provenance/version") + ".");
 }
 
 Report Page::finish(bool folds_inputs) {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "armtrue/report/report.h"
-#include "armtrue/statistics/summary.h"
 #include "report/svg.h"
 
 namespace armtrue {
@@ -12,27 +11,15 @@ namespace armtrue {
 /// Whether a result needs attention; each has a colour and a sign.
 enum class Tone { good, attention, bad };
 
-/// A value with its path in the product (see Report).
+/// A text that the page words or rounds itself, with the path of its value in the product (see
+/// Report); Page::value() shows a value as it is.
 std::string keyed(const std::string& text, const std::string& key);
-
-/// A length [m] in mm; below the tenth of a micrometre it is 0.
-std::string keyed_mm(double metres, const std::string& key);
 
 /// A share, of 1 in the product, in per cent.
 std::string keyed_share(double share, const std::string& key);
 
-/// The same of a number with the four digits that products have of statistics.
-std::string keyed(double value, const std::string& key);
-
-/// A file name or another text whose parts are long: may be broken anywhere.
-std::string breakable(const std::string& text);
-
 /// A row of cells, each HTML.
 using TableRow = std::vector<std::string>;
-
-/// A name, then mean, RMS, 95th percentile and maximum of errors [SI] in a unit, keyed below `key`.
-TableRow error_cells(const std::string& name, const ErrorSummary& errors, double unit,
-                     const std::string& key);
 
 /// Head and rows; the first column is of words, the others of numbers. It scrolls inside itself.
 std::string table(const TableRow& head, const std::vector<TableRow>& rows);
@@ -66,6 +53,20 @@ class Page {
   /// Beside each other as far as there is room; kept for Report::pictures. Null: left out.
   void pictures(const std::vector<Drawing>& pictures);
   void list(const std::vector<std::string>& items);
+
+  /// Whether the product has a value at a path.
+  bool has(const std::string& key) const { return head_.product.value(key) != nullptr; }
+  /// The value at a path of the product, as it stands there; "-" where there is none. In mm or mrad
+  /// a number below a tenth of a thousandth, which rounding makes, is 0.0000.
+  std::string value(const std::string& key) const;
+  /// The same of the name of a file, which may be broken anywhere.
+  std::string file_name(const std::string& key) const;
+  /// The values of a list.
+  std::vector<std::string> values(const std::string& list) const;
+  /// The values of some keys of each entry of a list, up to one without the first key.
+  std::vector<TableRow> rows(const std::string& list, const std::vector<std::string>& keys) const;
+  /// A name, then mean, RMS, 95th percentile and maximum of the errors below a path.
+  TableRow error_row(const std::string& name, const std::string& key) const;
 
   /// The input files with their SHA-256, and what made the page.
   std::string inputs() const;

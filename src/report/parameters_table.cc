@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "armtrue/calibration/identified_values.h"
+#include "armtrue/text/number_text.h"
 #include "report/page.h"
 
 namespace armtrue {
@@ -25,13 +26,13 @@ std::string parameters_table(const Robot& nominal, const CalibrationResult& resu
                              const std::string& robot_key) {
   std::vector<TableRow> rows;
   for (const IdentifiedValue& row : identified_values(nominal, result, poses))
-    rows.push_back({escaped(row.name), row.unit.name, cell(row.nominal, row, "nominal"),
-                    cell(row.value, row, "value"), cell(row.change, row, "change"),
-                    row.std ? keyed(*row.std / row.unit.si, robot_key + "std/" + row.name) : "-",
-                    row.share_of_readings
-                        ? keyed(fmt::format("{:.2f}", *row.share_of_readings),
-                                robot_key + "calibration/share_of_readings/" + row.name)
-                        : "1"});
+    rows.push_back(
+        {escaped(row.name), row.unit.name, cell(row.nominal, row, "nominal"),
+         cell(row.value, row, "value"), cell(row.change, row, "change"),
+         row.std ? keyed(rounded(*row.std / row.unit.si), robot_key + "std/" + row.name) : "-",
+         row.share_of_readings ? keyed(fmt::format("{:.2f}", *row.share_of_readings),
+                                       robot_key + "calibration/share_of_readings/" + row.name)
+                               : "1"});
   return table({"parameter", "unit", "nominal", "new", "change", "standard deviation",
                 "share of the readings"},
                rows);

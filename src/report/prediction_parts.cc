@@ -6,14 +6,11 @@
 
 namespace armtrue {
 
-void add_conditions(Page& page, const PredictionConditions& conditions) {
+void add_conditions(Page& page) {
   page.section("What this holds for");
-  std::vector<std::string> items;
-  for (size_t k = 0; k < conditions.assumed.size(); ++k)
-    items.push_back(keyed(conditions.assumed[k], fmt::format("assumed/{}", k)));
-  for (size_t k = 0; k < conditions.not_applied.size(); ++k)
-    items.push_back("Not applied, because it belongs to the station, or may: " +
-                    keyed(conditions.not_applied[k], fmt::format("not_applied/{}", k)));
+  std::vector<std::string> items = page.values("assumed");
+  for (const std::string& effect : page.values("not_applied"))
+    items.push_back("Not applied, because it belongs to the station, or may: " + effect);
   page.list(items);
 }
 

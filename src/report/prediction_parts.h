@@ -3,14 +3,13 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "armtrue/compensation/prediction_conditions.h"
 #include "report/page.h"
 
 namespace armtrue {
 
 /// The conditions for which a prediction is valid, and the effects that it leaves out. Keys:
 /// assumed, not_applied.
-void add_conditions(Page& page, const PredictionConditions& conditions);
+void add_conditions(Page& page);
 
 struct RowsText {
   std::string file = "rows", title = "Predicted error along the rows";

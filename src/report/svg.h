@@ -84,7 +84,6 @@ class Panel {
   void text(double x, double y, const std::string& text, const char* anchor);
   /// In the upper right corner.
   void corner(const std::string& text);
-  void no_y_ticks() { has_y_ticks_ = false; }
 
   // Of a panel of Picture::space(): places lie within a ball of radius 1, their z points upwards.
   /// `look`: empty for lines of the frame.
@@ -106,7 +105,7 @@ class Panel {
   Picture* picture_;
   Axis x_, y_;
   int height_;
-  bool has_y_ticks_ = true, is_space_ = false;
+  bool is_space_ = false;
   std::string body_;
 };
 

@@ -222,7 +222,7 @@ std::string Panel::frame(bool is_last) const {
   std::string grid, texts;
   const std::string width = coordinate_text(Picture::panel_width());
   const double first = std::ceil(y_.low / y_.step - 1e-9);
-  for (double k = first; has_y_ticks_ && k * y_.step <= y_.high + 1e-9 * y_.step; ++k) {
+  for (double k = first; k * y_.step <= y_.high + 1e-9 * y_.step; ++k) {
     const double y = py(k * y_.step);
     grid += "M0 " + coordinate_text(y) + "h" + width;
     texts += fmt::format("<text class=\"tick\" x=\"-6\" y=\"{}\" text-anchor=\"end\">{}</text>\n",

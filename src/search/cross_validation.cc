@@ -164,12 +164,4 @@ GainLeftOut CrossValidation::of_effect(int effect) const {
   });
 }
 
-bool is_clearly_better(const Eigen::VectorXd& differences) {
-  constexpr double kOneInThousand = 3.09;  // quantile 0.999 of the normal distribution
-  const double mean = differences.mean();
-  const auto count = static_cast<double>(differences.size());
-  const double variance = (differences.array() - mean).square().sum() / (count - 1);
-  return mean > kOneInThousand * std::sqrt(variance / count);
-}
-
 }  // namespace armtrue

@@ -52,10 +52,4 @@ class CrossValidation {
   std::vector<Fold> folds_;
 };
 
-/// Whether the poses left out speak for one of two models at a level of one in a thousand. A pose
-/// has one difference of squared errors, positive where that model predicts it better. The test is
-/// Vuong's (Econometrica 57, 1989) for models that do not contain each other: the mean in units of
-/// its standard error. The sum alone would ignore that few poses may make it.
-bool is_clearly_better(const Eigen::VectorXd& differences);
-
 }  // namespace armtrue

@@ -90,8 +90,8 @@ class EffectModel {
     void forget_view();
   };
   Fitted fitted() const { return {chosen_, fit_, near_, start_, linear_, projected_}; }
-  /// Comes back to a model of as many effects that exchanges have led away from. Which of the
-  /// effects were not added but replaced another one stays as it is.
+  /// Restores an earlier model with the same number of effects, before exchanges. It stays noted
+  /// which effects replaced another one.
   void come_back(const Fitted& before);
 
   /// What some chosen candidates, all on one parameter, explain together.

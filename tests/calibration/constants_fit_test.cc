@@ -142,6 +142,25 @@ TEST(ConstantsFit, WithoutEffectsChangesNothing) {
   EXPECT_EQ(fit.chain.links[2].theta, robot.chain.links[2].theta);
 }
 
+TEST(ConstantsFit, SaysWhichEffectsConstantsCannotHold) {
+  Robot robot = read_robot(kSagging).robot;
+  EXPECT_TRUE(not_in_constants(robot).empty());
+  const auto add = [&](const char* name, const char* parameter, const char* driver) {
+    robot.effects.push_back({name, parameter, *parse_driver(driver), Shape{}, {{"c", 1e-6}}});
+  };
+  add("radial offset", "instrument.range", "position");
+  EXPECT_EQ(not_in_constants(robot),
+            std::vector<std::string>{"effects of the instrument or the measured tool are not in "
+                                     "the constants: radial offset"});
+  add("compliance", "A2.theta", "motor-torque 2");
+  const std::vector<std::string> both = not_in_constants(robot);
+  ASSERT_EQ(both.size(), 2u);
+  EXPECT_EQ(both[1],
+            "effects of measured motor torques, which are not known at other poses, are not in the "
+            "constants: compliance");
+  EXPECT_EQ(arm_of_constants(robot).effects.size(), read_robot(kSagging).robot.effects.size());
+}
+
 TEST(ConstantsFit, FindsZeroOffsetsOfAnotherModelAndMovesNothingElse) {
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
   Robot arm = robot;

@@ -9,9 +9,12 @@
 #include <random>
 #include <stdexcept>
 
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/unseen_scale.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/parameters.h"
 #include "support/oracle.h"
 
 namespace armtrue::evaluation_test {
@@ -179,6 +182,41 @@ TEST(UnseenScale, CostsInProportionToTheDistanceFromTheFoot) {
   campaign.contact_names = {"table"};
   campaign.touch.assign(2, {0, -1});
   EXPECT_FALSE(unseen_scale(robot, campaign));
+}
+
+// By finite differences of the model, row by row.
+TEST(MeanSquare, IsThatOfAQuadraticFormOfNormalErrors) {
+  Robot robot = read_robot(kSpindle).robot;
+  const std::vector<std::string> names{"A2.theta", "A3.theta", "A4.d"};
+  Eigen::Matrix3d root;
+  root << 2e-4, 0, 0, -1e-4, 3e-4, 0, 5e-5, 2e-5, 1e-4;
+  robot.uncertainty = Uncertainty{.parameters = names, .root = root};
+  Campaign campaign;
+  Eigen::Matrix3d mean = Eigen::Matrix3d::Zero();
+  for (const double turn : {-0.7, 0.1, 0.9}) {
+    campaign.pose_ids.push_back(std::to_string(turn));
+    campaign.pose.push_back(campaign.rows());
+    campaign.q.push_back(
+        (JointVector(6) << turn, -1.2 + 0.3 * turn, 0.9, turn, 0.5, -turn).finished());
+    campaign.position.emplace_back(Eigen::Vector3d::Zero());
+    Context context;
+    context.q = campaign.q.back();
+    Eigen::Matrix3d jacobian;
+    for (int k = 0; k < 3; ++k) {
+      constexpr double kStep = 1e-6;
+      Robot more = robot, less = robot;
+      const int parameter = *find_parameter(robot.chain, names[static_cast<size_t>(k)]);
+      move_parameter(more.chain, parameter, kStep);
+      move_parameter(less.chain, parameter, -kStep);
+      jacobian.col(k) = (RobotModel(more).pose(context).translation -
+                         RobotModel(less).pose(context).translation) /
+                        (2 * kStep);
+    }
+    mean += (jacobian * root).transpose() * (jacobian * root) / 3;
+  }
+  const MeanSquare found = mean_square_by_uncertainty(robot, campaign);
+  EXPECT_NEAR(found.expected, mean.trace(), 1e-6 * mean.trace());
+  EXPECT_NEAR(found.freedom, mean.trace() * mean.trace() / (mean * mean).trace(), 1e-6);
 }
 
 }  // namespace

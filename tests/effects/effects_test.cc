@@ -384,6 +384,45 @@ TEST(RobotModel, AStepBetweenSessionsStandsSinceOne) {
   EXPECT_EQ(model.offsets(campaign.context(0))[moved], 1e-3);
 }
 
+// The spherical coordinates of the measured point about the instrument, by the closed form.
+TEST(RobotModel, AnEffectFollowsTheLineOfSight) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.instrument = {0.4, -0.9, 0.2};
+  robot.chain.base = {Eigen::Matrix3d::Identity(), {3, 1, -0.5}};
+  Context context;
+  context.q = pose_of_test();
+  const Pose measured = RobotModel(robot).pose(context);
+  const Eigen::Vector3d sight = measured.translation - *robot.instrument;
+  const double incidence = std::acos(-sight.normalized().dot(measured.rotation.col(2)));
+  for (const auto& [driver, expected] :
+       {std::pair("range", sight.norm()), std::pair("azimuth", std::atan2(sight.y(), sight.x())),
+        std::pair("elevation", std::asin(sight.z() / sight.norm())),
+        std::pair("incidence", incidence)}) {
+    const BoundEffect bound({"e", "instrument.elevation", *parse_driver(driver), Shape{}, {}},
+                            robot);
+    double value = 0;
+    const LinkFrames frames = ChainEvaluator(robot.chain).link_frames(context.q);
+    bound.values(context, &frames, nullptr, &value);
+    EXPECT_NEAR(value, expected, 1e-12) << driver;
+  }
+}
+
+// R_A turns with a positioner: no place in it is that of an instrument at rest.
+TEST(Instrument, IsKnownWhereItIsStatedOrCanStand) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.instrument.reset();
+  robot.chain.base.translation = {0.3, 0, 0};  // within reach of the arm
+  EXPECT_FALSE(knows_instrument(robot));
+  robot.chain.base.translation = {9, 0, 0};
+  EXPECT_TRUE(knows_instrument(robot));
+  robot.chain.base.translation.setZero();
+  robot.instrument = Eigen::Vector3d(4, 0, 1);
+  EXPECT_TRUE(knows_instrument(robot));
+  Robot turned = read_robot(kPositionerFile).robot;
+  turned.instrument = robot.instrument;
+  EXPECT_FALSE(knows_instrument(turned));
+}
+
 // The length of a wire counts from its own anchor.
 TEST(RobotModel, AWireReadsInProportionToItsLength) {
   Robot robot = read_robot(kRobotFile).robot;

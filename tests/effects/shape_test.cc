@@ -28,6 +28,7 @@ TEST(Shape, NamesReadBack) {
 TEST(Driver, NamesReadBack) {
   for (const char* text : {"joint-angle 4",
                            "joint-angle 2,4",
+                           "joint-angle 3,1",
                            "gravity-torque 6",
                            "arrival 1",
                            "time",

@@ -30,6 +30,22 @@ TEST(Document, JsonHasNumbersTruthValuesNullsAndTextsAsTheyAre) {
     EXPECT_EQ(json_of(YAML::Node(std::string(text))), std::string("{\"key\": \"") + text + "\"}\n");
 }
 
+TEST(Document, GivesTheValueAtAPath) {
+  YAML::Node root;
+  root["errors"]["mean_mm"] = rounded(0.12344);
+  root["notes"] = texts_node({"first", "second"});
+  root["unknown"] = rounded_or_null(std::nullopt);
+  const Document document = print_document(root);
+  const auto value = [&](const char* path) {
+    const std::string* const found = document.value(path);
+    return found ? *found : "none";
+  };
+  EXPECT_EQ(value("errors/mean_mm"), "0.1234");
+  EXPECT_EQ(value("notes/1"), "second");
+  for (const char* path : {"errors", "notes/2", "unknown", "errors/mean_mm/0", ""})
+    EXPECT_EQ(value(path), "none") << path;
+}
+
 TEST(Document, JsonEscapesWhatItMustNotHold) {
   EXPECT_EQ(json_of(YAML::Node("a \"b\" \\ c\nd\te")),
             "{\"key\": \"a \\\"b\\\" \\\\ c\\u000ad\\u0009e\"}\n");

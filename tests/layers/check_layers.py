@@ -29,7 +29,7 @@ USES = {
     "images": ["kinematics", "text"],
     "import": ["calibration", "images", "io", "path/registration"],
     "urdf": ["io"],
-    "report": ["certification", "compensation", "planning", "path/mirror"],
+    "report": ["certification", "compensation", "io", "planning", "path/mirror"],
 }
 # Third-party headers, by how their names begin, and the folders that may include them.
 THIRD_PARTY = {

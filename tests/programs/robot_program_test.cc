@@ -463,6 +463,17 @@ TEST(RobotProgramTest, NamesFollowTheFileWhereTheControllerWantsThat) {
   EXPECT_EQ(why_illegal_name(*find_dialect("urscript"), "1-part"), "");
 }
 
+// Behind the last line of the main part, which may span several lines of the file.
+TEST(RobotProgramTest, TheMarkOfFanucIsTheNextLineAndIsCounted) {
+  const std::string head = "/PROG P\n/ATTR\nLINE_COUNT = ", end = "/POS\n/END\n";
+  const std::string lines = ";\n/MN\n  9:J P[1] 9% FINE ;\n 10:C P[2]\n    P[3] 9mm/sec FINE ;\n";
+  std::string text = head + "10" + lines + end;
+  mark_corrected(*find_dialect("fanuc"), Corrector::compensate, text);
+  EXPECT_TRUE(text.starts_with(head + "11" + lines + " 11:  !corrected by armtrue compensate"))
+      << text;
+  EXPECT_TRUE(text.ends_with(" ;\n" + end)) << text;
+}
+
 TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
   EXPECT_THROW(parsed("p.src", "DEF p()\nEND\n"), InputError);
   EXPECT_THROW(parsed("p.mod", ""), InputError);

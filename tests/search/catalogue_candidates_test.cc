@@ -74,6 +74,48 @@ TEST(CatalogueCandidates, MayFollowTheNextJoint) {
   }
 }
 
+std::set<std::string> driven(const Robot& robot, const std::string& keys) {
+  const Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  std::set<std::string> parameters;
+  for (const Candidate& candidate : catalogue_candidates(one_entry(keys), robot, campaign))
+    parameters.insert(to_string(candidate.effect.parameter));
+  return parameters;
+}
+
+// A basis stands for the load of unknown masses, which a shape of it or a product with it has not.
+TEST(CatalogueCandidates, OnlyWhatNeedsTheMassesIsLeftOutWithoutThem) {
+  const Robot with = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Robot without = with;
+  without.bodies.clear();
+  for (const auto& [keys, needs_masses] :
+       {std::pair("driver: gravity-torque own, shape: linear", false),
+        std::pair("driver: joint-angle own, shape: harmonic 2", false),
+        std::pair("driver: gravity-torque own, shape: sign", true),
+        std::pair("driver: time * gravity-torque own, shape: linear", true)}) {
+    const std::string entry = std::string("joints: [2, 3], parameter: theta, ") + keys;
+    const std::set<std::string> both{"A2.theta", "A3.theta"};
+    EXPECT_EQ(driven(with, entry), both) << keys;
+    EXPECT_EQ(driven(without, entry), needs_masses ? std::set<std::string>() : both) << keys;
+  }
+}
+
+TEST(CatalogueCandidates, EachOfSeveralMeansTheOwnersOfItsKindAlone) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  robot.chain.targets = {{"left", {}}, {"right", {}}};
+  robot.chain.anchors = {{"1", {}}, {"2", {}}};
+  for (const auto& [parameter, expected] :
+       {std::pair("target", std::set<std::string>{"target left.x", "target right.x"}),
+        std::pair("anchor", std::set<std::string>{"anchor 1.x", "anchor 2.x"})}) {
+    std::set<std::string> names;
+    for (const Effect& effect : expand(
+             one_entry(std::string("driver: time, shape: linear, parameter: ") + parameter + ".x")
+                 .front(),
+             robot))
+      names.insert(to_string(effect.parameter));
+    EXPECT_EQ(names, expected);
+  }
+}
+
 // The parameters that may have stepped between two sessions.
 std::set<std::string> steps_between_sessions(const Robot& robot, Campaign campaign) {
   campaign.time_s.clear();

@@ -131,32 +131,5 @@ TEST(CrossValidation, IsThatOfTheOtherPosesByDefinition) {
   EXPECT_NEAR(of_effect.error, expected.error, 1e-10);
 }
 
-Eigen::VectorXd differences(int poses, double mean, std::mt19937& random) {
-  std::normal_distribution<double> normal(mean, 1);
-  return Eigen::VectorXd::NullaryExpr(poses, [&] { return normal(random); });
-}
-
-// Two models that predict equally well differ by chance in 1 of 1000 campaigns; of 50 poses the
-// tails of Student's t are some 1.6 times as heavy.
-TEST(ClearlyBetter, IsSaidByChanceOnceInAThousand) {
-  std::mt19937 random(1);
-  int said = 0;
-  for (int campaign = 0; campaign < 40000; ++campaign)
-    said += is_clearly_better(differences(50, 0, random));
-  EXPECT_GE(said, 20);
-  EXPECT_LE(said, 100);
-}
-
-TEST(ClearlyBetter, IsSaidWhereAllPosesGainALittleButNotWhereFewMakeTheSum) {
-  std::mt19937 random(2);
-  const Eigen::VectorXd all = differences(50, 1, random);
-  EXPECT_TRUE(is_clearly_better(all));
-  EXPECT_FALSE(is_clearly_better(-all));
-  Eigen::VectorXd few = differences(50, 0, random);
-  few.head(3).setConstant(40);
-  EXPECT_GT(few.sum(), 2 * all.sum());
-  EXPECT_FALSE(is_clearly_better(few));
-}
-
 }  // namespace
 }  // namespace armtrue::cross_validation_test

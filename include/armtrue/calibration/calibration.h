@@ -85,7 +85,7 @@ struct CalibrationResult {
   ReadingSigma spread;  ///< of all readings about the model, gross poses included
   double degrees_of_freedom = 0;  ///< of Student's t of the residuals; 0: normal
   std::vector<double> weights;    ///< of each row
-  /// Of each row, without what its pose loses as a whole; far below 1: probably a blunder.
+  /// Weight of each row relative to its pose; far below 1: probably a blunder.
   std::vector<double> weights_in_pose;
   int rank = 0;          ///< of the Jacobian of all unknowns
   double condition = 0;  ///< of the Jacobian of the geometric unknowns in m and rad

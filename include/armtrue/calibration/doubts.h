@@ -20,10 +20,9 @@ namespace armtrue {
 std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines);
 
 /// Why the readings contradict the noise that the rows or, without such a column, the robot file
-/// state, as a sentence; empty if they do not. Replicates that scatter more than the robot file
-/// says show that figures take for noise what changes from visit to visit; single readings that
-/// scatter much less about the model show a wrong figure, beside which nothing can be found
-/// (p < 0.001).
+/// state, as a sentence; empty if they do not (p < 0.001). Replicates scatter more than the stated
+/// noise: the arm returns worse than the file says. Single readings scatter much less about the
+/// model: the stated noise is too large, and hides every effect.
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise);
 

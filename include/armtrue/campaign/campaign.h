@@ -134,8 +134,7 @@ struct Campaign {
 
   int rows() const { return static_cast<int>(q.size()); }
   bool has_orientation() const { return !orientation.empty(); }
-  /// Whether readings are single lengths: distances or touches, perhaps with coordinates among
-  /// them.
+  /// True if each row reads one number (distance, touch, coordinate), not a point.
   bool has_distances() const { return !distance.empty(); }
   bool has_coordinates() const { return !coordinate.empty(); }
   bool has_touches() const { return !touch.empty(); }

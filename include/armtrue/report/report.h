@@ -2,20 +2,19 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "armtrue/certification/certificate.h"
+#include "armtrue/io/document.h"
 
 namespace armtrue {
 
 /// What a page shows about the run beside its results. It has a date only if `about` states one, so
 /// the same input always gives the same page.
 struct PageHead {
-  std::string command, version;
-  std::vector<std::pair<std::string, std::string>> inputs;  ///< file, SHA-256
-  std::vector<std::string> warnings;                        ///< of the command
-  std::optional<About> about;  ///< who measured what, when and with what, if stated
+  const Document& product;            ///< of the command; the page shows its values
+  std::vector<std::string> warnings;  ///< of the command
+  std::optional<About> about;         ///< who measured what, when and with what, if stated
 };
 
 /// A picture as a file of its own.

@@ -72,9 +72,10 @@ void read_instrument(YamlMap map, About& about) {
 
 void read_temperature(YamlMap map, StatedUncertainty& stated) {
   stated.temperature_half_width = not_negative(map, "within_k");
-  constexpr double kLeast = 0.01, kMost = 1000;  // um per m and K, of any material; 0: none
+  constexpr double kLeastExpansion = 0.01,
+                   kMostExpansion = 1000;  // um per m and K, of any material; 0: none
   const double expansion = not_negative(map, "expansion_um_per_m_k");
-  if (expansion > 0 && (expansion < kLeast || expansion > kMost))
+  if (expansion > 0 && (expansion < kLeastExpansion || expansion > kMostExpansion))
     map.fail("expansion_um_per_m_k",
              "is that of no material; give it in um per m and K, such as "
              "11.7 for steel");

@@ -25,9 +25,9 @@ std::optional<double> length(YamlMap& map, const std::string& key) {
 }
 
 int count_of(YamlMap& map, const std::string& key) {
-  constexpr double kMost = 1e9;
+  constexpr double kMostCounted = 1e9;
   const double count = map.number(key);
-  if (count < 0 || count > kMost) map.fail(key, "must be from 0 to 1e9");
+  if (count < 0 || count > kMostCounted) map.fail(key, "must be from 0 to 1e9");
   return static_cast<int>(count);
 }
 

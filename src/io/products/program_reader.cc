@@ -116,7 +116,7 @@ class ProgramReader {
 
   void read_row() {
     std::vector<std::string>& cells = file_.cells.emplace_back();
-    for (int c = 0; c < static_cast<int>(file_.columns.size()); ++c) {
+    for (int c = 0; c < std::ssize(file_.columns); ++c) {
       cells.emplace_back(table_.original(c));
       // A number with a comma: so are those that are added.
       file_.has_decimal_commas |=

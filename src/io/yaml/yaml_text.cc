@@ -227,6 +227,19 @@ void print(const YAML::Node& node, YAML::Emitter& emitter) {
   }
 }
 
+// `path` ends with a slash, or is empty.
+void add_values(const YAML::Node& node, const std::string& path,
+                std::map<std::string, std::string>& values) {
+  if (node.IsMap())
+    for (const auto& entry : node)
+      add_values(entry.second, path + entry.first.Scalar() + "/", values);
+  else if (node.IsSequence())
+    for (size_t k = 0; k < node.size(); ++k)
+      add_values(node[k], path + std::to_string(k) + "/", values);
+  else if (node.IsScalar())
+    values.emplace(path.substr(0, path.size() - 1), node.Scalar());
+}
+
 }  // namespace
 
 bool is_value(const YAML::Node& scalar) { return scalar.Tag() == kPlain; }
@@ -235,7 +248,9 @@ Document print_document(const YAML::Node& root) {
   YAML::Emitter emitter;
   emitter.SetIndent(2);
   print(root, emitter);
-  return {std::string(emitter.c_str()) + "\n", json_text(root) + "\n"};
+  std::map<std::string, std::string> values;
+  add_values(root, "", values);
+  return {std::string(emitter.c_str()) + "\n", json_text(root) + "\n", std::move(values)};
 }
 
 }  // namespace armtrue

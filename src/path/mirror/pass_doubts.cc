@@ -108,7 +108,8 @@ std::optional<double> step_that_hides(const Path& record, double noise) {
 
 bool deviates_as_before(const Path& programmed, const MirrorResult& result,
                         const Eigen::Matrix3Xd& executed) {
-  constexpr double kLeast = 0.7, kMost = 1.3, kLeft = 0.25;
+  // Of the correction that the deviation undoes, and of the squared deviation that is left then.
+  constexpr double kLeastShare = 0.7, kMostShare = 1.3, kMostLeft = 0.25;
   Path run = programmed;
   run.position = executed;
   const Eigen::VectorXd& time = result.deviation.time;
@@ -117,8 +118,8 @@ bool deviates_as_before(const Path& programmed, const MirrorResult& result,
   const double square = correction.squaredNorm();
   if (square == 0) return false;
   const double share = -trend.cwiseProduct(correction).sum() / square;
-  return share >= kLeast && share <= kMost &&
-         (trend + share * correction).squaredNorm() < kLeft * trend.squaredNorm();
+  return share >= kLeastShare && share <= kMostShare &&
+         (trend + share * correction).squaredNorm() < kMostLeft * trend.squaredNorm();
 }
 
 double longest_step_in_motion(const Path& path) {

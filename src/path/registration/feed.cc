@@ -10,8 +10,8 @@
 namespace armtrue {
 namespace {
 
-constexpr double kAway = 5e-3;    // [m] from the first and the last place
-constexpr double kLeast = 0.01;   // of the time in motion; a clock is off by a thousandth
+constexpr double kLeastAway = 5e-3;   // [m] from the first and the last place
+constexpr double kClockError = 0.01;  // of the time in motion: ten times that of any clock
 
 struct Motion {
   double begin = 0, end = 0;
@@ -22,7 +22,7 @@ std::optional<Motion> motion_of(const Path& path) {
   const Eigen::Index last = path.samples() - 1;
   Eigen::Index begin = 0, end = last;
   const auto is_away = [&](Eigen::Index i, Eigen::Index from) {
-    return (path.position.col(i) - path.position.col(from)).norm() > kAway;
+    return (path.position.col(i) - path.position.col(from)).norm() > kLeastAway;
   };
   while (begin < last && !is_away(begin, 0)) ++begin;
   while (end > 0 && !is_away(end, last)) --end;
@@ -38,7 +38,8 @@ std::optional<OtherFeed> find_other_feed(const Path& programmed, const Path& mea
   const double ratio = seen->time() / wanted->time();
   const Eigen::VectorXd length = arc_length(programmed);
   const double speed = length[length.size() - 1] / wanted->time();
-  if (std::abs(ratio - 1) <= kLeast || std::abs(ratio - 1) * wanted->time() * speed <= kAway)
+  if (std::abs(ratio - 1) <= kClockError ||
+      std::abs(ratio - 1) * wanted->time() * speed <= kLeastAway)
     return std::nullopt;
   OtherFeed feed{ratio, seen->time(), {}};
   feed.stretch.rate = ratio - 1;

@@ -64,7 +64,7 @@ std::optional<double> noise_of_samples(const Path& path) {
     }
     if (is_regular) squares.push_back(sum.squaredNorm() / 924);
   }
-  if (static_cast<Eigen::Index>(squares.size()) < path.samples() / 2) return std::nullopt;
+  if (std::ssize(squares) < path.samples() / 2) return std::nullopt;
   constexpr double kMedianOfThree = 2.366;  // of chi-squared with 3 degrees of freedom
   return std::sqrt(median(squares) / kMedianOfThree);
 }

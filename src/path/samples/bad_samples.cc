@@ -25,7 +25,7 @@ class JumpFilter {
  public:
   JumpFilter(const Path& path, double speed, const std::vector<Index>& samples)
       : path_(path), speed_(speed), samples_(samples) {
-    for (Index k = 0; k < static_cast<Index>(samples.size()); ++k) {
+    for (Index k = 0; k < std::ssize(samples); ++k) {
       if (k == 0 || !reaches(k - 1, k)) pieces_.push_back({k, k});
       pieces_.back().last = k;
     }

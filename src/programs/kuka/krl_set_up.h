@@ -89,7 +89,6 @@ class KrlSetUps {
   std::set<int> handed_on_;                          // of the frames
   std::map<std::string, size_t> behind_callers_of_;  // places behind the text
   std::array<ProgramFlow::Values, 3> values_;
-  std::vector<bool> sets_frame_;  // of each statement: base or tool
 };
 
 }  // namespace armtrue
