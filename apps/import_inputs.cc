@@ -120,9 +120,8 @@ void add_import_options(Command& command, ImportArguments& arguments) {
       .needs(joints)
       .check(preset());
   join.option("--body", import.body,
-              "Rigid body or marker on the robot, of a motion capture that has several; of a "
-              "recording with transforms the child frame")
-      .needs(joints);
+              "Rigid body or marker on the robot, of a motion capture or a table that has several; "
+              "of a recording with transforms the child frame");
   join.option("--points-topic", import.points_topic,
               "Topic of the points, where a recording of ROS 2 has several")
       .needs(points);

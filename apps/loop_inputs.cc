@@ -62,9 +62,6 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
                                 const Robot& robot) {
   MeasuredLoop measured;
   measured.all = command.read_campaign(command.input, robot);
-  if (measured.all.has_pixels() && !arguments.next_poses.empty())
-    throw InputError(measured.all.source +
-                     ": poses are not planned for images; leave out --next-poses");
   refuse_mistakes(command, robot, measured.all);
   command.warn_if_needless(robot, measured.all);
   if (arguments.test.empty()) {

@@ -43,8 +43,7 @@ void add_plan_options(Command& command, PlanArguments& arguments) {
           .flag("--images", arguments.images,
                 "Poses in which a camera of the robot file has a whole board in its image; --given "
                 "decides for itself")
-          .excludes(touches)
-          .excludes(separate);
+          .excludes(touches);
   command
       .flag("--beams", arguments.beams,
             "Poses in which a beam of the robot file reads a plane or a face; --given decides for "
@@ -71,10 +70,6 @@ PlanOptions plan_options(const Command& command, const PlanArguments& arguments)
 Campaign poses_to_complement(Command& command, const PlanArguments& arguments, const Robot& robot) {
   if (arguments.given.empty()) return {};
   Campaign given = command.read_campaign(arguments.given, robot);
-  if (given.has_pixels() && !arguments.separate.empty())
-    throw InputError(given.source +
-                     ": --separate does not plan images; plan those of a calibration without it, "
-                     "or readings of an instrument that reads points");
   refuse_mistakes(command, robot, given);
   return given;
 }

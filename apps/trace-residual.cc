@@ -40,20 +40,23 @@ void add_options(app::Command& command, Arguments& arguments) {
 }
 
 // Standard deviation of the residuals of the previous calibration; without one, the noise of the
-// instrument.
-ReadingSigma residual_spread(const RobotFile& previous, app::Command& command) {
+// instrument. Of images both are lengths at the board.
+ReadingSigma residual_spread(const RobotFile& previous, const Campaign& campaign,
+                             app::Command& command) {
   if (previous.residual_spread) {
     command.tell(previous.name + ": spread of the readings from its calibration\n");
     return *previous.residual_spread;
   }
   const InstrumentNoise& noise = previous.robot.noise;
-  if (noise.position <= 0)
-    throw InputError(previous.name +
-                     ": neither calibration: residual_spread nor noise: position_mm; give the "
-                     "robot as calibrate wrote it, or add the noise of the instrument");
+  const double position =
+      campaign.has_pixels() ? noise.pixel * campaign.metre_per_pixel : noise.position;
+  if (position <= 0)
+    throw InputError(previous.name + ": neither calibration: residual_spread nor noise: " +
+                     (campaign.has_pixels() ? "pixel_px" : "position_mm") +
+                     "; give the robot as calibrate wrote it, or add the noise of the instrument");
   command.warn(previous.name +
                ": no calibration: residual_spread; the instrument's noise stands in for it");
-  return {noise.position, noise.orientation};
+  return {position, noise.orientation};
 }
 
 std::string name_of(const Move& move) {
@@ -77,15 +80,11 @@ std::string explanation(const ChangeResult& result) {
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
   const Campaign campaign = command.read_campaign(command.input, previous.robot);
-  if (campaign.has_pixels())
-    throw InputError(campaign.source +
-                     ": --since does not compare images yet; use evaluate-poses, whose errors show "
-                     "whether the calibration holds");
   command.warn_of_own_readings(previous);
   app::refuse_mistakes(command, previous.robot, campaign);
   command.warn_if_computed(previous.robot, campaign);
   const ChangeResult result =
-      detect_change(previous.robot, residual_spread(previous, command), campaign);
+      detect_change(previous.robot, residual_spread(previous, campaign, command), campaign);
   for (int row : result.blunders)
     command.warn(fmt::format("{}:{}: this reading of pose {} is a blunder and is left out",
                              campaign.source, campaign.line[row],

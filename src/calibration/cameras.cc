@@ -45,21 +45,20 @@ std::map<Pair, std::vector<Image>> images_of(const Robot& robot, const Campaign&
   arm.effects.clear();
   const RobotModel model(arm);
   std::map<std::tuple<Pair, int, int>, Image> images;
-  for (int row = 0; row < campaign.rows(); ++row) {
+  for (int row = 0; row + 1 < campaign.rows(); ++row) {
+    if (campaign.touch[row].axis != 0 || campaign.touch[row + 1].axis != 1 ||
+        campaign.touch[row + 1].contact != campaign.touch[row].contact)
+      continue;  // one coordinate of a corner alone
     const ContactPoint& seen = matched[campaign.touch[row].contact];
     const auto key = std::tuple(Pair{seen.contact, seen.board}, campaign.pose[row],
                                 campaign.repeat.empty() ? 0 : campaign.repeat[row]);
     const auto [entry, is_new] = images.try_emplace(key);
     Image& image = entry->second;
     if (is_new) image.measured = model.pose(campaign.context(row));
-    const double value = campaign.distance[row] / campaign.metre_per_pixel;
-    if (campaign.touch[row].axis == 0) {
-      image.corner.emplace_back(
-          robot.chain.contacts[seen.board].points[seen.point].position.head<2>());
-      image.pixel.emplace_back(value, 0);
-    } else if (!image.pixel.empty()) {
-      image.pixel.back()[1] = value;
-    }
+    image.corner.emplace_back(
+        robot.chain.contacts[seen.board].points[seen.point].position.head<2>());
+    image.pixel.emplace_back(campaign.distance[row] / campaign.metre_per_pixel,
+                             campaign.distance[row + 1] / campaign.metre_per_pixel);
   }
   std::map<Pair, std::vector<Image>> all;
   for (auto& [key, image] : images)

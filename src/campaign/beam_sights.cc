@@ -1,35 +1,16 @@
 #include "armtrue/campaign/beam_sights.h"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/kinematics/contact.h"
-#include "armtrue/kinematics/evaluator.h"
-#include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/statistics/random.h"
-#include "campaign/random_joints.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kMostIncidence = 60 * kDegree;  // off the normal; less comes back to the sensor
-constexpr double kUsualTilt = 45 * kDegree;      // of random poses
-constexpr int kTriesPerSight = 2000;
-constexpr int kAxesOfPose = 6;  // fewer reach few of the poses that are drawn
-
-// The plane in R_A: its normal, and a point in it.
-struct Surface {
-  Eigen::Vector3d normal, point;
-};
-
-Surface surface_of(const KinematicChain& chain, const BeamSight& sight) {
-  const Contact& contact = chain.contacts[sight.contact];
-  const ArtefactPoint& part = touched_part(contact, sight.point);
-  return {contact.place.rotation * part.normal, contact.place * part.position};
-}
 
 std::string why_not(const Contact& beam, const Contact& contact) {
   for (const Contact* one : {&beam, &contact})
@@ -40,24 +21,6 @@ std::string why_not(const Contact& beam, const Contact& contact) {
     return "the beam '" + beam.name +
            "' does not state what it can read; add range_mm: [least, largest] to the robot file";
   return "";
-}
-
-// From a random configuration the beam goes to the nearest point of the plane, turned in any
-// direction about the plane's normal and about itself.
-std::optional<JointVector> go_to(const KinematicChain& chain, const ChainEvaluator& evaluator,
-                                 const BeamSight& sight, const JointVector& start, Random& random) {
-  const Contact& beam = chain.contacts[sight.beam];
-  const Surface surface = surface_of(chain, sight);
-  const Pose end{Eigen::Matrix3d::Identity(), {0, 0, random.uniform(beam.range[0], beam.range[1])}};
-  const Eigen::Vector3d here = evaluator.pose(start) * (beam.place * end.translation);
-  const double azimuth = random.uniform(-std::numbers::pi, std::numbers::pi);
-  const double tilt = random.uniform(0, kUsualTilt);
-  const Eigen::Matrix3d facing =
-      shortest_rotation(Eigen::Vector3d::UnitZ(), -surface.normal) *
-      rotation_exp(tilt * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0)) *
-      rotation_exp({0, 0, random.uniform(-std::numbers::pi, std::numbers::pi)});
-  const Pose a_from_end{facing, here - surface.normal * surface.normal.dot(here - surface.point)};
-  return inverse_kinematics(chain, a_from_end * inverse(beam.place * end), std::vector{start});
 }
 
 }  // namespace
@@ -100,31 +63,6 @@ std::optional<double> beam_reading_at(const KinematicChain& chain, const BeamSig
     return std::nullopt;
   const double length = beam_reading(contact, sight.point, seen.translation, along).value;
   return length >= beam.range[0] && length <= beam.range[1] ? std::optional(length) : std::nullopt;
-}
-
-std::vector<BeamPose> random_beam_poses(const KinematicChain& chain, int count,
-                                        std::uint64_t seed) {
-  Random random(seed);
-  const ChainEvaluator evaluator(chain);
-  const std::vector<BeamSight> sights = beam_sights_of(chain);
-  std::vector<BeamPose> poses;
-  int tries = 0;  // since the last that was found
-  while (std::ssize(poses) < count) {
-    const BeamSight& sight = sights[poses.size() % sights.size()];
-    if (++tries > kTriesPerSight)
-      throw std::invalid_argument("hardly any configuration within the travel reads '" +
-                                  sight.name +
-                                  "'; check the places of beam and plane, which way the plane "
-                                  "faces, and range_mm");
-    std::optional<JointVector> q = random_joints(chain, random);
-    if (joint_count(chain) >= kAxesOfPose) q = go_to(chain, evaluator, sight, *q, random);
-    if (!q || beyond_travel(chain, *q)) continue;
-    const auto length = beam_reading_at(chain, sight, evaluator.pose(*q));
-    if (!length) continue;
-    poses.push_back({*q, sight, *length});
-    tries = 0;
-  }
-  return poses;
 }
 
 }  // namespace armtrue

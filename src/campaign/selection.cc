@@ -4,12 +4,15 @@
 #include <array>
 #include <map>
 #include <set>
+#include <string>
+#include <utility>
 
 namespace armtrue {
 namespace {
 
 constexpr int kMinAlike = 50;            // rows: enough to locate a base, a target or an anchor
 constexpr long kMinPosesOfSession = 30;  // enough for a base and a few offsets of its own
+constexpr long kImagesOfPair = 15;       // of a camera and a board: enough to place both
 
 }  // namespace
 
@@ -18,6 +21,34 @@ std::vector<int> evenly_chosen(const std::vector<int>& rows, long count) {
   const long kept = std::min(available, count);
   std::vector<int> chosen;
   for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
+  return chosen;
+}
+
+std::vector<int> readings_evenly_chosen(const Campaign& campaign, const std::vector<int>& rows,
+                                        long count) {
+  if (!campaign.has_pixels()) return evenly_chosen(rows, count);
+  std::vector<std::pair<std::string, std::string>> pair_of_name;  // camera and board
+  for (const std::string& text : campaign.contact_names) {
+    const PixelName name(text);
+    pair_of_name.emplace_back(name.camera, name.board);
+  }
+  using Image = std::pair<int, int>;  // pose and repeat
+  std::map<std::pair<std::string, std::string>, std::map<Image, std::vector<int>>> images;
+  for (int row : rows)
+    images[pair_of_name[campaign.touch[row].contact]]
+          [{campaign.pose[row], campaign.repeat.empty() ? 0 : campaign.repeat[row]}]
+              .push_back(row);
+  std::vector<int> chosen;
+  for (const auto& [pair, of_pair] : images) {
+    const long available = std::ssize(of_pair), kept = std::min(available, kImagesOfPair);
+    long place = 0;
+    for (const auto& [image, own] : of_pair) {
+      if (place * kept / available != (place + 1) * kept / available)
+        chosen.insert(chosen.end(), own.begin(), own.end());
+      ++place;
+    }
+  }
+  std::ranges::sort(chosen);
   return chosen;
 }
 

@@ -3,11 +3,16 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "armtrue/campaign/beam_sights.h"
+#include "armtrue/campaign/sighted_poses.h"
 #include "armtrue/campaign/views.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/joint_iterations.h"
@@ -97,13 +102,10 @@ Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOption
     return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
                     options);
   std::vector<JointVector> commanded;
-  if (options.beams) {
-    for (const BeamPose& pose : random_beam_poses(robot.chain, options.poses, options.seed))
-      commanded.push_back(pose.q);
-    return simulate(commanded, truth, options);
-  }
-  for (const Viewpoint& viewpoint : random_viewpoints(robot.chain, options.poses, options.seed))
-    commanded.push_back(viewpoint.q);
+  for (const SightedPose& pose :
+       random_sighted_poses(robot.chain, options.images ? Sensor::camera : Sensor::beam,
+                            options.poses, options.seed))
+    commanded.push_back(pose.q);
   return simulate(commanded, truth, options);
 }
 
@@ -147,81 +149,91 @@ Campaign visits(const std::vector<JointVector>& commanded, const Robot& truth,
   return campaign;
 }
 
-// What the cameras see at the visits, one after the other.
-Campaign images(const std::vector<JointVector>& commanded, Robot truth,
-                const SimulationOptions& options, Random& random) {
-  truth.chain.targets.clear();
-  truth.chain.anchors.clear();
-  const Campaign stops = visits(commanded, truth, options, random);
-  const std::vector<View> views = views_of(truth.chain);
-  const RobotModel model(truth);
-  std::vector<int> rows, of_view, of_point;
-  std::vector<Eigen::Vector2d> pixels;
-  for (int row = 0; row < stops.rows(); ++row) {
-    const Pose measured = model.pose(stops.context(row));
-    for (int view = 0; view < std::ssize(views); ++view)
-      for (int point = 0; point < std::ssize(truth.chain.contacts[views[view].board].points);
-           ++point) {
-        if (!shows(truth.chain, views[view], measured, point, 0)) continue;
-        Eigen::Vector2d pixel = pixel_of(truth.chain, views[view], measured, point);
-        for (double& value : pixel) value += options.noise_pixel * random.normal();
-        if (random.uniform(0, 1) < options.blunders)
-          pixel += random.uniform(2, 20) * random.normal3().head<2>().normalized();
-        rows.push_back(row);
-        of_view.push_back(view);
-        of_point.push_back(point);
-        pixels.push_back(pixel);
-      }
+// A reading of a camera or a beam.
+struct Seen {
+  int name = 0;  // of the corner or the plane
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double length = 0;  // of a beam [m]
+};
+
+// What can be seen, by its names in the campaign, and what is seen with the measured frame
+// somewhere.
+struct Sensors {
+  std::vector<std::string> names;
+  std::function<std::vector<Seen>(const Pose& a_from_measured)> read;
+};
+
+Sensors cameras_of(const KinematicChain& chain, const SimulationOptions& options, Random& random) {
+  Sensors cameras;
+  std::vector<std::pair<View, int>> corners;  // each name's, as its view and its point
+  for (const View& view : views_of(chain)) {
+    const std::vector<std::string> names = corner_names(chain, view);
+    cameras.names.insert(cameras.names.end(), names.begin(), names.end());
+    for (int point = 0; point < std::ssize(names); ++point) corners.emplace_back(view, point);
   }
-  Campaign campaign = stops.select(rows);
-  campaign.metre_per_pixel = 1;
-  std::vector<int> first_name;  // of each view
-  for (const View& view : views) {
-    const Contact &camera = truth.chain.contacts[view.camera],
-                  &board = truth.chain.contacts[view.board];
-    first_name.push_back(static_cast<int>(campaign.contact_names.size()));
-    for (const ArtefactPoint& point : board.points)
-      campaign.contact_names.push_back(PixelName(camera.name, board.name, point.name).text());
-  }
-  for (size_t k = 0; k < pixels.size(); ++k) {
-    campaign.position.emplace_back(pixels[k].x(), pixels[k].y(), 0);
-    campaign.distance.push_back(0);
-    campaign.touch.push_back({first_name[of_view[k]] + of_point[k], -1});
-  }
-  return campaign;
+  cameras.read = [&chain, &options, &random, corners](const Pose& measured) {
+    std::vector<Seen> seen;
+    for (int name = 0; name < std::ssize(corners); ++name) {
+      const auto& [view, point] = corners[name];
+      if (!shows(chain, view, measured, point, 0)) continue;
+      Eigen::Vector2d pixel = pixel_of(chain, view, measured, point);
+      for (double& value : pixel) value += options.noise_pixel * random.normal();
+      if (random.uniform(0, 1) < options.blunders)
+        pixel += random.uniform(2, 20) * random.normal3().head<2>().normalized();
+      seen.push_back({.name = name, .pixel = pixel});
+    }
+    return seen;
+  };
+  return cameras;
 }
 
-// What the beams read at the visits, one after the other.
-Campaign beams(const std::vector<JointVector>& commanded, Robot truth,
-               const SimulationOptions& options, Random& random) {
-  truth.chain.targets.clear();
-  truth.chain.anchors.clear();
-  const Campaign stops = visits(commanded, truth, options, random);
-  const std::vector<BeamSight> sights = beam_sights_of(truth.chain);
-  const RobotModel model(truth);
-  std::vector<int> rows, names;
-  std::vector<double> lengths;
-  for (int row = 0; row < stops.rows(); ++row) {
-    const Pose measured = model.pose(stops.context(row));
+Sensors beams_of(const KinematicChain& chain, const SimulationOptions& options, Random& random) {
+  const std::vector<BeamSight> sights = beam_sights_of(chain);
+  Sensors beams;
+  for (const BeamSight& sight : sights) beams.names.push_back(sight.name);
+  beams.read = [&chain, &options, &random, sights](const Pose& measured) {
     std::map<int, std::pair<double, int>> nearest;  // of each beam
     for (int k = 0; k < std::ssize(sights); ++k)
-      if (const auto length = beam_reading_at(truth.chain, sights[k], measured)) {
+      if (const auto length = beam_reading_at(chain, sights[k], measured)) {
         const std::pair found(*length, k);
         const auto [known, is_new] = nearest.try_emplace(sights[k].beam, found);
         if (!is_new) known->second = std::min(known->second, found);
       }
+    std::vector<Seen> seen;
     for (const auto& [beam, found] : nearest) {
       double length = found.first + options.noise_position * random.normal();
       if (random.uniform(0, 1) < options.blunders) length += random.uniform(2e-3, 20e-3);
-      rows.push_back(row);
-      names.push_back(found.second);
-      lengths.push_back(length);
+      seen.push_back({.name = found.second, .length = length});
     }
-  }
+    return seen;
+  };
+  return beams;
+}
+
+// What cameras or beams read at the visits, one after the other.
+Campaign read_at(const std::vector<JointVector>& commanded, Robot truth,
+                 const SimulationOptions& options, Random& random) {
+  truth.chain.targets.clear();
+  truth.chain.anchors.clear();
+  const Campaign stops = visits(commanded, truth, options, random);
+  const Sensors sensors = options.images ? cameras_of(truth.chain, options, random)
+                                         : beams_of(truth.chain, options, random);
+  const RobotModel model(truth);
+  std::vector<int> rows;
+  std::vector<Seen> all;
+  for (int row = 0; row < stops.rows(); ++row)
+    for (const Seen& seen : sensors.read(model.pose(stops.context(row)))) {
+      rows.push_back(row);
+      all.push_back(seen);
+    }
   Campaign campaign = stops.select(rows);
-  for (const BeamSight& sight : sights) campaign.contact_names.push_back(sight.name);
-  campaign.distance = std::move(lengths);
-  for (int name : names) campaign.touch.push_back({name, -1});
+  campaign.contact_names = sensors.names;
+  if (options.images) campaign.metre_per_pixel = 1;
+  for (const Seen& seen : all) {
+    if (options.images) campaign.position.emplace_back(seen.pixel.x(), seen.pixel.y(), 0);
+    campaign.distance.push_back(seen.length);
+    campaign.touch.push_back({seen.name, -1});
+  }
   return campaign;
 }
 
@@ -230,8 +242,7 @@ Campaign beams(const std::vector<JointVector>& commanded, Robot truth,
 Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
                   const SimulationOptions& options) {
   Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
-  if (options.images) return images(commanded, truth, options, random);
-  if (options.beams) return beams(commanded, truth, options, random);
+  if (options.images || options.beams) return read_at(commanded, truth, options, random);
   // The visits first: an effect may depend on the direction of arrival.
   Campaign campaign = visits(commanded, truth, options, random);
   const RobotModel model(truth);

@@ -26,13 +26,14 @@ bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
 
 bool is_of_base(int parameter) { return parameter < kFirstLinkParameter; }
 
-// The parameters of a contact, as indices; none unless it is touched.
+// The parameters of a contact, as indices; none unless it is touched, or reads, or is seen.
 std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign& campaign,
                                     int contact) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
   const bool is_touched = std::ranges::any_of(campaign.touch, [&](const Touch& touch) {
     return touch.contact >= 0 &&
-           (matched[touch.contact].contact == contact || matched[touch.contact].beam == contact);
+           (matched[touch.contact].contact == contact || matched[touch.contact].beam == contact ||
+            matched[touch.contact].board == contact);
   });
   if (!is_touched) return {};
   std::vector<int> parameters = of_contact(chain.contacts[contact]);
@@ -223,6 +224,14 @@ void ChangeProblem::enter_hypothesis(const std::string& what, const std::vector<
   if (!parameters.empty()) hypotheses_.push_back(hypothesis);
 }
 
+// By the name with which those of its parameters begin: "contact plate", "beam laser", "camera
+// eye".
+void ChangeProblem::enter_contact(const std::vector<int>& parameters, int first, int last) {
+  if (parameters.empty()) return;
+  const std::string name = parameter_name(start_.chain, parameters.front());
+  enter_hypothesis(name.substr(0, name.rfind('.')), parameters, first, last);
+}
+
 // Parameters that move none of these readings are left out.
 void ChangeProblem::enter_hypotheses() {
   const int first_anchor = first_anchor_parameter(start_.chain);
@@ -260,8 +269,7 @@ void ChangeProblem::enter_hypotheses() {
     }
     enter_hypothesis("tool", tool, s, last);
     for (int c = 0; c < std::ssize(start_.chain.contacts); ++c)
-      enter_hypothesis("contact " + start_.chain.contacts[c].name,
-                       of_touched_contact(start_.chain, models_.campaign(), c), s, last);
+      enter_contact(of_touched_contact(start_.chain, models_.campaign(), c), s, last);
     for (int a = 0; a < count && (count > 1 || models_.campaign().has_coordinates());
          ++a)  // a single one is the base
       enter_hypothesis("anchor " + start_.chain.anchors[a].name, anchors[a], s, last);

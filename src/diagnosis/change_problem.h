@@ -15,8 +15,9 @@
 namespace armtrue {
 
 /// The readings of a campaign against the previous robot, the prior knowledge of its parameters,
-/// and the hypotheses of possible moves: the base, the tool, one anchor of several and every
-/// identified parameter of a link. See detect_change() for the model.
+/// and the hypotheses of possible moves: the base, the tool, one anchor of several, each contact,
+/// beam, camera and board that is read, and every identified parameter of a link. See
+/// detect_change() for the model.
 class ChangeProblem {
  public:
   /// An error of the previous calibration, or a move since.
@@ -138,6 +139,7 @@ class ChangeProblem {
   void enter_hypotheses();
   void enter_hypothesis(const std::string& what, const std::vector<int>& parameters, int first,
                         int last);
+  void enter_contact(const std::vector<int>& parameters, int first, int last);
   std::vector<Unknown> unknowns_of(const std::vector<int>& moved) const;
   std::vector<Unknown> all_unknowns() const;  // the moves of every hypothesis
   Eigen::VectorXd unknowns_of(int session, const std::vector<Unknown>& unknowns,

@@ -110,16 +110,8 @@ bool looks_like_metres(const KinematicChain& chain) {
   return longest > kLeast && longest < kShort;
 }
 
-std::vector<Hypothesis> unit_hypotheses(const KinematicChain& chain,
-                                        const std::vector<JointName>& names, bool of_distances) {
+std::vector<Hypothesis> length_hypotheses(const KinematicChain& chain, bool of_distances) {
   std::vector<Hypothesis> hypotheses;
-  const auto revolute =
-      std::ranges::count_if(names, [](const JointName& name) { return !name.is_length; });
-  hypotheses.push_back(
-      {"the joint angles look like radians under a _deg name; name the columns "
-       "q1_rad to q" +
-           std::to_string(revolute) + "_rad",
-       [](Robot& r, Campaign& c) { scale_angles(c, r.chain, 1 / kDegree); }});
   hypotheses.push_back({of_distances
                             ? "the distances look like metres under a _mm name; name the column l_m"
                             : "the positions look like metres under a _mm name; name the columns "
@@ -136,6 +128,22 @@ std::vector<Hypothesis> unit_hypotheses(const KinematicChain& chain,
                       : "the positions look like millimetres under a _m name; name the columns "
                         "x_mm,y_mm,z_mm",
        [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
+  return hypotheses;
+}
+
+std::vector<Hypothesis> unit_hypotheses(const KinematicChain& chain,
+                                        const std::vector<JointName>& names,
+                                        const Campaign& campaign) {
+  const auto revolute =
+      std::ranges::count_if(names, [](const JointName& name) { return !name.is_length; });
+  std::vector<Hypothesis> hypotheses{
+      {"the joint angles look like radians under a _deg name; name the columns "
+       "q1_rad to q" +
+           std::to_string(revolute) + "_rad",
+       [](Robot& r, Campaign& c) { scale_angles(c, r.chain, 1 / kDegree); }}};
+  if (!campaign.has_pixels())
+    std::ranges::copy(length_hypotheses(chain, campaign.has_distances()),
+                      std::back_inserter(hypotheses));
   for (int j = 0; j < std::ssize(names); ++j)
     if (names[j].is_length)
       hypotheses.push_back({fmt::format("{} looks like metres under a _mm name; name the column {}",
@@ -158,10 +166,10 @@ bool is_parallel_to_the_one_before(const KinematicChain& chain, int joint) {
 }
 
 // Units, and signs and orders if `with_conventions`.
-std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of_distances,
+std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, const Campaign& campaign,
                                             bool with_conventions) {
   const std::vector<JointName> names = joint_names(chain);
-  std::vector<Hypothesis> hypotheses = unit_hypotheses(chain, names, of_distances);
+  std::vector<Hypothesis> hypotheses = unit_hypotheses(chain, names, campaign);
   if (!with_conventions) return hypotheses;
   for (int j = 0; j < std::ssize(names); ++j)
     hypotheses.push_back(
@@ -192,7 +200,7 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
              [j, sign](Robot&, Campaign& c) {
                for (auto q : c.q) q[j] += sign * q[j - 1];
              }});
-  if (!of_distances)
+  if (!campaign.has_distances())
     hypotheses.push_back(
         {"the positions look left-handed: an axis has the wrong sign, or two "
          "columns are exchanged",
@@ -347,7 +355,7 @@ struct SessionFindings {
 // What is wrong with the readings of one session.
 SessionFindings diagnose_session(const Robot& given, const Campaign& all,
                                  const std::vector<int>& rows) {
-  const Campaign campaign = all.select(evenly_chosen(rows, kRowsLookedAt));
+  const Campaign campaign = all.select(readings_evenly_chosen(all, rows, kRowsLookedAt));
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
   const size_t poses = std::set<int>(campaign.pose.begin(), campaign.pose.end()).size();
@@ -356,15 +364,14 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   const double miss = median_miss(robot, campaign);
   const bool fits = miss <= kImplausibleMiss;
   if (!fits) {
-    std::vector<Hypothesis> hypotheses =
-        position_hypotheses(robot.chain, campaign.has_distances(), !few);
+    std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (campaign.has_orientation() && !few)
       std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
     if (!few && std::ssize(rows) == campaign.rows() && campaign.touch.empty())
       std::ranges::copy(row_hypotheses(), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
     constexpr int kRowsForDepth = 100;  // it is tried at many scales
-    if (findings.empty() && !few)
+    if (findings.empty() && !few && !campaign.has_pixels())
       if (const auto depth =
               find_gross_depth_scale(all.select(evenly_chosen(rows, kRowsForDepth)),
                                      [&](const Campaign& c) { return median_miss(robot, c); }))

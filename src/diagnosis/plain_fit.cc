@@ -20,7 +20,7 @@ Campaign part_of(const Campaign& campaign) {
   constexpr int kMostRows = 500;
   std::vector<int> rows(campaign.pose.size());
   std::iota(rows.begin(), rows.end(), 0);
-  return campaign.select(evenly_chosen(rows, kMostRows));
+  return campaign.select(readings_evenly_chosen(campaign, rows, kMostRows));
 }
 
 }  // namespace

@@ -183,6 +183,16 @@ void compare(const Reading& reading, const std::vector<std::string>& changes, do
   }
 }
 
+// What is before the ground: a positioner, or the other of two arms, by the names of its links.
+std::string carrier_of_part(const Robot& robot) {
+  if (robot.chain.links[*robot.ground_link].name == "foot")  // as part_to_foot() names it
+    return "the positioner";
+  std::vector<std::string> names;
+  for (int link = 0; link < *robot.ground_link; ++link)
+    if (is_driven(robot.chain.links[link])) names.push_back(robot.chain.links[link].name);
+  return fmt::format("the arm of '{}' to '{}'", names.back(), names.front());
+}
+
 }  // namespace
 
 std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
@@ -203,7 +213,7 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
        "the measured frame, which `tool` of the robot file places", tool_in_foot}};
   if (robot.ground_link) {
     frames.push_back({"part in foot", "R_A in " + foot,
-                      "the frame of the part, which the positioner carries",
+                      "the frame of the part, which " + carrier_of_part(robot) + " carries",
                       inverse(station_from_foot)});
     frames.push_back({"tool in part", with_tool + " in R_A", "the measured frame in that of the part",
                       tool_in_station});

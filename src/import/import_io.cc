@@ -10,6 +10,7 @@
 #include "armtrue/text/input_error.h"
 #include "import/bag.h"
 #include "import/bag_table.h"
+#include "import/body_columns.h"
 #include "import/covariance_columns.h"
 #include "import/instrument_tables.h"
 #include "import/joint_match.h"
@@ -288,10 +289,12 @@ Import read_import(const std::string& path, const ImportOptions& options, TableR
     import.table = read_table(path, import.names, options, role);
   }
   import.names.apply_preset(import.table, options);
-  if (has_points(role) && !import.names.preset())
+  if (has_points(role) && !import.names.preset()) {
+    keep_body(import.table, import.names, options.body);
     spread_markers(import.table, import.names, options.markers);
-  else if (has_points(role) && !options.markers.empty())
+  } else if (has_points(role) && !options.markers.empty()) {
     throw InputError("--marker is of tables without --preset; name the body of the preset: --body");
+  }
   return import;
 }
 

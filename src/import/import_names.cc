@@ -5,6 +5,7 @@
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/text/input_error.h"
+#include "import/body_columns.h"
 #include "import/column_mapping.h"
 #include "import/marker_columns.h"
 #include "import/matrix_columns.h"
@@ -194,7 +195,8 @@ bool ImportNames::is_known(std::string_view header) const {
   const auto quantity = known_quantity(header);
   if (quantities_.contains(header)) return true;
   if (preset_) return is_in_preset(*preset_, header);
-  if (is_matrix_element(header) || is_marker_coordinate(std::string(header))) return true;
+  const std::string name(header);
+  if (is_matrix_element(header) || is_marker_coordinate(name) || is_of_body(name)) return true;
   return quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle ||
                       quantity->kind == UnitKind::encoder);
 }

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "armtrue/text/number_text.h"
+#include "import/body_columns.h"
 #include "import/instrument_tables.h"
 #include "import/table_lines.h"
 
@@ -33,15 +34,6 @@ std::string chosen_body(const PlainTable& table, const std::string& stated,
       fmt::format("has several bodies or markers, {}; say which is on the robot: "
                   "--body '{}'",
                   fmt::join(names, ", "), names.front()));
-}
-
-// Keeps the columns of one body, in the order in which they stand.
-void keep_body(PlainTable& table, const std::string& body, const std::vector<std::string>& all) {
-  std::vector<std::string> others;
-  for (const std::string& name : all)
-    if (name != body) others.push_back(name);
-  table.notes.push_back("body '" + body + "'");
-  if (!others.empty()) table.notes.push_back(fmt::format("not used: {}", fmt::join(others, ", ")));
 }
 
 void add_name(std::vector<std::string>& names, const std::string& name) {
@@ -197,7 +189,7 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
   const bool has_rotation = std::ranges::any_of(
       columns, [](const BodyColumn& column) { return column.name.starts_with("Rotation"); });
   check_motive_properties(lines, header, has_rotation);
-  keep_body(table, chosen, all);
+  note_body(table, chosen, all);
   const auto unit = header.properties.find("Length Units");
   table.columns.push_back({header.axes[1], ""});
   for (const BodyColumn& column : columns) {
@@ -229,7 +221,7 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
   const std::vector<std::string> all = bodies_of(columns);
   const std::string chosen = chosen_body(table, body, {}, all);
   std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
-  keep_body(table, chosen, all);
+  note_body(table, chosen, all);
   table.notes.push_back(fmt::format("times are frame / {:.9g} Hz", header.rate));
   table.columns.push_back({"Time", ""});
   for (const BodyColumn& column : columns)

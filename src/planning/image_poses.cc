@@ -1,6 +1,8 @@
 #include "planning/image_poses.h"
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include "armtrue/calibration/contacts.h"
 #include "armtrue/campaign/views.h"
@@ -14,31 +16,18 @@ constexpr double kEdge = 5;       // px, in which no corner is found
 
 }  // namespace
 
-std::vector<PlannedPose> random_image_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
-  constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
-  std::vector<PlannedPose> poses;
-  for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {
-    poses.clear();
-    for (const Viewpoint& viewpoint : random_viewpoints(cloud.robot.chain, draws * count, seed))
-      if (std::ssize(poses) < count && is_above_floor(cloud, viewpoint.q))
-        poses.push_back({viewpoint.q, "", ""});
-  }
-  return poses;
-}
-
 Campaign image_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses) {
   const KinematicChain& chain = cloud.robot.chain;
   const ChainEvaluator evaluator(chain);
   Campaign campaign;
   campaign.source = "the poses to be planned";
   campaign.metre_per_pixel = 1;
-  std::vector<View> views = views_of(chain);
+  const std::vector<View> views = views_of(chain);
   std::vector<int> first_name;  // of each view
   for (const View& view : views) {
-    const Contact &camera = chain.contacts[view.camera], &board = chain.contacts[view.board];
     first_name.push_back(static_cast<int>(campaign.contact_names.size()));
-    for (const ArtefactPoint& point : board.points)
-      campaign.contact_names.push_back(PixelName(camera.name, board.name, point.name).text());
+    for (std::string& name : corner_names(chain, view))
+      campaign.contact_names.push_back(std::move(name));
   }
   for (size_t pose = 0; pose < poses.size(); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));

@@ -7,12 +7,14 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "armtrue/calibration/contacts.h"
 #include "armtrue/calibration/fold.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/session_models.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/campaign/sighted_poses.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
@@ -92,25 +94,18 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
   cloud.options.touches =
       given.rows() > 0 ? given.has_touches() && !given.has_pixels() && !given.has_beams_only()
                        : options.touches;
-  if (cloud.options.images) {
+  if (cloud.options.images || cloud.options.beams) {
     if (options.box)
       throw std::invalid_argument(
-          "a box limits poses in free space; where a camera sees a board, their places say where");
+          std::string("a box limits poses in free space; where a ") +
+          (cloud.options.images ? "camera sees a board" : "beam reads a plane") +
+          ", their places say where");
     cloud.options.orientation = false;
     cloud.robot.chain.targets.clear();
     cloud.robot.chain.anchors.clear();
     if (given.rows() > 0)
       cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
-  } else if (cloud.options.beams) {
-    if (options.box)
-      throw std::invalid_argument(
-          "a box limits poses in free space; where a beam reads a plane, their places say where");
-    cloud.options.orientation = false;
-    cloud.robot.chain.targets.clear();
-    cloud.robot.chain.anchors.clear();
-    if (given.rows() > 0)
-      cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
-    state_ranges(given, cloud.robot.chain);
+    if (cloud.options.beams) state_ranges(given, cloud.robot.chain);
   } else if (cloud.options.touches) {
     if (options.box)
       throw std::invalid_argument(
@@ -144,28 +139,45 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
   return all;
 }
 
+namespace {
+
+// Random configurations in which a camera or a beam reads, above the floor; may be fewer.
+std::vector<PlannedPose> random_sighted(const PoseCloud& cloud, int count, std::uint64_t seed) {
+  constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
+  const Sensor sensor = cloud.options.images ? Sensor::camera : Sensor::beam;
+  std::vector<PlannedPose> poses;
+  for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {
+    poses.clear();
+    for (const SightedPose& pose :
+         random_sighted_poses(cloud.robot.chain, sensor, draws * count, seed))
+      if (std::ssize(poses) < count && is_above_floor(cloud, pose.q))
+        poses.push_back({pose.q, pose.name, ""});
+  }
+  return poses;
+}
+
+std::string too_few_that_read(const CloudOptions& options) {
+  const auto [which, places] =
+      options.images ? std::pair("that shows a board keeps links and tool", "cameras and boards")
+      : options.beams
+          ? std::pair("in which a beam reads a plane keeps links and tool", "beams and planes")
+          : std::pair("touches a contact with links and tool within their travel and",
+                      "the contacts");
+  return fmt::format(
+      "hardly any configuration {} above the floor; check the places of {}, or lower the floor "
+      "(--floor-mm)",
+      which, places);
+}
+
+}  // namespace
+
 std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
   const CloudOptions& options = cloud.options;
-  if (options.images) {
-    std::vector<PlannedPose> poses = random_image_poses(cloud, count, seed);
+  if (options.images || options.beams || options.touches) {
+    std::vector<PlannedPose> poses =
+        options.touches ? random_touches(cloud, count, seed) : random_sighted(cloud, count, seed);
     if (std::ssize(poses) == count) return poses;
-    throw std::invalid_argument(
-        "hardly any configuration that shows a board keeps links and tool above the floor; check "
-        "the places of cameras and boards, or lower the floor (--floor-mm)");
-  }
-  if (options.beams) {
-    std::vector<PlannedPose> poses = random_beam_readings(cloud, count, seed);
-    if (std::ssize(poses) == count) return poses;
-    throw std::invalid_argument(
-        "hardly any configuration in which a beam reads a plane keeps links and tool above the "
-        "floor; check the places of beams and planes, or lower the floor (--floor-mm)");
-  }
-  if (options.touches) {
-    std::vector<PlannedPose> poses = random_touches(cloud, count, seed);
-    if (static_cast<int>(poses.size()) == count) return poses;
-    throw std::invalid_argument(
-        "hardly any configuration touches a contact with links and tool within their travel and "
-        "above the floor; check the places of the contacts, or lower the floor (--floor-mm)");
+    throw std::invalid_argument(too_few_that_read(options));
   }
   std::vector<JointVector> all;
   for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {

@@ -207,7 +207,9 @@ class Separation {
     const auto set = [](double shown, double stated, double& noise) {
       if (shown > 0) noise = std::max(shown, stated);
     };
-    set(spread.position, robot.noise.position, cloud_.noise.position);
+    const double stated =
+        given.has_pixels() ? robot.noise.pixel * given.metre_per_pixel : robot.noise.position;
+    set(spread.position, stated, cloud_.noise.position);
     if (given.has_orientation())
       set(spread.orientation, robot.noise.orientation, cloud_.noise.orientation);
   }

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/contacts.h"
-#include "armtrue/campaign/beam_sights.h"
 #include "armtrue/kinematics/contact.h"
 
 namespace armtrue {
@@ -118,19 +117,6 @@ std::vector<PlannedPose> touches_to_plan(const Robot& robot, const Campaign& giv
     }
   }
   return touches;
-}
-
-std::vector<PlannedPose> random_beam_readings(const PoseCloud& cloud, int count,
-                                              std::uint64_t seed) {
-  constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
-  std::vector<PlannedPose> poses;
-  for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {
-    poses.clear();
-    for (const BeamPose& pose : random_beam_poses(cloud.robot.chain, draws * count, seed))
-      if (std::ssize(poses) < count && is_above_floor(cloud, pose.q))
-        poses.push_back({pose.q, pose.sight.name, ""});
-  }
-  return poses;
 }
 
 void state_ranges(const Campaign& given, KinematicChain& chain) {

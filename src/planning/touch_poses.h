@@ -17,11 +17,6 @@ std::vector<PlannedPose> touches_to_plan(const Robot& robot, const Campaign& giv
 /// poses, or to which its z axis shows, and outside a sphere. May be fewer than `count`.
 std::vector<PlannedPose> random_touches(const PoseCloud& cloud, int count, std::uint64_t seed);
 
-/// Random configurations under the limits of the cloud in which beams read, see
-/// random_beam_poses(). May be fewer than `count`.
-std::vector<PlannedPose> random_beam_readings(const PoseCloud& cloud, int count,
-                                              std::uint64_t seed);
-
 /// Lets beams that do not state their range read from the least to the largest given reading.
 void state_ranges(const Campaign& given, KinematicChain& chain);
 

@@ -12,8 +12,8 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/campaign/sighted_poses.h"
 #include "armtrue/campaign/simulation.h"
-#include "armtrue/campaign/views.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/contact.h"
@@ -446,12 +446,12 @@ TEST(Camera, SimulatedPixelsAreThoseOfTheOracle) {
       camera.intrinsics.tail<6>() << k[0], k[1], k[2], k[3], k[4], 0;
     camera.image_size = {cell.eye.width, cell.eye.height};
     const OracleArm arm = armtrue_oracle::read_arm(kArm);
-    // Viewpoints show the whole board; a turn of some tens of degrees moves parts of it out of the
-    // image.
+    // Sighted poses show the whole board; a turn of some tens of degrees moves parts of it out of
+    // the image.
     std::vector<JointVector> commanded;
-    for (const Viewpoint& viewpoint : random_viewpoints(robot.chain, 20, 3)) {
-      commanded.push_back(viewpoint.q);
-      commanded.push_back(viewpoint.q);
+    for (const SightedPose& pose : random_sighted_poses(robot.chain, Sensor::camera, 20, 3)) {
+      commanded.push_back(pose.q);
+      commanded.push_back(pose.q);
       commanded.back()[4] += 0.5;
     }
     const Campaign campaign = simulate(commanded, robot, {.images = true});

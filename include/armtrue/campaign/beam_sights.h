@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,15 +24,5 @@ std::vector<BeamSight> beam_sights_of(const KinematicChain& chain);
 /// here.
 std::optional<double> beam_reading_at(const KinematicChain& chain, const BeamSight& sight,
                                       const Pose& a_from_measured);
-
-struct BeamPose {
-  JointVector q;  ///< [rad or m]
-  BeamSight sight;
-  double length = 0;  ///< that is read there [m]
-};
-
-/// Random configurations within the travel limits in which a beam reads: each of beam_sights_of()
-/// in turn. Throws std::invalid_argument if hardly any configuration reads one of them.
-std::vector<BeamPose> random_beam_poses(const KinematicChain& chain, int count, std::uint64_t seed);
 
 }  // namespace armtrue

@@ -9,6 +9,11 @@ namespace armtrue {
 /// `count` of the rows, evenly drawn; all if there are fewer.
 std::vector<int> evenly_chosen(const std::vector<int>& rows, long count);
 
+/// The same of readings that are looked at for mistakes. Of images, which show where the camera is
+/// by all their corners together, it is all rows of 15 images of each camera and board.
+std::vector<int> readings_evenly_chosen(const Campaign& campaign, const std::vector<int>& rows,
+                                        long count);
+
 /// About `count` rows, evenly drawn from the rows of each session, target and quantity; at least 50
 /// of each, if there are as many, so that every base, target and anchor can still be located.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);

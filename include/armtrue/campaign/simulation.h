@@ -39,11 +39,10 @@ struct SimulationOptions {
 /// Simulates a measurement of `truth`: configurations within the travel limits of `robot` (and
 /// within the box, by the model of `robot`), visited `repeats` times and read with noise. With
 /// targets in `truth` every visit reads each of them; with anchors, their distances from each. Of
-/// images, the configurations are random_viewpoints() of `robot`, and every visit reads each corner
-/// that a camera of `truth` has in its image, the campaign as before bind_touches(); blunders are
-/// of 2 to 20 px. Of beams, they are random_beam_poses() of `robot`, and every visit reads the
-/// nearest surface of `truth` with each beam that has one in its range. Throws
-/// std::invalid_argument if the box cannot be reached.
+/// images or beams, the configurations are random_sighted_poses() of `robot`. Every visit then
+/// reads each corner that a camera of `truth` has in its image, the campaign as before
+/// bind_touches(), and blunders are of 2 to 20 px; or it reads the nearest surface of `truth` with
+/// each beam that has one in its range. Throws std::invalid_argument if the box cannot be reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
 /// The same at given configurations; ignores `poses` and `box` of the options.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "armtrue/effects/robot.h"
@@ -25,16 +25,8 @@ bool shows(const KinematicChain& chain, const View& view, const Pose& a_from_mea
 Eigen::Vector2d pixel_of(const KinematicChain& chain, const View& view, const Pose& a_from_measured,
                          int point);
 
-struct Viewpoint {
-  JointVector q;  ///< [rad or m]
-  View view;
-};
-
-/// Random configurations within the travel limits that show whole boards: each of views_of() in
-/// turn, the board a third to nine tenths as large as the image, anywhere in it, tilted by up to 35
-/// deg and turned in any direction. Throws std::invalid_argument if hardly any configuration shows
-/// one of them so.
-std::vector<Viewpoint> random_viewpoints(const KinematicChain& chain, int count,
-                                         std::uint64_t seed);
+/// What a campaign calls the corners of the board in the camera's images: texts of PixelName, in
+/// the order of the board's points.
+std::vector<std::string> corner_names(const KinematicChain& chain, const View& view);
 
 }  // namespace armtrue

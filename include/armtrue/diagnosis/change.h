@@ -16,14 +16,14 @@ inline constexpr double kChangeSignificance = 0.01;
 /// The change of one parameter since the previous calibration, if its move is real.
 struct ParameterChange {
   int parameter;  ///< index
-  double value;   ///< [m or rad]
+  double value;   ///< [SI]
   double std;     ///< of `value`; contains the standard deviations of the previous calibration
   std::array<double, 2> ci95;
 };
 
 /// Something that has moved: one identified parameter of a link, `base` (the tracker moved or was
-/// knocked), `anchor <name>` (one of several) or `tool` (the tool or its targets were mounted
-/// again).
+/// knocked), `anchor <name>` (one of several), `tool` (the tool or its targets were mounted again),
+/// or `contact`, `beam`, `camera` or `board` with its name.
 struct Move {
   std::string what;
   std::vector<std::string> sessions;     ///< in which it has moved; empty: in all
@@ -90,9 +90,10 @@ struct ChangeResult {
 /// offsets of `previous.identify_per_session` move in one session alone, and have no prior in a
 /// session that the previous robot does not know.
 ///
-/// Touches. A contact may have been moved, as may base and tool: it is one hypothesis, with the
-/// parameters that its touches read. The errors of the previous parameters then have the covariance
-/// of `previous.uncertainty`, if it is stated.
+/// Touches, beams and images. A contact, a beam, a camera or a board may have been moved, as may
+/// base and tool: each is one hypothesis, with the parameters that its readings show; those of a
+/// camera hold its lens. The errors of the previous parameters then have the covariance of
+/// `previous.uncertainty`, if it is stated.
 ///
 /// A zero offset that calibration leaves to base or tool (A1.theta, A6.theta) shows as a move of
 /// base or tool. In a session that the previous robot knows, its base is that of the session.

@@ -23,7 +23,7 @@ struct ImportOptions {
   std::string dates;  ///< day-first, month-first or empty: found from the cells
   /// Names of formats, at most one for the points and one for the joint angles.
   std::vector<std::string> presets;
-  std::string body;  ///< rigid body or marker of a motion capture, or child frame of transforms
+  std::string body;  ///< rigid body or marker, of several in a table; child frame of transforms
   std::string points_topic, joints_topic;  ///< of a recording of ROS 2; empty: the only ones
   std::vector<std::string>
       markers;             ///< of several in a row, which are read; empty: those with numbers

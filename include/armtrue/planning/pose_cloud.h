@@ -48,8 +48,8 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
 /// floor. Collisions are not checked. Each pose reads every target; with anchors, it reads the
 /// distance of every target from every anchor. Touches: random configurations in which the point of
-/// the tool or a target touches a contact, one in each pose. Images: random configurations that
-/// show a whole board. Beams: those of random_beam_poses().
+/// the tool or a target touches a contact, one in each pose. Images and beams: those of
+/// random_sighted_poses().
 struct PoseCloud {
   /// The robot without effects, and without targets and anchors if the given poses read none. Base
   /// and zero offsets are those of the last session of the given poses, which the planned poses

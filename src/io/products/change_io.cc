@@ -1,5 +1,8 @@
 #include "armtrue/io/products/change_io.h"
 
+#include <string>
+#include <utility>
+
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/yaml_text.h"
@@ -7,11 +10,23 @@
 namespace armtrue {
 namespace {
 
-// The keys end in _mm or _deg, by the kind of the parameter.
+// The unit in which a parameter changes, and the ending of its keys.
+std::pair<double, std::string> unit_of_change(ParameterUnit unit) {
+  switch (unit) {
+    case ParameterUnit::metre:
+      return {kMillimetre, "_mm"};
+    case ParameterUnit::radian:
+      return {kDegree, "_deg"};
+    case ParameterUnit::pixel:
+      return {1, "_px"};
+    case ParameterUnit::one:
+      break;
+  }
+  return {1, ""};
+}
+
 YAML::Node change_node(const KinematicChain& chain, const ParameterChange& change) {
-  const bool is_length = parameter_unit(chain, change.parameter) == ParameterUnit::metre;
-  const double unit = is_length ? kMillimetre : kDegree;
-  const std::string suffix = is_length ? "_mm" : "_deg";
+  const auto [unit, suffix] = unit_of_change(parameter_unit(chain, change.parameter));
   YAML::Node node, interval;
   for (double bound : change.ci95) interval.push_back(rounded(bound / unit));
   node["parameter"] = parameter_name(chain, change.parameter);
