@@ -376,6 +376,7 @@ class OneArm(unittest.TestCase):
             "arm-01: calibration-2026-11-24.csv is gone: withdrawn from the history",
             "arm-01: check-2026-11-26.csv is gone: withdrawn from the history"])
         self.assertEqual(history(self.folder), before)
+        self.assertEqual(sorted(os.listdir(self.folder / "results/arm-01")), ["calibration-2026-11-01.json", "check-2026-11-25.json"])
 
 
 if __name__ == "__main__":
