@@ -328,7 +328,8 @@ class OneArm(unittest.TestCase):
 
     def test_missing_commands_are_one_error_and_no_result(self):
         places = {"PATH": "/usr/bin:/bin", "ARMTRUE_BIN": str(self.folder)}
-        done = subprocess.run([sys.executable, "-B", FLEET, "-C", self.folder, "run"], capture_output=True, text=True, env=places)
+        done = subprocess.run([sys.executable, "-B", FLEET, "-C", self.folder, "run"], env=places, capture_output=True,
+                              text=True)
         self.assertEqual(done.returncode, 1)
         self.assertEqual(len(done.stderr.splitlines()), 1)
         self.assertRegex(done.stderr, "the command .* into PATH")
@@ -376,7 +377,8 @@ class OneArm(unittest.TestCase):
             "arm-01: calibration-2026-11-24.csv is gone: withdrawn from the history",
             "arm-01: check-2026-11-26.csv is gone: withdrawn from the history"])
         self.assertEqual(history(self.folder), before)
-        self.assertEqual(sorted(os.listdir(self.folder / "results/arm-01")), ["calibration-2026-11-01.json", "check-2026-11-25.json"])
+        self.assertEqual(sorted(os.listdir(self.folder / "results/arm-01")),
+                         ["calibration-2026-11-01.json", "check-2026-11-25.json"])
 
 
 if __name__ == "__main__":
