@@ -278,6 +278,8 @@ class OneArm(unittest.TestCase):
             path = self.folder / f"results/arm-{k:02}/check-2026-11-25.json"
             path.parent.mkdir(parents=True)
             path.write_text(json.dumps(written))
+            (self.folder / f"arms/arm-{k:02}").mkdir(exist_ok=True)
+            (self.folder / f"arms/arm-{k:02}/check-2026-11-25.csv").touch()
         for _ in range(2):  # a second time changes nothing
             self.assertEqual(fleet(self.folder, "record").returncode, 0)
             verdicts = {key[0]: row["verdict"] for key, row in history(self.folder).items() if row["verdict"] != "holds"}
@@ -313,11 +315,70 @@ class OneArm(unittest.TestCase):
         self.assertNotEqual(rows["arm-01", "2026-11-25", "check"]["readings_sha256"], before["readings_sha256"])
         self.assertEqual(rows["arm-01", "2026-11-25", "check"]["poses"], 11)
 
-    def test_a_file_with_another_name_is_no_night_that_is_overlooked(self):
-        (self.home / "check-25-11-2026.csv").write_text("")
-        done = fleet(self.folder, "run")
+    def test_a_misnamed_file_is_reported_and_the_others_are_checked(self):
+        for name in ("check-2026-11-27 (1).csv", "check-2026-13-45.csv"):
+            with self.subTest(name=name):
+                shutil.copy(self.home / "check-2026-11-25.csv", self.home / name)
+                done = fleet(self.folder, "run")
+                self.assertEqual(done.returncode, 3, done.stderr)
+                self.assertIn(f"arm-01: {name}: the name is neither", done.stdout)
+                self.assertIn(name, Page((self.folder / "index.html").read_text()).words)
+                self.assertEqual(list(history(self.folder)), [("arm-01", "2026-11-25", "check")])
+                (self.home / name).unlink()
+
+    def test_missing_commands_are_one_error_and_no_result(self):
+        places = {"PATH": "/usr/bin:/bin", "ARMTRUE_BIN": str(self.folder)}
+        done = subprocess.run([sys.executable, "-B", FLEET, "-C", self.folder, "run"], env=places, capture_output=True,
+                              text=True)
         self.assertEqual(done.returncode, 1)
-        self.assertIn("check-25-11-2026.csv: the name is neither", done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+        self.assertRegex(done.stderr, "the command .* into PATH")
+        self.assertEqual(os.listdir(self.folder), ["arms"])
+
+    def test_a_folder_without_arms_is_an_error(self):
+        shutil.rmtree(self.home)
+        for folder, message in ((self.folder, "holds no folder of an arm"), (self.folder / "none", "No such file")):
+            done = fleet(folder, "run")
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(message, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
+    def test_an_arm_that_is_not_measured_is_named(self):
+        write_readings(self.home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "c")
+        (self.folder / "arms/arm-02").mkdir()
+        home = self.folder / "arms/arm-03"
+        home.mkdir()
+        (home / "robot.yaml").write_text(NOMINAL)
+        write_readings(home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "d")
+        done = fleet(self.folder, "run", "--only-catalogue")
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertEqual(done.stdout.splitlines(), [
+            "arm-02: no table of this arm was recorded yet",
+            "arm-03: Not measured since 2026-11-01, 24 nights before the newest night of the fleet"])
+        self.assertEqual(Page((self.folder / "index.html").read_text()).arms, ["arm-02", "arm-03", "arm-01"])
+        done = fleet(self.folder, "run", "--only-catalogue", "--unmeasured-nights", "24")
+        self.assertEqual(len(done.stdout.splitlines()), 1)
+
+    def test_a_table_that_is_deleted_is_taken_back(self):
+        """A check and a calibration of another arm: without them all is as before, the check compared anew."""
+        write_readings(self.home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "c")
+        self.assertEqual(fleet(self.folder, "run", "--only-catalogue").returncode, 0)
+        before = history(self.folder)
+        other = virtual_cell.Arm(real_arm("arm-02"))
+        write_readings(self.home / "calibration-2026-11-24.csv", lambda share: other, 30, "d")
+        write_readings(self.home / "check-2026-11-26.csv", lambda share: self.arm, 12, "e")
+        self.assertEqual(fleet(self.folder, "run", "--only-catalogue").returncode, 3)
+        self.assertEqual(history(self.folder)["arm-01", "2026-11-25", "check"]["verdict"], "moved")
+        for name in ("calibration-2026-11-24.csv", "check-2026-11-26.csv"):
+            (self.home / name).unlink()
+        done = fleet(self.folder, "run", "--only-catalogue")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout.splitlines(), [
+            "arm-01: calibration-2026-11-24.csv is gone: withdrawn from the history",
+            "arm-01: check-2026-11-26.csv is gone: withdrawn from the history"])
+        self.assertEqual(history(self.folder), before)
+        self.assertEqual(sorted(os.listdir(self.folder / "results/arm-01")),
+                         ["calibration-2026-11-01.json", "check-2026-11-25.json"])
 
 
 if __name__ == "__main__":

@@ -66,8 +66,8 @@ class Result:
         return f"<armtrue result: {what}, {len(self.warnings)} warnings>"
 
 
-def _program(name: str) -> str:
-    """The file that runs a command, if it is called by the command's name."""
+def program(name: str) -> str:
+    """The file that runs a command, if it is called by the command's name. Raises FileNotFoundError if there is none."""
     folder = os.environ.get("ARMTRUE_BIN")
     places = [pathlib.Path(folder) / name] if folder else [_HERE / "commands" / "lib" / "armtrue" / "launcher"]
     for place in places:
@@ -198,7 +198,7 @@ def _run(name: str, file: tuple[str, File | None], kind: str, options: dict[str,
             words += run.words(option, value)
         if file[1] is not None:
             words += ["--", run.file(*file)]
-        done = subprocess.run(words, executable=_program(name), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        done = subprocess.run(words, executable=program(name), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               text=True, encoding="utf-8", check=False)
         if done.returncode not in (0, 3):
             raise Failed(name, done.returncode, run.said(done.stderr.strip()))

@@ -4,7 +4,7 @@ import os
 import pathlib
 import sys
 
-from armtrue import _program
+from armtrue import program
 
 
 def main() -> None:
@@ -13,7 +13,7 @@ def main() -> None:
         words = words[1:]
     if not words:
         sys.exit("python -m armtrue COMMAND ..., such as close-loop")
-    os.execv(_program(words[0]), words)
+    os.execv(program(words[0]), words)
 
 
 if __name__ == "__main__":
