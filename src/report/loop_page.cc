@@ -89,8 +89,9 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
     tiles.push_back({"The arm alone", page.value("before_after/after_arm_mm") + " mm",
                      "without what the station does, as programs are corrected"});
   if (result.after_readings)
-    tiles.push_back({"The readings", page.value("before_after/after_readings_mm") + " mm",
-                     "with what follows time, temperature or the way to a pose, which no program can"});
+    tiles.push_back(
+        {"The readings", page.value("before_after/after_readings_mm") + " mm",
+         "with what follows time, temperature or the way to a pose, which no program can"});
   tiles.push_back(
       {"Floor", page.value("before_after/floor_mm") + " mm", "what a perfect model would show"});
   page.tiles(tiles);

@@ -20,8 +20,8 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
 std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
                                          const Campaign& campaign);
 
-/// The least and the largest torque of gravity on a joint over its travel [N m]; nothing if gravity does
-/// not turn it, or if the robot file states no masses.
+/// The least and the largest torque of gravity on a joint over its travel [N m]; nothing if gravity
+/// does not turn it, or if the robot file states no masses.
 std::optional<std::pair<double, double>> gravity_torques(const Robot& robot, int joint);
 
 /// tanh(x / T) of a driver in this range: T is `share` of its largest amount.

@@ -257,8 +257,7 @@ class OpenSearch {
     const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
     add(parameter, driver, series_shape(SeriesBasis::spline, 4, range->first, range->second));
     add(parameter, driver, sign_shape());
-    for (double share : {0.4, 0.2, 0.1, 0.05})
-      add(parameter, driver, saturating_at(share, *range));
+    for (double share : {0.4, 0.2, 0.1, 0.05}) add(parameter, driver, saturating_at(share, *range));
   }
 
   void close_stage() {

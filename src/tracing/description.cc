@@ -265,9 +265,10 @@ std::string verdict_in_words(const LoopResult& result) {
     text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
                         *result.after_arm / kMillimetre);
   if (result.after_readings && kMatters * *result.after_readings < result.after)
-    text += fmt::format("; {:.3g} mm of the readings, if what follows the time or the ways of this campaign "
-                        "is taken off, too",
-                        *result.after_readings / kMillimetre);
+    text += fmt::format(
+        "; {:.3g} mm of the readings, if what follows the time or the ways of this campaign "
+        "is taken off, too",
+        *result.after_readings / kMillimetre);
   const bool by_replicates = result.noise.source == NoiseFloor::Source::replicates;
   switch (result.verdict) {
     case Verdict::closed:

@@ -41,8 +41,8 @@ CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& cam
 /// and targets placed anew. Nothing if the station does nothing in it.
 std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign);
 
-/// The arm of a fit beside() `random`: constants get the means of what follows the campaign alone, base
-/// and tool are placed without it. `timed`: the campaign of the fit, in_order_of_visits().
+/// The arm of a fit beside() `random`: constants get the means of what follows the campaign alone,
+/// base and tool are placed without it. `timed`: the campaign of the fit, in_order_of_visits().
 CalibrationResult without_campaign(CalibrationResult all, const Campaign& timed,
                                    const RandomEffects& random);
 

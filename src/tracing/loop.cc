@@ -173,7 +173,8 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   result.worst = {held_out.pose_ids[held_out.pose[row]], result.errors_after[worst]};
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;
-  if (result.after_readings && *result.after_readings >= result.after) result.after_readings.reset();
+  if (result.after_readings && *result.after_readings >= result.after)
+    result.after_readings.reset();
   const double reducible = result.before * result.before - result.floor * result.floor;
   if (reducible > 0)
     result.reducible_removed = std::clamp(
@@ -227,18 +228,15 @@ double left_of_readings(const Robot& all, const Campaign& held_out) {
 void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopResult& result) {
   const RandomEffects& random = judged.random;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
-  CalibrationResult all =
-      beside(judged.instrument_errs
-                 ? without_laws(judged.training.trace.fit, *judged.training.sound)
-                 : judged.training.trace.fit,
-             timed, random);
+  CalibrationResult all = beside(
+      judged.instrument_errs ? without_laws(judged.training.trace.fit, *judged.training.sound)
+                             : judged.training.trace.fit,
+      timed, random);
   if (!random.of_campaign.empty() && held_out.rows() > 0 && held_out.source == timed.source)
     result.after_readings = left_of_readings(all.robot, held_out);
   if (random.lasting.empty()) return;
-  AppliedArm applied{without_campaign(std::move(all), timed, random),
-                     {},
-                     random.groups,
-                     judged.instrument_errs};
+  AppliedArm applied{
+      without_campaign(std::move(all), timed, random), {}, random.groups, judged.instrument_errs};
   const Robot& robot = applied.fit.robot;
   if (held_out.rows() > 0) {
     const std::vector<double> before =

@@ -104,8 +104,8 @@ TEST(Load, IsNotNamedWhereTheInstrumentDrifts) {
   }
 }
 
-// A joint whose stiffness has two slopes gives way under all torques and more under small ones: its name
-// says so, and one slope alone is told apart.
+// A joint whose stiffness has two slopes gives way under all torques and more under small ones: its
+// name says so, and one slope alone is told apart.
 TEST(Stiffness, HardensWithLoad) {
   int named = 0;
   for (unsigned seed : {48u, 49u, 50u, 51u}) {

@@ -449,8 +449,8 @@ TEST(ArmAlone, ErrsByWhatTheStationDoes) {
   EXPECT_NEAR(taken, square(sag.stages[1]) - square(named), 0.02 * square(sag.stages[1]));
 }
 
-// A station that wanders slowly while readings have no time: its wandering shows in the order of the
-// visits, also at poses that were held out, and no program can follow it.
+// A station that wanders slowly while readings have no time: its wandering shows in the order of
+// the visits, also at poses that were held out, and no program can follow it.
 TEST(ReadingsOfARecord, AreFollowedInTheOrderOfVisits) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 43;
@@ -461,7 +461,8 @@ TEST(ReadingsOfARecord, AreFollowedInTheOrderOfVisits) {
   all.time_s.clear();
   for (int row = 0; row < all.rows(); ++row) {
     const double turn = 2 * std::numbers::pi * all.line[row] / all.line.back();
-    all.position[row] += 0.3e-3 * Eigen::Vector3d(std::sin(turn), std::cos(turn), std::sin(2 * turn));
+    all.position[row] +=
+        0.3e-3 * Eigen::Vector3d(std::sin(turn), std::cos(turn), std::sin(2 * turn));
   }
   const Split split = split_by_pose(all, 0.3, 1);
   const auto left = [&](const Campaign& held_out) {

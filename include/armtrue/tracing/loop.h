@@ -105,10 +105,10 @@ struct LoopResult {
   /// That of the arm alone, as programs are corrected with it: without what the station does, base
   /// and tool placed anew on the training poses. Nothing where the station does nothing [m].
   std::optional<double> after_arm;
-  /// That of the readings if all that was found is followed, with what is of this campaign alone: time
-  /// or order of visits, temperature, the way to a pose. How much of the readings is understood; no
-  /// program can follow it. Nothing without such effects, if it is not below `after`, or if the held-out
-  /// poses are not of the same record [m].
+  /// That of the readings if all that was found is followed, with what is of this campaign alone:
+  /// time or order of visits, temperature, the way to a pose. How much of the readings is
+  /// understood; no program can follow it. Nothing without such effects, if it is not below
+  /// `after`, or if the held-out poses are not of the same record [m].
   std::optional<double> after_readings;
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]

@@ -100,9 +100,10 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     map.fail("driver", why);
   if (is_polynomial(effect.shape) && effect.shape.low == effect.shape.high)
     map.fail("series", "a polynomial needs the keys range, second_range and third_range, in m");
-  if (effect.shape.kind == ShapeKind::series &&
-      effect.shape.basis == SeriesBasis::saturating && effect.shape.low == effect.shape.high)
-    map.fail("series", "the basis saturating needs the key range: -T and T, in the unit of the driver");
+  if (effect.shape.kind == ShapeKind::series && effect.shape.basis == SeriesBasis::saturating &&
+      effect.shape.low == effect.shape.high)
+    map.fail("series",
+             "the basis saturating needs the key range: -T and T, in the unit of the driver");
   const auto [suffix, unit] = inner_unit(effect.driver, chain);
   if (driver->kind == DriverKind::session)
     read_sessions(map, effect);
