@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/diagnosis/change.h"
@@ -40,23 +42,29 @@ void add_options(app::Command& command, Arguments& arguments) {
 }
 
 // Standard deviation of the residuals of the previous calibration; without one, the noise of the
-// instrument. Of images both are lengths at the board.
+// instrument.
 ReadingSigma residual_spread(const RobotFile& previous, const Campaign& campaign,
                              app::Command& command) {
-  if (previous.residual_spread) {
-    command.tell(previous.name + ": spread of the readings from its calibration\n");
-    return *previous.residual_spread;
-  }
   const InstrumentNoise& noise = previous.robot.noise;
-  const double position =
-      campaign.has_pixels() ? noise.pixel * campaign.metre_per_pixel : noise.position;
-  if (position <= 0)
+  std::optional<ReadingSigma> known = previous.residual_spread;
+  ReadingSigma stated{noise.position, noise.orientation};
+  const double metre_per_pixel = campaign.metre_per_pixel;  // of these images, not of those before
+  if (campaign.has_pixels()) {
+    known.reset();
+    if (previous.pixel_spread) known = {metre_per_pixel * *previous.pixel_spread, 0};
+    stated = {metre_per_pixel * noise.pixel, 0};
+  }
+  if (known) {
+    command.tell(previous.name + ": spread of the readings from its calibration\n");
+    return *known;
+  }
+  if (stated.position <= 0)
     throw InputError(previous.name + ": neither calibration: residual_spread nor noise: " +
                      (campaign.has_pixels() ? "pixel_px" : "position_mm") +
                      "; give the robot as calibrate wrote it, or add the noise of the instrument");
   command.warn(previous.name +
                ": no calibration: residual_spread; the instrument's noise stands in for it");
-  return {position, noise.orientation};
+  return stated;
 }
 
 std::string name_of(const Move& move) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -232,6 +233,17 @@ void ChangeProblem::enter_contact(const std::vector<int>& parameters, int first,
   enter_hypothesis(name.substr(0, name.rfind('.')), parameters, first, last);
 }
 
+// Whether one camera or board alone is at rest, and on the arm: it then is what base, or tool,
+// moves, and has the name of its own.
+std::array<bool, 2> ChangeProblem::named_by_images() const {
+  if (!models_.campaign().has_pixels()) return {false, false};
+  std::array<int, 2> things{};
+  for (int c = 0; c < std::ssize(start_.chain.contacts); ++c)
+    if (!of_touched_contact(start_.chain, models_.campaign(), c).empty())
+      ++things[start_.chain.contacts[c].on_arm ? 1 : 0];
+  return {things[0] == 1, things[1] == 1};
+}
+
 // Parameters that move none of these readings are left out.
 void ChangeProblem::enter_hypotheses() {
   const int first_anchor = first_anchor_parameter(start_.chain);
@@ -262,12 +274,13 @@ void ChangeProblem::enter_hypotheses() {
         anchors[(k - first_anchor) / 4].push_back(k);
     }
     const int last = sessions() - 1;
-    if (!own_bases_) {
+    const std::array<bool, 2> named = named_by_images();
+    if (!own_bases_ && !named[0]) {
       std::vector<int> base(kParametersPerPose);
       std::iota(base.begin(), base.end(), kFirstBaseParameter);
       enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
     }
-    enter_hypothesis("tool", tool, s, last);
+    if (!named[1]) enter_hypothesis("tool", tool, s, last);
     for (int c = 0; c < std::ssize(start_.chain.contacts); ++c)
       enter_contact(of_touched_contact(start_.chain, models_.campaign(), c), s, last);
     for (int a = 0; a < count && (count > 1 || models_.campaign().has_coordinates());

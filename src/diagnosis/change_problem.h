@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <string>
 #include <vector>
@@ -139,6 +140,7 @@ class ChangeProblem {
   void enter_hypotheses();
   void enter_hypothesis(const std::string& what, const std::vector<int>& parameters, int first,
                         int last);
+  std::array<bool, 2> named_by_images() const;
   void enter_contact(const std::vector<int>& parameters, int first, int last);
   std::vector<Unknown> unknowns_of(const std::vector<int>& moved) const;
   std::vector<Unknown> all_unknowns() const;  // the moves of every hypothesis

@@ -132,15 +132,19 @@ TrainingRows read_training_rows(YamlMap map) {
 
 // Of the map `calibration` only the spread of the residuals and the marks of the rows are read
 // back.
-std::optional<ReadingSigma> read_residual_spread(YamlMap& calibration) {
-  if (!calibration.has("residual_spread")) return std::nullopt;
+void read_residual_spread(YamlMap& calibration, RobotFile& result) {
+  if (!calibration.has("residual_spread")) return;
   YamlMap spread = calibration.map("residual_spread");
   const ReadingSigma sigma{spread.number("position_mm") * kMillimetre,
                            spread.number("orientation_mrad", 0) * kMilliradian};
   if (sigma.position < 0) spread.fail("position_mm", "must not be negative");
   if (sigma.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
+  if (spread.has("pixel_px")) {
+    result.pixel_spread = spread.number("pixel_px");
+    if (*result.pixel_spread < 0) spread.fail("pixel_px", "must not be negative");
+  }
   spread.finish();
-  return sigma;
+  result.residual_spread = sigma;
 }
 
 void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
@@ -356,7 +360,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
         read_uncertainty(document.map("uncertainty"), robot.chain, robot.effects);
   if (document.has("calibration")) {
     YamlMap calibration = document.map("calibration");
-    result.residual_spread = read_residual_spread(calibration);
+    read_residual_spread(calibration, result);
     if (calibration.has("used_readings"))
       result.training = read_training_rows(calibration.map("used_readings"));
   }

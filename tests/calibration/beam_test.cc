@@ -310,8 +310,10 @@ void add_campaign(Robot robot, const Campaign& campaign, const Campaign& fresh, 
 }
 
 // Links off by 0.3 mm and 0.3 mrad, a noise of 0.05 mm, nothing known of where beam and planes are.
-// Twenty campaigns of 180 readings covered 94.2 % of the links and 94.6 % of beam and planes; forty
-// of 90 readings, of which 32 unknowns take a third, 93.3 % and 90.5 %.
+// Six hundred campaigns of 90 readings covered 94.6 % of the links and 94.7 % of beam and planes,
+// three hundred of 180 readings 94.5 % and 94.4 %. The intervals of one campaign share its noise,
+// so that its share of those covered has a deviation of 9 %: forty campaigns are good to 1.4 %, ten
+// to 2.8 %.
 TEST(Beam, IntervalsCoverArmBeamAndPlanes) {
   constexpr int kCampaigns = 10, kPoses = 180, kFresh = 180;
   Study study;

@@ -92,7 +92,8 @@ struct ChangeResult {
 ///
 /// Touches, beams and images. A contact, a beam, a camera or a board may have been moved, as may
 /// base and tool: each is one hypothesis, with the parameters that its readings show; those of a
-/// camera hold its lens. The errors of the previous parameters then have the covariance of
+/// camera hold its lens. Where the images show one thing at rest and one on the arm, these stand
+/// for base and tool. The errors of the previous parameters then have the covariance of
 /// `previous.uncertainty`, if it is stated.
 ///
 /// A zero offset that calibration leaves to base or tool (A1.theta, A6.theta) shows as a move of

@@ -62,6 +62,8 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   std::vector<FlowEntry> spread{{"position_mm", rounded(result.spread.position / kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.spread.orientation / kMilliradian));
+  if (campaign.has_pixels())
+    spread.emplace_back("pixel_px", rounded(result.spread.position / campaign.metre_per_pixel));
   node["residual_spread"] = flow_map(spread);
   node["residual_law"] = result.degrees_of_freedom > 0
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
