@@ -258,9 +258,10 @@ void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResu
         programmed.source, step, most));
   if (result.unrecorded > 0)
     command.warn(fmt::format(
-        "{} samples in motion lie before or after the record and are not corrected; record from "
-        "before the tool moves until it stands again",
-        result.unrecorded));
+        "{} samples in motion lie before or after the record and are not corrected, and the "
+        "correction grows from nothing in {:.2g} s beside them; record from before the tool moves "
+        "until it stands again",
+        result.unrecorded, 1 / result.cutoff));
   for (const Pass& pass : result.passes)
     if (pass.longest_gap > most)
       command.warn(fmt::format(

@@ -17,10 +17,6 @@
 namespace armtrue::app {
 namespace {
 
-const DialectFacts& facts_of(const PathProgramArguments& arguments) {
-  return likely_dialect(arguments.path).facts();
-}
-
 // The file of the corrected program.
 std::string program_out(const PathProgramArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
@@ -28,16 +24,10 @@ std::string program_out(const PathProgramArguments& arguments) {
     throw UsageError("--program-out: '" + arguments.path +
                      "' has no name from which that of the corrected program follows; give it");
   const std::filesystem::path program(arguments.path);
-  // Where the program has the name of its file, that must be legal.
-  const char* const ending = facts_of(arguments).keeps_name_on_path ? "-corrected" : "_corrected";
+  // An underscore, because the name of the file is that of the program.
   return std::filesystem::path(program)
-      .replace_filename(program.stem().string() + ending + program.extension().string())
+      .replace_filename(program.stem().string() + "_corrected" + program.extension().string())
       .string();
-}
-
-// Standard output and devices have no name.
-bool has_name_of_file(const PathProgramArguments& arguments, const std::string& out) {
-  return out != "-" && !is_device_or_pipe(out) && !facts_of(arguments).keeps_name_on_path;
 }
 
 constexpr const char* kInsteadOfCorrected =
@@ -47,11 +37,7 @@ constexpr const char* kInsteadOfCorrected =
 void check_program_out(const Command& command, const PathProgramArguments& arguments,
                        const RobotProgram& program) {
   const std::string out = program_out(arguments);
-  if (has_name_of_file(arguments, out))
-    if (const std::string wrong =
-            why_illegal_name(*program.dialect, std::filesystem::path(out).stem().string());
-        !wrong.empty())
-      throw UsageError("--program-out: " + wrong);
+  refuse_illegal_name(program, out);
   if (arguments.out.empty()) command.check_derived_output(out);
   if (program.own_texts < 2) return;
   const std::string& original = program.texts[1].name;
@@ -73,8 +59,8 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
   command
       .add_output(
           "--program-out", arguments.out,
-          "Write the corrected program here, its .dat beside it [NAME-corrected.src; of the "
-          "others NAME_corrected]")
+          "Write the corrected program here, its .dat beside it; it gets the name of this file "
+          "[NAME_corrected]")
       .needs(program);
   command
       .option("--spacing-mm", arguments.spacing_mm,
@@ -113,8 +99,7 @@ void write_path_program(Command& command, const PathProgramArguments& arguments,
   std::vector<std::string>& texts = displaced.text.texts;
   mark_corrected(program, Corrector::mirror, texts);
   const std::string out = program_out(arguments);
-  if (has_name_of_file(arguments, out))
-    rename(program, std::filesystem::path(out).stem().string(), texts);
+  rename_as_file(program, out, texts);
   for (const std::string& warning : displaced.warnings) command.warn(warning);
   command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
                            program.texts[0].name, displaced.corrected, displaced.text.inserted,

@@ -63,10 +63,7 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
   const bool has_dat = program.own_texts > 1;
   const std::string dat = has_dat ? dat_of_output(program, files.out) : "";
   if (!has_name(files.out)) return;
-  if (const std::string wrong =
-          why_illegal_name(*program.dialect, fs::path(files.out).stem().string());
-      !wrong.empty())
-    throw UsageError("--program-out: " + wrong);
+  refuse_illegal_name(program, files.out);
   std::vector<std::string> outputs{files.out};
   if (has_dat) outputs.push_back(dat);
   if (has_dat && same_file(outputs[0], outputs[1]))
@@ -188,6 +185,17 @@ std::string dat_of_output(const RobotProgram& program, const std::string& out) {
   return dat_beside(out, program.texts[1].name);
 }
 
+void refuse_illegal_name(const RobotProgram& program, const std::string& out) {
+  if (!has_name(out)) return;
+  const std::string wrong = why_illegal_name(*program.dialect, fs::path(out).stem().string());
+  if (!wrong.empty()) throw UsageError("--program-out: " + wrong);
+}
+
+void rename_as_file(const RobotProgram& program, const std::string& out,
+                    std::vector<std::string>& texts) {
+  if (has_name(out)) rename(program, fs::path(out).stem().string(), texts);
+}
+
 // The .src is the last, because it refers to the points of the .dat.
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
                          const std::string& out) {
@@ -203,7 +211,7 @@ bool write_robot_program(Command& command, const RobotProgram& program,
                          const RobotProgramFiles& files) {
   RewrittenProgram rewritten = rewrite(program, commands.list, between, Corrector::compensate);
   mark_corrected(program, Corrector::compensate, rewritten.texts);
-  if (has_name(files.out)) rename(program, fs::path(files.out).stem().string(), rewritten.texts);
+  rename_as_file(program, files.out, rewritten.texts);
   bool is_followed = true;
   for (const std::vector<std::string>* list :
        std::initializer_list<const std::vector<std::string>*>{&program.warnings, &commands.warnings,

@@ -34,6 +34,15 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
 /// UsageError if `out` has no name.
 std::string dat_of_output(const RobotProgram& program, const std::string& out);
 
+/// Throws UsageError if the file of --program-out gives the program a name that its controller
+/// refuses. Standard output and devices give none.
+void refuse_illegal_name(const RobotProgram& program, const std::string& out);
+
+/// Renames the program in its `texts` as its file is called. Standard output and devices leave the
+/// name.
+void rename_as_file(const RobotProgram& program, const std::string& out,
+                    std::vector<std::string>& texts);
+
 /// Writes the texts of a corrected program: the .src, or the only one, to `out`, and a .dat beside
 /// it.
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,

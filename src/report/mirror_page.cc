@@ -13,9 +13,9 @@ namespace {
 void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
   const std::optional<bool> held = findings.form.holds(findings.goal);
   page.verdict(held.value_or(false) ? Tone::good : Tone::attention,
-               !held   ? "form goal undecided"
-               : *held ? "form goal held"
-                       : "form goal not held",
+               !held   ? "RMS form goal undecided"
+               : *held ? "RMS form goal held"
+                       : "RMS form goal not held",
                "Mean deviation across the path " + page.value("deviation_mm/mean") + " mm; " +
                    page.value("expected_after_mean_mm") + " mm expected after the correction, if " +
                    page.value("expected_after_if") + ". RMS of these passes " +
@@ -23,8 +23,10 @@ void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
                    " mm, without the noise of the instrument " +
                    page.value("accuracy/form_rms_mm") +
                    " mm (95 %: " + page.value("accuracy/form_rms_ci95_mm/0") + " to " +
-                   page.value("accuracy/form_rms_ci95_mm/1") + " mm); goal " +
-                   page.value("accuracy/goal_rms_mm") + " mm.");
+                   page.value("accuracy/form_rms_ci95_mm/1") + " mm); goal of this RMS " +
+                   page.value("accuracy/goal_rms_mm") + " mm. The largest sample deviates by " +
+                   page.value("accuracy/whole_mm/max") + " mm; noise alone would give about " +
+                   page.value("noise/largest_mm") + " mm.");
   const bool has_uncorrected = findings.result.uncorrected.has_value();
   const bool has_spread = findings.files.size() > 1;
   page.tiles(
@@ -105,9 +107,12 @@ std::string force_text(const Page& page, const ForceLaw& law) {
 
 void add_mirror_next(Page& page, const MirrorFindings& findings) {
   page.section("What to do next");
+  const bool is_held = findings.form.holds(findings.goal).value_or(false);
   std::vector<std::string> items{
-      "run the corrected path and record it: <code>--previous</code> with the corrected path adds "
-      "what is left"};
+      is_held ? "keep the path that these passes ran: it holds the RMS form goal. Compare the "
+                "largest deviation with the tolerance of the part"
+              : "run the corrected path and record it: <code>--previous</code> with the corrected "
+                "path adds what is left"};
   if (findings.files.size() == 1)
     items.push_back("record two or three passes: one does not show how passes differ");
   if (findings.result.unrecorded > 0)
@@ -126,8 +131,7 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
   add_mirror_verdict(page, findings);
   page.section("Deviation");
   page.pictures({deviation_picture(result.deviation), path_picture(programmed, result),
-                 correction_picture(programmed, result, findings.options),
-                 trend_picture(programmed, result)});
+                 correction_picture(programmed, findings), trend_picture(programmed, result)});
   if (const auto& force = findings.force) {
     page.section("Deviation against force");
     page.add(force_text(page, *force));

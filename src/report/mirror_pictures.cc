@@ -114,25 +114,35 @@ Drawing path_picture(const Path& programmed, const MirrorResult& result) {
   return picture;
 }
 
-Drawing correction_picture(const Path& programmed, const MirrorResult& result,
-                           const MirrorOptions& options) {
+Drawing correction_picture(const Path& programmed, const MirrorFindings& findings) {
+  const MirrorResult& result = findings.result;
   const PathDeviation& deviation = result.deviation;
   const Eigen::VectorXd arc = deviation.arc_length / kMillimetre;
   const Eigen::VectorXd measured = lengths_mm(deviation.normal);
+  const auto& earlier = findings.deviation_before;
+  const Eigen::VectorXd before = earlier ? lengths_mm(earlier->normal) : measured;
+  const Eigen::VectorXd arc_before = earlier ? earlier->arc_length / kMillimetre : arc;
+  const std::string shown =
+      earlier ? "Passes before the correction and with it; both hold the noise of the instrument, "
+                "the expected mean of the next pass does not."
+              : "The record less the correction still holds its noise; the expected mean of the "
+                "next pass does not.";
   auto picture = std::make_shared<Picture>(
       "before-after", "Distance from the path, before and after",
-      "The record less the correction still holds its noise; the expected mean of the next pass "
-      "does not." +
-          thinned_samples(arc.size()),
-      exact_axis(arc.minCoeff(), arc.maxCoeff(), "way along the path, mm"));
+      shown + thinned_samples(std::max(arc.size(), arc_before.size())),
+      exact_axis(std::min(arc.minCoeff(), arc_before.minCoeff()),
+                 std::max(arc.maxCoeff(), arc_before.maxCoeff()), "way along the path, mm"));
+  const double most = std::max(before.maxCoeff(), measured.maxCoeff());
   Panel& panel = picture->panel(
-      round_axis(0, std::max(measured.maxCoeff(), result.expected_after / kMillimetre),
-                 "distance, mm"),
-      190);
-  panel.line(curve(arc, measured), Look::before, "measured");
-  panel.line(curve(arc, lengths_mm(deviation.normal + new_correction(programmed, result, options))
-                            .cwiseMin(measured.maxCoeff())),
-             Look::after, "less the correction");
+      round_axis(0, std::max(most, result.expected_after / kMillimetre), "distance, mm"), 190);
+  panel.line(curve(arc_before, before), Look::before, earlier ? "before" : "measured");
+  if (earlier)
+    panel.line(curve(arc, measured), Look::after, "measured");
+  else
+    panel.line(curve(arc, lengths_mm(deviation.normal +
+                                     new_correction(programmed, result, findings.options))
+                              .cwiseMin(most)),
+               Look::after, "less the correction");
   panel.rule_y(result.expected_after / kMillimetre, Look::mark, "expected mean");
   return picture;
 }

@@ -11,9 +11,9 @@ Drawing deviation_picture(const PathDeviation& deviation);
 /// Programmed, measured and corrected path in the plane of the two longest axes (figure 7).
 Drawing path_picture(const Path& programmed, const MirrorResult& result);
 
-/// Distance from the path, measured and less the new correction, along the path (figure 11).
-Drawing correction_picture(const Path& programmed, const MirrorResult& result,
-                           const MirrorOptions& options);
+/// Distance from the path along it (figure 11): measured before and after the correction that ran;
+/// without passes before it, measured and less the new correction.
+Drawing correction_picture(const Path& programmed, const MirrorFindings& findings);
 
 /// Trend of each axis with the points of the correction (figure 10).
 Drawing trend_picture(const Path& programmed, const MirrorResult& result);

@@ -9,8 +9,8 @@
 namespace armtrue {
 
 std::string mirror_table(const MirrorFindings& findings) {
-  const auto& [result, options, files, lines, accuracy, form, before, form_before, force, robot,
-               goal] = findings;
+  const auto& [result, options, files, lines, accuracy, form, before, form_before, deviation_before,
+               force, robot, goal] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];
@@ -32,8 +32,11 @@ std::string mirror_table(const MirrorFindings& findings) {
   row("path accuracy AT (ISO 9283), mm", accuracy.path.at);
   if (accuracy.path.rt) row("path repeatability RT, mm", *accuracy.path.rt);
   row("RMS of these passes, mm", accuracy.errors.whole.rms);
+  table += fmt::format("{:<44}{:>9.3f}  (of noise alone about {:.3f})\n",
+                       "largest deviation of a sample, mm", accuracy.errors.whole.max / kMillimetre,
+                       largest_of_noise(findings) / kMillimetre);
   const std::optional<bool> held = form.holds(goal);
-  table += fmt::format("{:<44}{:>9.3f}  [{:.3f}, {:.3f}] (goal {:.3f}: {})\n",
+  table += fmt::format("{:<44}{:>9.3f}  [{:.3f}, {:.3f}] (RMS goal {:.3f}: {})\n",
                        "RMS without noise, 95 %, mm", form.rms / kMillimetre,
                        form.ci95[0] / kMillimetre, form.ci95[1] / kMillimetre, goal / kMillimetre,
                        !held   ? "undecided"

@@ -39,8 +39,6 @@ struct DialectFacts {
   double angle = kDegree;            ///< unit of angles [rad]
 
   NameRule names;
-  /// mirror-correct leaves the name in the text, and its product is NAME-corrected.
-  bool keeps_name_on_path = false;
 
   /// How a move names its frame and its tool.
   std::string frame = "its frame", tool = "its tool";

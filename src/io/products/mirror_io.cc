@@ -156,8 +156,8 @@ YAML::Node force_node(const ForceLaw& law) {
 }  // namespace
 
 Document write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
-  const auto& [result, options, files, lines, accuracy, form, before, form_before, force, robot,
-               goal] = findings;
+  const auto& [result, options, files, lines, accuracy, form, before, form_before, deviation_before,
+               force, robot, goal] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
@@ -170,7 +170,8 @@ Document write_mirror(const MirrorFindings& findings, const Provenance& provenan
   filter.emplace_back("chosen", options.cutoff ? "given" : "auto");
   root["filter"] = flow_map(filter);
   const PathDeviation& deviation = result.deviation;
-  root["noise"] = flow_map({{"sample_mm", millimetres(deviation.noise)}});
+  root["noise"] = flow_map({{"sample_mm", millimetres(deviation.noise)},
+                            {"largest_mm", millimetres(largest_of_noise(findings))}});
   if (files.size() > 1) {
     root["noise"]["pass_to_pass_mm"] = millimetres(deviation.spread);
     root["noise"]["pass_to_pass_ci95_mm"] = interval_node(deviation.spread_ci95, kMillimetre);

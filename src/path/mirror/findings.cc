@@ -1,38 +1,48 @@
 #include "armtrue/path/mirror/findings.h"
 
+#include <cmath>
+
 #include "armtrue/path/low_pass.h"
+#include "path/mirror/mean_deviation.h"
 
 namespace armtrue {
 namespace {
 
 // The passes in the clock of the program.
-std::vector<Path> all_registered(const std::vector<Path>& passes,
-                                 const std::vector<ClockFit>& clocks) {
+std::vector<Path> all_registered(const std::vector<Path>& passes, const std::vector<Pass>& clocks) {
   std::vector<Path> in_time;
-  for (size_t p = 0; p < passes.size(); ++p) in_time.push_back(registered(passes[p], clocks[p]));
+  for (size_t p = 0; p < passes.size(); ++p)
+    in_time.push_back(registered(passes[p], clocks[p].clock));
   return in_time;
 }
 
 }  // namespace
 
+double largest_of_noise(const MirrorFindings& findings) {
+  const auto passes = static_cast<double>(findings.files.size());
+  const double samples = passes * static_cast<double>(findings.accuracy.path.planes);
+  // That of the mean of the passes is smaller.
+  const double noise = findings.result.deviation.noise * std::sqrt(passes);
+  return noise * std::sqrt(-2 * std::log(-std::expm1(-std::log(2) / samples)));
+}
+
 void describe_passes(MirrorFindings& findings, const Path& programmed,
                      const std::vector<Path>& passes, const std::vector<Path>& earlier,
                      const std::optional<Robot>& robot) {
-  std::vector<ClockFit> clocks, earlier_clocks;
   std::vector<Path> good;
-  for (size_t p = 0; p < passes.size(); ++p) {
-    clocks.push_back(findings.result.passes[p].clock);
+  for (size_t p = 0; p < passes.size(); ++p)
     good.push_back(without(passes[p], findings.result.passes[p].bad));
-  }
-  for (const Path& pass : earlier)
-    earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
-  const std::vector<Path> in_time = all_registered(good, clocks);
+  const std::vector<Path> in_time = all_registered(good, findings.result.passes);
   findings.accuracy = pass_accuracy(programmed, in_time);
   findings.form = form_error(programmed, in_time);
   if (!earlier.empty()) {
-    const std::vector<Path> earlier_in_time = all_registered(earlier, earlier_clocks);
+    std::vector<Pass> clocks(earlier.size());
+    for (size_t p = 0; p < earlier.size(); ++p)
+      clocks[p].clock = fit_clock(programmed, earlier[p], findings.options.clock);
+    const std::vector<Path> earlier_in_time = all_registered(earlier, clocks);
     findings.before = pass_accuracy(programmed, earlier_in_time);
     findings.form_before = form_error(programmed, earlier_in_time);
+    findings.deviation_before = mean_deviation(programmed, earlier, clocks);
   }
   const PathDeviation& deviation = findings.result.deviation;
   findings.force =

@@ -125,24 +125,43 @@ void keep_engaged(const Path& programmed, const EngagementRecord& record,
     if (!engaged(record, programmed.time[i])) correction.col(i).setZero();
 }
 
-// Keeps the executed path before and after the record, where the deviation is unknown; a standstill
-// beside the record belongs to it. Returns the number of samples in motion that are kept.
-int keep_unrecorded(const Path& programmed, const Path& executed, const Eigen::VectorXd& moves,
-                    const PathDeviation& deviation, Eigen::Matrix3Xd& correction) {
-  const Eigen::Index samples = programmed.samples();
+// The samples of the program that the record shows. A standstill beside the record belongs to it.
+struct Recorded {
+  Eigen::Index first = 0, last = 0;
+};
+
+Recorded recorded(const Path& programmed, const Eigen::VectorXd& moves,
+                  const PathDeviation& deviation) {
   const double begins = deviation.time[0] - deviation.period;
   const double ends = deviation.time[deviation.time.size() - 1] + deviation.period;
-  Eigen::Index first = 0, last = samples - 1;
+  Recorded samples{0, programmed.samples() - 1};
+  auto& [first, last] = samples;
   while (first < last && programmed.time[first] < begins) ++first;
   while (first < last && programmed.time[last] > ends) --last;
   while (first > 0 && moves[first - 1] == 0) --first;
-  while (last + 1 < samples && moves[last + 1] == 0) ++last;
-  const Eigen::Index after = samples - 1 - last;
-  correction.leftCols(first) =
-      executed.position.leftCols(first) - programmed.position.leftCols(first);
-  correction.rightCols(after) =
-      executed.position.rightCols(after) - programmed.position.rightCols(after);
-  return static_cast<int>(moves.head(first).sum() + moves.tail(after).sum());
+  while (last + 1 < programmed.samples() && moves[last + 1] == 0) ++last;
+  return samples;
+}
+
+// The share of the new correction at each sample: 0 outside the record, where the deviation is
+// unknown; from an end of the record that the tool passes in motion, it grows to 1 in proportion to
+// the time in motion, within `length` [s].
+Eigen::VectorXd share_recorded(const Path& programmed, const Eigen::VectorXd& moves,
+                               const Recorded& samples, double length) {
+  const Eigen::Index count = programmed.samples();
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(count);
+  share.head(samples.first).setZero();
+  share.tail(count - 1 - samples.last).setZero();
+  const auto step = [&](Eigen::Index later) {
+    return moves[later] * (programmed.time[later] - programmed.time[later - 1]);
+  };
+  double moved = 0;
+  for (Eigen::Index i = samples.first; i > 0 && i <= samples.last; ++i)
+    share[i] *= std::min(1.0, (moved += step(i)) / length);
+  moved = 0;
+  for (Eigen::Index i = samples.last; i + 1 < count && i >= samples.first; --i)
+    share[i] *= std::min(1.0, (moved += step(i + 1)) / length);
+  return share;
 }
 
 // The samples of the program nearest in time to points of the deviation.
@@ -204,7 +223,11 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   if (options.engaged_only) keep_engaged(programmed, deviation.engagement, result.correction);
   join_sides(programmed, corners, result.correction);
   result.clipped = clip(result.correction, options.max);
-  result.unrecorded = keep_unrecorded(programmed, executed, moves, deviation, result.correction);
+  const Recorded samples = recorded(programmed, moves, deviation);
+  const Eigen::VectorXd share = share_recorded(programmed, moves, samples, 1 / result.cutoff);
+  result.correction = run + (result.correction - run) * share.asDiagonal();
+  result.unrecorded = static_cast<int>(moves.head(samples.first).sum() +
+                                       moves.tail(programmed.samples() - 1 - samples.last).sum());
   result.position = programmed.position + result.correction;
   result.points = samples_at(programmed, deviation, points);
   // The uncorrected part of the trend, because of the gain, the largest correction, or outside the

@@ -58,8 +58,35 @@ void check_feed(const Path& programmed, const Path& measured, bool fit_frame) {
     throw std::invalid_argument("the measured path " + in_words(*feed));
 }
 
+// What is wrong with the columns of a record that lies on the program with two of them exchanged or
+// one of the other sign; empty if none of these makes it so.
+std::string mistaken_columns(const Path& programmed, const Path& measured) {
+  const auto lies_on_program = [&](const Path& record) {
+    return mean_square_distance(programmed, record, first_offset(programmed, record)) <
+           kMaxPathDistance * kMaxPathDistance;
+  };
+  constexpr std::array kAxes{'x', 'y', 'z'};
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    Path negated = measured;
+    negated.position.row(axis) *= -1;
+    if (lies_on_program(negated)) return std::string(1, kAxes[axis]) + " of the other sign";
+    const Eigen::Index next = (axis + 1) % 3;
+    Path exchanged = measured;
+    exchanged.position.row(axis).swap(exchanged.position.row(next));
+    if (lies_on_program(exchanged))
+      return std::string(1, kAxes[axis]) + " and " + kAxes[next] + " exchanged";
+  }
+  return "";
+}
+
 [[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
   check_feed(programmed, measured, false);
+  const double apart = std::sqrt(mean_square_distance(programmed, measured, offset));
+  if (const std::string mistake = mistaken_columns(programmed, measured); !mistake.empty())
+    throw std::invalid_argument(
+        "the measured path lies " + formatted("%.4g", apart / kMillimetre) +
+        " mm from the programmed one, and on it with " + mistake +
+        ": check the columns of the record and their signs, and correct them");
   const ClockFit fit = fit_with_frame(programmed, measured, offset);
   const Pose& motion = fit.program_from_instrument;
   const Eigen::VectorXd off = distances(programmed, measured, fit);
@@ -70,10 +97,12 @@ void check_feed(const Path& programmed, const Path& measured, bool fit_frame) {
                 "the measured path lies %.4g mm from the programmed one, in another frame or of "
                 "another pass; moved by x %.3f, y %.3f, z %.3f mm, a %.4f, b %.4f, c %.4f deg it "
                 "would lie %.3f mm away: %s",
-                std::sqrt(mean_square_distance(programmed, measured, offset)) / kMillimetre,
-                shift[0], shift[1], shift[2], abc[0], abc[1], abc[2], off.mean() / kMillimetre,
+                apart / kMillimetre, shift[0], shift[1], shift[2], abc[0], abc[1], abc[2],
+                off.mean() / kMillimetre,
                 std::sqrt(off.array().square().mean()) < kMaxPathDistance
-                    ? "apply that to the record or use --fit-frame"
+                    ? "check the columns of the record and their signs first; then apply that to "
+                      "the record or "
+                      "use --fit-frame"
                     : "no frame joins them; take the record of this pass");
   throw std::invalid_argument(message.data());
 }

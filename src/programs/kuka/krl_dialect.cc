@@ -76,7 +76,6 @@ class KrlDialect : public Dialect {
                  .endings = {".SRC"},
                  .comment = ';',
                  .names = {.longest = 24},  // KSS 8.x, operating manual
-                 .keeps_name_on_path = true,
                  .frame = "$BASE",
                  .tool = "$TOOL",
                  .sets_active_tool = "$TOOL",

@@ -22,14 +22,21 @@ struct MirrorFindings {
   FormError form;                       ///< of these passes
   std::optional<PassAccuracy> before;   ///< of earlier passes, to compare with
   std::optional<FormError> form_before;
+  std::optional<PathDeviation> deviation_before;  ///< mean of the earlier passes; without a trend
   std::optional<ForceLaw> force;
   std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
   double goal = kFormGoal;         ///< largest RMS form error that is wanted [m]
 };
 
-/// Fills in accuracy and form, those before, force and robot from `result` and `options`. `passes`
-/// are the passes of the result, bad samples included; `earlier` are passes before the correction,
-/// bad samples left out. Throws UnreachableSample if the robot cannot take a sample of the program.
+/// The median of the largest of n lengths of the noise alone across the path, with s of one reading
+/// per axis and n the samples of `accuracy` [m]:
+///     s sqrt(-2 ln(1 - 2^(-1/n))).
+double largest_of_noise(const MirrorFindings& findings);
+
+/// Fills in accuracy and form, those before with their deviation, force and robot from `result` and
+/// `options`. `passes` are the passes of the result, bad samples included; `earlier` are passes
+/// before the correction, bad samples left out. Throws UnreachableSample if the robot cannot take a
+/// sample of the program.
 void describe_passes(MirrorFindings& findings, const Path& programmed,
                      const std::vector<Path>& passes, const std::vector<Path>& earlier,
                      const std::optional<Robot>& robot);
