@@ -1,8 +1,8 @@
 #include "armtrue/io/products/change_io.h"
 
 #include <string>
-#include <utility>
 
+#include "armtrue/calibration/identified_values.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/yaml_text.h"
@@ -10,23 +10,11 @@
 namespace armtrue {
 namespace {
 
-// The unit in which a parameter changes, and the ending of its keys.
-std::pair<double, std::string> unit_of_change(ParameterUnit unit) {
-  switch (unit) {
-    case ParameterUnit::metre:
-      return {kMillimetre, "_mm"};
-    case ParameterUnit::radian:
-      return {kDegree, "_deg"};
-    case ParameterUnit::pixel:
-      return {1, "_px"};
-    case ParameterUnit::one:
-      break;
-  }
-  return {1, ""};
-}
-
 YAML::Node change_node(const KinematicChain& chain, const ParameterChange& change) {
-  const auto [unit, suffix] = unit_of_change(parameter_unit(chain, change.parameter));
+  const DisplayUnit in_files = unit_in_files(chain, change.parameter);
+  const double unit = in_files.si;
+  // A number without a unit has none in its keys.
+  const std::string suffix = in_files.name == "1" ? "" : "_" + in_files.name;
   YAML::Node node, interval;
   for (double bound : change.ci95) interval.push_back(rounded(bound / unit));
   node["parameter"] = parameter_name(chain, change.parameter);
