@@ -613,7 +613,7 @@ TABLE = {
     "program as previous correction": (mirror("pass.csv", more=("--previous", LINE)), 0, "corrects nothing"),
     "half a record in another frame": (mirror(record(cut_from(206, "y_mm", 2))), 0, "was the instrument knocked"),
     "frame turned by 0.2 deg": (mirror(record(turned("y_mm", "z_mm", 0.2))), 0, "is a motion of the whole record"),
-    "record mirrored": (mirror(record(scale(("y_mm",), -1))), 1, "in another frame or of another pass"),
+    "record mirrored": (mirror(record(scale(("y_mm",), -1))), 1, "on it with y of the other sign"),
     "record mirrored, frame fitted": (mirror(record(scale(("y_mm",), -1)), more=("--fit-frame",)), 0,
                                       "nor whether an axis has the wrong sign"),
     "record mirrored at the line": (mirror(record(each(lambda r: r.update(y_mm=repr(-3300 - float(r["y_mm"])))))), 0,
