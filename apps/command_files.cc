@@ -11,7 +11,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/mistakes.h"

@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/calibration/reading_law.h"
+#include "armtrue/observation/reading_law.h"
 #include "armtrue/calibration/refit.h"
-#include "armtrue/calibration/registration.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/registration.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/units.h"
@@ -257,7 +257,7 @@ void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
-  Robot start = starting_robot(robot, campaign, set);
+  Robot start = starting_robot(robot, campaign, set.kept);
   if (!start.nominal) start.nominal = robot.chain;
   forget_measured(start, options.fitted_effects);
   match_coefficients(start, campaign);

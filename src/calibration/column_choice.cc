@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/kinematics/chain.h"
 
 namespace armtrue {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/prior.h"
 #include "linear_algebra/sparse_cholesky.h"
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <utility>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "armtrue/calibration/fold.h"
+#include "armtrue/observation/fold.h"
 #include "calibration/covariance.h"
 #include "calibration/pose_influence.h"
 #include "linear_algebra/bordered_spectrum.h"

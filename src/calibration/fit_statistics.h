@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/reading_law.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/reading_law.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/levenberg_marquardt.h"
 #include "calibration/prior.h"
 

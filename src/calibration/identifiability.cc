@@ -11,8 +11,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/calibration/contacts.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/contacts.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/effects/identify.h"
 #include "armtrue/effects/sampling.h"

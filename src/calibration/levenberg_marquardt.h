@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/fold.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/fold.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/prior.h"
 
 namespace armtrue {

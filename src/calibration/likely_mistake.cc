@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/joint_names.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

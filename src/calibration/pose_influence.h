@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/grouped_rows.h"
 #include "linear_algebra/sparse_cholesky.h"
 #include "statistics/ordered_blocks.h"

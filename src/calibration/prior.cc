@@ -201,16 +201,6 @@ double most_likely(const PriorWidth& width, double squares, double determined) {
 
 }  // namespace
 
-bool places_positioner(const Robot& robot, int parameter) {
-  if (parameter < kFirstLinkParameter || !is_of_positioner(robot, parameter)) return false;
-  int axis = *robot.ground_link;
-  while (axis > 0 && joint_of_link(robot.chain, axis) < 0) --axis;
-  const LinkParameter kind = kind_of_parameter(parameter);
-  return link_of_parameter(parameter) > axis ||
-         (link_of_parameter(parameter) == axis &&
-          (kind == LinkParameter::theta || kind == LinkParameter::r));
-}
-
 Priors priors_of(const Robot& robot, const SessionModels& models) {
   Priors priors;
   for (int k = 0; k < models.geometric_count(); ++k) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/effects/robot.h"
 #include "linear_algebra/sparse_cholesky.h"
 
@@ -84,9 +84,5 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors,
 /// times `factor`. Returns whether no width changed by 1 % or more.
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors,
                    double factor = 1, const SparseCholesky::Blocks& blocks = {});
-
-/// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the
-/// foot of the arm: a set-up as base and tool are, of which nothing is known but by readings.
-bool places_positioner(const Robot& robot, int parameter);
 
 }  // namespace armtrue

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/parameters.h"
 #include "compensation/program_arm.h"
 

@@ -8,7 +8,7 @@
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/programs/robot_program.h"
 #include "compensation/arms.h"
-#include "programs/way.h"
+#include "armtrue/programs/way.h"
 
 namespace armtrue {
 

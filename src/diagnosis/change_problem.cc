@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/calibration/registration.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
@@ -69,8 +69,8 @@ bool has_own_bases(const Robot& previous, const Campaign& campaign) {
 
 Robot start_of(const Robot& previous, const Campaign& campaign) {
   if (!has_own_bases(previous, campaign)) return robot_at_row(previous, campaign, 0);
-  IdentifiableSet bases;
-  for (int k = 0; k < kFirstLinkParameter; ++k) bases.kept.push_back(k);
+  std::vector<int> bases(kFirstLinkParameter);
+  std::iota(bases.begin(), bases.end(), 0);
   return starting_robot(previous, campaign, bases);
 }
 

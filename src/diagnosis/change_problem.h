@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/reading_law.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/reading_law.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/pose_influence.h"

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/observation.h"
-#include "armtrue/calibration/placement.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/diagnosis/diagnosis.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {

@@ -12,10 +12,10 @@
 #include <utility>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/contacts.h"
+#include "armtrue/observation/contacts.h"
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/calibration/placement.h"
-#include "armtrue/calibration/registration.h"
+#include "armtrue/observation/placement.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"

@@ -11,7 +11,6 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/prior.h"
 
 namespace armtrue {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/calibration/placement.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"

@@ -1,6 +1,6 @@
 #include "armtrue/diagnosis/other_arm.h"
 
-#include "armtrue/calibration/placement.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/statistics/summary.h"

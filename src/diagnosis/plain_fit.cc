@@ -6,7 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/statistics/summary.h"

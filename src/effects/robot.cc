@@ -43,6 +43,16 @@ bool is_of_positioner(const Robot& robot, int parameter) {
   return robot.ground_link && parameter < link_parameter(*robot.ground_link + 1, LinkParameter{});
 }
 
+bool places_positioner(const Robot& robot, int parameter) {
+  if (parameter < kFirstLinkParameter || !is_of_positioner(robot, parameter)) return false;
+  int axis = *robot.ground_link;
+  while (axis > 0 && joint_of_link(robot.chain, axis) < 0) --axis;
+  const LinkParameter kind = kind_of_parameter(parameter);
+  return link_of_parameter(parameter) > axis ||
+         (link_of_parameter(parameter) == axis &&
+          (kind == LinkParameter::theta || kind == LinkParameter::r));
+}
+
 Eigen::Vector3d upwards(const Robot& robot) {
   const double g = robot.gravity.norm();
   if (g == 0 || robot.ground_link) return Eigen::Vector3d::UnitZ();

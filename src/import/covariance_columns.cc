@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/io/covariance_column.h"
 #include "armtrue/text/number_text.h"
-#include "io/campaign_columns.h"
 
 namespace armtrue {
 namespace {

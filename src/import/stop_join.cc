@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "armtrue/calibration/placement.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/registration/standstills.h"
 #include "armtrue/statistics/summary.h"

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/io/covariance_column.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "io/context_columns.h"
 #include "io/csv_table.h"
@@ -30,17 +31,6 @@ struct CampaignColumns {
   std::optional<ContextColumns> context;  ///< of every file
   std::vector<std::string> unknown;       ///< not used
 };
-
-/// Where an entry stands in CampaignColumns::covariance, row <= column.
-constexpr size_t place_of_covariance(int row, int column) {
-  return 6 * row - row * (row - 1) / 2 + column - row;
-}
-
-/// Name of the column of an entry of the covariance, row <= column: cov_xx_mm2, cov_xrx_mm_deg,
-/// cov_rxrx_deg2; with _m and _rad if `si`.
-std::string covariance_column(int row, int column, bool si = false);
-/// Its unit there [SI].
-double covariance_unit(int row, int column);
 
 /// `source`: the file, for messages. Throws InputError: a column is missing, or names a quantity in
 /// part or twice over.

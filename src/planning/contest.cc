@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "planning/exchange.h"
 
 namespace armtrue {

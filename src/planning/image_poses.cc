@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "armtrue/calibration/contacts.h"
+#include "armtrue/observation/contacts.h"
 #include "armtrue/campaign/views.h"
 #include "armtrue/kinematics/evaluator.h"
 

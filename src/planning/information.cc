@@ -5,7 +5,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "armtrue/calibration/fold.h"
+#include "armtrue/observation/fold.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/exchange.h"
 #include "statistics/ordered_blocks.h"

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 
 namespace armtrue {
 

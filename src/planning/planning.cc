@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/fold.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/fold.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/exchange.h"

@@ -9,10 +9,10 @@
 #include <string>
 #include <utility>
 
-#include "armtrue/calibration/contacts.h"
-#include "armtrue/calibration/fold.h"
+#include "armtrue/observation/contacts.h"
+#include "armtrue/observation/fold.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/campaign/sighted_poses.h"
 #include "armtrue/kinematics/units.h"

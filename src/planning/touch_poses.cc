@@ -4,7 +4,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "armtrue/calibration/contacts.h"
+#include "armtrue/observation/contacts.h"
 #include "armtrue/kinematics/contact.h"
 
 namespace armtrue {

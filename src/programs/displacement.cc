@@ -10,10 +10,11 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/programs/way.h"
 #include "armtrue/text/input_error.h"
+#include "programs/division.h"
 #include "programs/matching.h"
 #include "programs/program_warnings.h"
-#include "programs/way.h"
 
 namespace armtrue {
 namespace {

@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
+
+#include "armtrue/programs/way.h"
 
 namespace armtrue {
 
@@ -11,25 +12,6 @@ struct Knot {
   double t;
   Eigen::Vector3d displacement;
 };
-
-/// A circular arc.
-struct Arc {
-  Eigen::Vector3d centre;
-  Eigen::Vector3d x, y;  ///< unit vectors in its plane; x points to the start
-  double radius;         ///< [m]
-  double angle;          ///< from start to end, positive from x to y, in (0, 2 pi) [rad]
-
-  /// centre + radius (x cos(t angle) + y sin(t angle)).
-  Eigen::Vector3d at(double t) const;
-  /// t of the foot of the perpendicular from a point, in [0, 2 pi / angle).
-  double foot(const Eigen::Vector3d& point) const;
-  /// Distance of a point from the whole circle.
-  double distance(const Eigen::Vector3d& point) const;
-};
-
-/// The arc from start to end through `via`; nothing if the three points lie on a line.
-std::optional<Arc> arc_through(const Eigen::Vector3d& start, const Eigen::Vector3d& via,
-                               const Eigen::Vector3d& end);
 
 /// The displacement at t, linear between the knots (at least one, t increasing).
 Eigen::Vector3d displacement_at(const std::vector<Knot>& knots, double t);

@@ -9,7 +9,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/refit.h"
-#include "armtrue/calibration/registration.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "search/candidates.h"
@@ -131,7 +131,7 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
     std::erase_if(known, [](const CatalogueEntry& entry) { return is_polynomial(entry.shape); });
   const std::vector<Candidate> candidates = all_candidates(robot, campaign, known, options);
   // Moments and forces are along the axes of R_A, so each base must keep its place.
-  const Robot start = starting_robot(robot, campaign, fit_.set);
+  const Robot start = starting_robot(robot, campaign, fit_.set.kept);
   scan_ = std::make_unique<CandidateScan>(candidates, start, in_common_frame(campaign, start));
   if (candidates.empty())
     throw std::invalid_argument(

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/pose_influence.h"
 #include "statistics/ordered_blocks.h"
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 
 namespace armtrue {
 

@@ -7,7 +7,7 @@
 
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/refit.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/calibration/worthwhile.h"
 #include "linear_algebra/decompositions.h"
 #include "search/evidence.h"

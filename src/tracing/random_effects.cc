@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"

@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/split.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"

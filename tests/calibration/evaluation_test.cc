@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/calibration/unseen_scale.h"
+#include "armtrue/observation/unseen_scale.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"

@@ -11,7 +11,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "calibration/covariance.h"

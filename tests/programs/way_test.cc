@@ -1,6 +1,6 @@
 // The way of the TCP between two points: its orientation on lines and arcs.
 
-#include "programs/way.h"
+#include "armtrue/programs/way.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <numeric>
 
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/statistics/distributions.h"

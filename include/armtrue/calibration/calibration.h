@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/fold_by.h"
+#include "armtrue/observation/fold_by.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 

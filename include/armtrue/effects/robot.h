@@ -98,6 +98,10 @@ struct Robot {
 /// the part on it.
 bool is_of_positioner(const Robot& robot, int parameter);
 
+/// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the
+/// foot of the arm: a set-up as base and tool are, of which nothing is known but by readings.
+bool places_positioner(const Robot& robot, int parameter);
+
 /// The vertical in R_A, a unit vector; z where there is no gravity or a positioner turns R_A.
 Eigen::Vector3d upwards(const Robot& robot);
 

@@ -1,4 +1,4 @@
-#include "armtrue/calibration/fold.h"
+#include "armtrue/observation/fold.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "armtrue/calibration/placement.h"
+#include "armtrue/observation/placement.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "armtrue/calibration/observation.h"
-#include "armtrue/calibration/registration.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
@@ -154,21 +154,6 @@ void descend(const Links& links, State& state) {
   }
 }
 
-std::vector<Eigen::Matrix3d> turns_of_a_cube() {
-  std::vector<Eigen::Matrix3d> turns;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      for (double s : {1.0, -1.0})
-        for (double t : {1.0, -1.0}) {
-          if (a == b) continue;
-          Eigen::Matrix3d& turn = turns.emplace_back();
-          turn.col(0) = s * Eigen::Vector3d::Unit(a);
-          turn.col(1) = t * Eigen::Vector3d::Unit(b);
-          turn.col(2) = turn.col(0).cross(turn.col(1));
-        }
-  return turns;
-}
-
 // The best of the starts about a rotation of the base.
 State best_about(const Links& links, const State& first, double good) {
   State best = first;
@@ -202,6 +187,21 @@ double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 }
 
 }  // namespace
+
+std::vector<Eigen::Matrix3d> turns_of_a_cube() {
+  std::vector<Eigen::Matrix3d> turns;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      for (double s : {1.0, -1.0})
+        for (double t : {1.0, -1.0}) {
+          if (a == b) continue;
+          Eigen::Matrix3d& turn = turns.emplace_back();
+          turn.col(0) = s * Eigen::Vector3d::Unit(a);
+          turn.col(1) = t * Eigen::Vector3d::Unit(b);
+          turn.col(2) = turn.col(0).cross(turn.col(1));
+        }
+  return turns;
+}
 
 std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign& campaign,
                                              double good) {

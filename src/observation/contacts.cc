@@ -1,4 +1,4 @@
-#include "armtrue/calibration/contacts.h"
+#include "armtrue/observation/contacts.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -7,16 +7,17 @@
 #include <map>
 #include <optional>
 
-#include "armtrue/calibration/observation.h"
-#include "armtrue/calibration/registration.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/placement.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/beams.h"
-#include "calibration/cameras.h"
+#include "observation/beams.h"
+#include "observation/cameras.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
@@ -156,21 +157,6 @@ double refine_artefact(const Touches& touches, Contact& contact, bool with_radiu
     damping *= 0.1;
   }
   return here.cost;
-}
-
-// The 24 turns that map axes onto axes.
-std::vector<Eigen::Matrix3d> turns_of_a_cube() {
-  std::vector<Eigen::Matrix3d> turns;
-  for (int x = 0; x < 6; ++x)
-    for (int y = 0; y < 6; ++y) {
-      if (x % 3 == y % 3) continue;
-      const Eigen::Vector3d first = (x < 3 ? 1 : -1) * Eigen::Vector3d::Unit(x % 3),
-                            second = (y < 3 ? 1 : -1) * Eigen::Vector3d::Unit(y % 3);
-      Eigen::Matrix3d turn;
-      turn << first, second, first.cross(second);
-      turns.push_back(turn);
-    }
-  return turns;
 }
 
 // Faces and balls have no closed form together: the best of starts all around, with the middle of

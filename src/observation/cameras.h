@@ -1,6 +1,6 @@
 #pragma once
 
-#include "armtrue/calibration/contacts.h"
+#include "armtrue/observation/contacts.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 

@@ -3,9 +3,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "armtrue/calibration/fold_by.h"
-#include "armtrue/calibration/observation.h"
-#include "armtrue/calibration/reading_law.h"
+#include "armtrue/observation/fold_by.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/reading_law.h"
 
 namespace armtrue {
 

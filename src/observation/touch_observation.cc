@@ -1,6 +1,6 @@
 #include <stdexcept>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
 
 namespace armtrue {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "armtrue/calibration/fold.h"
+#include "armtrue/observation/fold.h"
 
 namespace armtrue {
 

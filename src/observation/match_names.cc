@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/statistics/summary.h"

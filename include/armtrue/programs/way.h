@@ -1,14 +1,33 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/robot_program.h"
-#include "programs/division.h"
 
 namespace armtrue {
+
+/// A circular arc.
+struct Arc {
+  Eigen::Vector3d centre;
+  Eigen::Vector3d x, y;  ///< unit vectors in its plane; x points to the start
+  double radius;         ///< [m]
+  double angle;          ///< from start to end, positive from x to y, in (0, 2 pi) [rad]
+
+  /// centre + radius (x cos(t angle) + y sin(t angle)).
+  Eigen::Vector3d at(double t) const;
+  /// t of the foot of the perpendicular from a point, in [0, 2 pi / angle).
+  double foot(const Eigen::Vector3d& point) const;
+  /// Distance of a point from the whole circle.
+  double distance(const Eigen::Vector3d& point) const;
+};
+
+/// The arc from start to end through `via`; nothing if the three points lie on a line.
+std::optional<Arc> arc_through(const Eigen::Vector3d& start, const Eigen::Vector3d& via,
+                               const Eigen::Vector3d& end);
 
 /// The way of the TCP in a straight or circular move, at constant speed from t = 0 to 1.
 struct Way {

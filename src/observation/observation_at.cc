@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
 
 namespace armtrue {

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 
-#include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/pose.h"
@@ -39,10 +38,11 @@ SphereEquations sphere_equations(const Eigen::Matrix3Xd& points);
 Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as in the first session of the campaign, with a base for
-/// each session. If the median error with a base that is to be identified is 80 mm or more,
+/// each session. `kept`: the parameters that are identified, by their indices.
+/// If the median error with a base among them is 80 mm or more,
 /// registered_base() replaces the base, if its error is smaller. If the error is still above 20 mm
-/// (or 0.3 rad) and the tool is to be identified, both are replaced by those of
-/// place_base_and_tool(). with_contacts_fitted() places contacts that are to be identified.
-Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
+/// (or 0.3 rad) and the tool is among them, too, both are replaced by those of
+/// place_base_and_tool(). with_contacts_fitted() places contacts among them.
+Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept);
 
 }  // namespace armtrue

@@ -1,4 +1,4 @@
-#include "calibration/block_folder.h"
+#include "observation/block_folder.h"
 
 #include <algorithm>
 #include <cmath>

@@ -29,6 +29,9 @@ struct Placement {
 std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign& campaign,
                                              double good);
 
+/// The 24 turns that map axes onto axes: starts of a fit whose rotation is not known.
+std::vector<Eigen::Matrix3d> turns_of_a_cube();
+
 /// The rotation near most of `turns`, and the median angle to it [rad]. It starts with the one of
 /// the first nine with the smallest median angle, then takes the mean of those within twice this
 /// median.

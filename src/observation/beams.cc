@@ -1,4 +1,4 @@
-#include "calibration/beams.h"
+#include "observation/beams.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/session_models.h"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 
 #include <algorithm>
 #include <cstdint>

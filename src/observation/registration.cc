@@ -1,19 +1,19 @@
-#include "armtrue/calibration/registration.h"
+#include "armtrue/observation/registration.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/calibration/contacts.h"
-#include "armtrue/calibration/observation.h"
-#include "armtrue/calibration/placement.h"
-#include "armtrue/calibration/session_models.h"
+#include "armtrue/observation/contacts.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/placement.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/nearer_half.h"
+#include "observation/nearer_half.h"
 
 namespace armtrue {
 namespace {
@@ -162,11 +162,11 @@ Eigen::Vector2d typical_miss(const Robot& robot, const Campaign& campaign) {
 
 // What the readings do not show of a tool that was placed is chance: it gets the value of the file,
 // and the base follows. Without any orientation they do not show how the tool is turned.
-void keep_unseen_tool(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set,
+void keep_unseen_tool(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept,
                       Robot& placed) {
   constexpr int kAxes = 3;
   const int first = layout_of(robot.chain).tool;
-  const auto is_shown = [&](int k) { return std::ranges::count(set.kept, first + k) > 0; };
+  const auto is_shown = [&](int k) { return std::ranges::count(kept, first + k) > 0; };
   bool is_kept = false, shows_turn = false;
   for (int axis = 0; axis < kAxes; ++axis) {
     shows_turn |= is_shown(kAxes + axis);
@@ -178,8 +178,8 @@ void keep_unseen_tool(const Robot& robot, const Campaign& campaign, const Identi
   if (is_kept) placed.chain.base = registered_base(placed, campaign);
 }
 
-// `tool`: it may be placed too, in what `set` shows of it.
-Robot with_base_near(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set,
+// `tool`: it may be placed too, in what the `kept` parameters show of it.
+Robot with_base_near(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept,
                      bool tool) {
   const Eigen::Vector2d as_given = typical_miss(robot, campaign);
   const bool turned = tool && as_given[1] > kFarTurn;
@@ -190,7 +190,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign, const Identif
   if (tool && (registered[0] > kFarTool || registered[1] > kFarTurn))
     if (const auto placement = place_base_and_tool(robot, campaign, kFarTool)) {
       Robot placed = placed_robot(robot, campaign, *placement);
-      keep_unseen_tool(robot, campaign, set, placed);
+      keep_unseen_tool(robot, campaign, kept, placed);
       const Eigen::Vector2d after = typical_miss(placed, campaign);
       const bool better_turn = turned && after[1] < kFarTurn && after[0] < kFarBase;
       if (after[0] < std::min(as_given[0], registered[0]) || better_turn) return placed;
@@ -205,11 +205,11 @@ namespace {
 // The base is registered on what an instrument read, and the contacts are placed before, where they
 // have no place, and after, where the base has moved.
 Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaign,
-                                     const IdentifiableSet& set) {
+                                     const std::vector<int>& kept) {
   const auto finds = [&](int parameter) {
     return parameter >= first_contact_parameter(robot.chain);
   };
-  const bool finds_contacts = std::ranges::any_of(set.kept, finds);
+  const bool finds_contacts = std::ranges::any_of(kept, finds);
   const auto fitted = [&](const Robot& start) {
     return finds_contacts ? with_contacts_fitted(start, campaign, FitContacts::unknown) : start;
   };
@@ -220,27 +220,27 @@ Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaig
   Campaign seen = campaign.select(rows);
   seen.touch.clear();
   seen.contact_names.clear();
-  return fitted(starting_robot(fitted(robot), seen, set));
+  return fitted(starting_robot(fitted(robot), seen, kept));
 }
 
 }  // namespace
 
-Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
-  if (campaign.has_touches()) return starting_robot_beside_contacts(robot, campaign, set);
+Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept) {
+  if (campaign.has_touches()) return starting_robot_beside_contacts(robot, campaign, kept);
   // Fewer than three anchors do not show all rotations of the base.
   const bool shows_turn = !campaign.has_distances() || campaign.has_coordinates() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;
   for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
     finds_first_base &=
-        std::find(set.kept.begin(), set.kept.end(), kFirstBaseParameter + k) != set.kept.end();
+        std::find(kept.begin(), kept.end(), kFirstBaseParameter + k) != kept.end();
   const bool finds_tool =
       finds_first_base &&
-      std::ranges::find(set.kept, layout_of(robot.chain).tool) != set.kept.end();
+      std::ranges::find(kept, layout_of(robot.chain).tool) != kept.end();
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   if (sessions.size() == 1) {
     const Robot there = robot_at_row(robot, campaign, 0);
-    return finds_first_base ? with_base_near(there, campaign, set, finds_tool) : there;
+    return finds_first_base ? with_base_near(there, campaign, kept, finds_tool) : there;
   }
   Robot start = robot;
   start.sessions.clear();
@@ -248,7 +248,7 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const Identif
     const Campaign readings = campaign.select(sessions[s]);
     Robot there = robot_at_row(robot, readings, 0);
     if (s > 0 || finds_first_base)
-      there = with_base_near(there, readings, set, s == 0 && finds_tool);
+      there = with_base_near(there, readings, kept, s == 0 && finds_tool);
     if (s == 0) start.chain = there.chain;
     const std::string& name = readings.session_names[readings.session.front()];
     const auto known = robot.sessions.find(name);

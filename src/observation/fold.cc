@@ -1,4 +1,4 @@
-#include "armtrue/calibration/fold.h"
+#include "armtrue/observation/fold.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "calibration/block_folder.h"
+#include "observation/block_folder.h"
 #include "linear_algebra/stacked_triangle.h"
 #include "statistics/ordered_blocks.h"
 

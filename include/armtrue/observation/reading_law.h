@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 
 namespace armtrue {

@@ -1,9 +1,9 @@
-#include "armtrue/calibration/unseen_scale.h"
+#include "armtrue/observation/unseen_scale.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/evaluator.h"
 
 namespace armtrue {

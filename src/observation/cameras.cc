@@ -1,4 +1,4 @@
-#include "calibration/cameras.h"
+#include "observation/cameras.h"
 
 #include <fmt/format.h>
 
@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
-#include "calibration/nearer_half.h"
+#include "observation/nearer_half.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {

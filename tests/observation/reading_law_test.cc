@@ -1,4 +1,4 @@
-#include "armtrue/calibration/reading_law.h"
+#include "armtrue/observation/reading_law.h"
 
 #include <gtest/gtest.h>
 

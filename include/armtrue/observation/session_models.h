@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/fold.h"
-#include "armtrue/calibration/observation.h"
+#include "armtrue/observation/fold.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 
