@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
@@ -46,13 +47,30 @@ struct AxisErrors {
 /// rows.
 std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign);
 
+inline constexpr const char* kImages = "images";
+
+/// The errors of the readings of one kind.
+struct KindErrors {
+  std::string kind;            ///< points, distances, touches, beams or kImages
+  std::vector<double> errors;  ///< as those of Evaluation::reading_errors() [m]
+};
+
+/// Those of each kind that the campaign has.
+std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campaign& campaign);
+/// Those of images alone; empty without images.
+std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& campaign);
+
 /// Errors of a robot on some poses.
 struct PoseErrors {
   ErrorSummary position;                    ///< [m]
   std::optional<ErrorSummary> orientation;  ///< [rad]
   std::vector<AxisErrors> axes;             ///< [m]
+  std::vector<KindErrors> kinds;
+  double metre_per_pixel = 0;  ///< as Campaign::metre_per_pixel
 };
 
+/// The campaign has rows.
+PoseErrors errors_of(const Evaluation& evaluation, const Campaign& campaign);
 /// Throws std::invalid_argument as evaluate() does, and if the campaign has no rows.
 PoseErrors errors_of(const Robot& robot, const Campaign& campaign);
 
