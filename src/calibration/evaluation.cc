@@ -341,12 +341,29 @@ NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& ro
 }
 
 double mean_error_of_noise(double deviation_per_axis, int axes) {
+  if (axes == 2) return deviation_per_axis * std::sqrt(std::numbers::pi / 2);
   return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
 }
 
 double NoiseFloor::mean_error() const {
   return points * mean_error_of_noise(position, 3) +
          (1 - points) * mean_error_of_noise(position, 1);
+}
+
+double mean_error(const NoiseFloor& noise, const Campaign& campaign) {
+  const std::vector<double>& own = campaign.sigma_position;
+  if (own.empty()) return noise.mean_error();
+  const double per_sigma = noise.position / median(own);
+  std::vector<int> first = campaign.first_rows_of_readings();
+  if (first.empty()) {
+    const double mean = std::accumulate(own.begin(), own.end(), 0.0) / campaign.rows();
+    return mean_error_of_noise(per_sigma * mean, campaign.reading_size().position);
+  }
+  first.push_back(campaign.rows());
+  double sum = 0;
+  for (size_t k = 0; k + 1 < first.size(); ++k)
+    sum += mean_error_of_noise(per_sigma * own[first[k]], first[k + 1] - first[k]);
+  return sum / static_cast<double>(first.size() - 1);
 }
 
 namespace {

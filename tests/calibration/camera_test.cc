@@ -497,7 +497,12 @@ TEST(Camera, ImagesAndATrackerInOneCampaign) {
     of_images += squared(calibrate(robot, read(kBothColumns + images, robot)));
     of_points += squared(calibrate(robot, read(kBothColumns + points, robot)));
 
-    const std::vector<KindErrors> kinds = errors_by_kind(evaluate(fit.robot, both), both);
+    const Evaluation evaluation = evaluate(fit.robot, both);
+    const double of_all = (20 * mean_error_of_noise(kNoise, 3) +
+                           600 * mean_error_of_noise(kPixel * both.metre_per_pixel, 2)) /
+                          620;
+    EXPECT_NEAR(mean_error(noise_floor(fit.robot, both, evaluation), both), of_all, 1e-12);
+    const std::vector<KindErrors> kinds = errors_by_kind(evaluation, both);
     ASSERT_EQ(kinds.size(), 2u);
     EXPECT_EQ(kinds[0].errors.size(), 20u);         // points
     const double of_noise = std::sqrt(3) * kNoise;  // the unknowns take up to half of it

@@ -106,8 +106,12 @@ NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& ro
                                const Campaign& campaign);
 
 /// Mean length of an error that is normal noise only, with the standard deviation s per axis: s
-/// sqrt(8 / pi) for three axes, s sqrt(2 / pi) for one.
+/// sqrt(8 / pi) for three axes, s sqrt(pi / 2) for two, s sqrt(2 / pi) for one.
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);
+
+/// NoiseFloor::mean_error() of readings whose rows may state standard deviations: the mean over the
+/// readings, each with its own.
+double mean_error(const NoiseFloor& noise, const Campaign& campaign);
 
 /// Compares the residual of a fit with the noise of its readings; blunders are left out. The
 /// lack-of-fit p is the probability of a Q this large if the model were complete (Draper, Smith,
