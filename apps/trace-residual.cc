@@ -88,6 +88,10 @@ std::string explanation(const ChangeResult& result) {
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
   const Campaign campaign = command.read_campaign(command.input, previous.robot);
+  if (campaign.has_pixels() && !campaign.has_pixels_only())
+    throw InputError(campaign.source +
+                     ": has images and other readings; --since compares readings of one kind with "
+                     "those of the earlier calibration: give each kind in a file of its own");
   command.warn_of_own_readings(previous);
   app::refuse_mistakes(command, previous.robot, campaign);
   command.warn_if_computed(previous.robot, campaign);

@@ -24,8 +24,9 @@ std::optional<Eigen::Index> unknown_of(const CalibrationResult& result, int para
 }
 
 bool has_images(const Campaign& campaign, const Contact& contact) {
-  return std::ranges::any_of(campaign.contact_names, [&](const std::string& text) {
-    const PixelName name(text);
+  return std::ranges::any_of(campaign.touch, [&](const Touch& touch) {
+    if (!touch.is_pixel) return false;
+    const PixelName name(campaign.contact_names[touch.contact]);
     const std::string& own = contact.kind == ContactKind::camera ? name.camera : name.board;
     return own.empty() || own == contact.name;
   });
@@ -75,8 +76,8 @@ std::vector<double> held_out_errors(const Robot& nominal, const CalibrationResul
     if (used.empty() || held_out.empty()) return {};
     try {
       const CalibrationResult fit = calibrate(nominal, campaign.select(used), result.set);
-      const std::vector<double> errors =
-          evaluate(fit.robot, campaign.select(held_out)).reading_errors();
+      const Campaign others = campaign.select(held_out);
+      const std::vector<double> errors = image_errors(evaluate(fit.robot, others), others);
       all.insert(all.end(), errors.begin(), errors.end());
     } catch (const std::invalid_argument&) {  // a camera or a board has too few images left
       return {};
@@ -105,7 +106,7 @@ std::vector<std::string> cameras_in_words(const Robot& nominal, const Calibratio
       if (std::string place = place_in_words(result, c, poses); !place.empty())
         words.push_back(std::move(place));
   std::string reprojection =
-      "reprojection, RMS: " + both_units(rms_of(evaluation.reading_errors()), campaign);
+      "reprojection, RMS: " + both_units(rms_of(image_errors(evaluation, campaign)), campaign);
   if (!identifies_links(result))
     if (const std::vector<double> errors = held_out_errors(nominal, result, campaign);
         !errors.empty())

@@ -117,9 +117,10 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
   const bool of_rows = !campaign.sigma_position.empty();
   const double stated =
       of_rows ? median(campaign.sigma_position) : stated_position_noise(robot, campaign);
-  const std::string where = campaign.has_pixels() ? of_rows ? "sigma_px" : "noise: pixel_px"
-                            : of_rows             ? "sigma_mm"
-                                                  : "noise: position_mm";
+  const std::string where = campaign.has_pixels_only() ? of_rows ? "sigma_px" : "noise: pixel_px"
+                            : campaign.has_pixels()    ? "sigma_mm and sigma_px"
+                            : of_rows                  ? "sigma_mm"
+                                                       : "noise: position_mm";
   if (stated <= 0) return "";
   const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;
   // Of replicates the sigma of the rows only weighs them.
@@ -330,7 +331,7 @@ std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
                                               const IdentifiableSet& set) {
   if (!campaign.has_touches_only()) return {};
-  if (campaign.has_pixels())
+  if (campaign.has_pixels_only())
     return {
         "images do not show where the frame R_A is, nor where the measured frame is on the flange: "
         "'base' and 'tool' are held as the robot file has them, and the places of cameras and "

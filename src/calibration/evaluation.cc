@@ -130,14 +130,15 @@ double share_of_points(const Campaign& campaign, const Evaluation& evaluation,
   if (!campaign.has_distances()) return 1;
   // A pixel is two numbers: the mean length of its noise, sqrt(pi / 2) per deviation, lies between
   // those of three and of one, sqrt(8 / pi) and sqrt(2 / pi).
-  if (campaign.has_pixels()) return std::numbers::pi / 2 - 1;
+  constexpr double kShareOfPixel = std::numbers::pi / 2 - 1;
   const std::vector<int>& first = evaluation.first_rows;
   if (first.empty()) return 0;
   double readings = 0, points = 0;
   for (size_t k = 0, begin = 0, end = 0; begin < rows.size(); ++k, begin = end) {
     while (end < rows.size() && (k + 1 == first.size() || rows[end] < first[k + 1])) ++end;
     readings += end > begin;
-    points += end > begin + 1;
+    if (end > begin + 1)
+      points += campaign.kind(rows[begin]) == ReadingKind::pixel ? kShareOfPixel : 1;
   }
   return points / std::max(1.0, readings);
 }
@@ -268,12 +269,60 @@ std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign
   return axes;
 }
 
-PoseErrors errors_of(const Robot& robot, const Campaign& campaign) {
-  const Evaluation evaluation = evaluate(robot, campaign);
+namespace {
+
+enum class KindWord { points, distances, touches, beams, images };
+constexpr std::array kKindWords{"points", "distances", "touches", "beams", kImages};
+
+KindWord word_of(const Campaign& campaign, int row) {
+  switch (campaign.kind(row)) {
+    case ReadingKind::distance:
+      return KindWord::distances;
+    case ReadingKind::touch:
+      return BeamName::is_one(campaign.contact_names[campaign.touch[row].contact])
+                 ? KindWord::beams
+                 : KindWord::touches;
+    case ReadingKind::pixel:
+      return KindWord::images;
+    case ReadingKind::point:
+    case ReadingKind::coordinate:
+      break;
+  }
+  return KindWord::points;
+}
+
+}  // namespace
+
+std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campaign& campaign) {
+  std::array<std::vector<double>, kKindWords.size()> all;
+  const std::vector<double> errors = evaluation.reading_errors();
+  const std::vector<int>& first = evaluation.first_rows;
+  for (size_t k = 0; k < errors.size(); ++k) {
+    const int row = first.empty() ? static_cast<int>(k) : first[k];
+    all[static_cast<size_t>(word_of(campaign, row))].push_back(errors[k]);
+  }
+  std::vector<KindErrors> kinds;
+  for (size_t word = 0; word < all.size(); ++word)
+    if (!all[word].empty()) kinds.push_back({kKindWords[word], std::move(all[word])});
+  return kinds;
+}
+
+std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& campaign) {
+  for (KindErrors& one : errors_by_kind(evaluation, campaign))
+    if (one.kind == kImages) return std::move(one.errors);
+  return {};
+}
+
+PoseErrors errors_of(const Evaluation& evaluation, const Campaign& campaign) {
   PoseErrors errors{summarize(evaluation.reading_errors()), std::nullopt,
-                    axis_errors(evaluation, campaign)};
+                    axis_errors(evaluation, campaign), errors_by_kind(evaluation, campaign),
+                    campaign.metre_per_pixel};
   if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
   return errors;
+}
+
+PoseErrors errors_of(const Robot& robot, const Campaign& campaign) {
+  return errors_of(evaluate(robot, campaign), campaign);
 }
 
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
@@ -292,12 +341,29 @@ NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& ro
 }
 
 double mean_error_of_noise(double deviation_per_axis, int axes) {
+  if (axes == 2) return deviation_per_axis * std::sqrt(std::numbers::pi / 2);
   return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
 }
 
 double NoiseFloor::mean_error() const {
   return points * mean_error_of_noise(position, 3) +
          (1 - points) * mean_error_of_noise(position, 1);
+}
+
+double mean_error(const NoiseFloor& noise, const Campaign& campaign) {
+  const std::vector<double>& own = campaign.sigma_position;
+  if (own.empty()) return noise.mean_error();
+  const double per_sigma = noise.position / median(own);
+  std::vector<int> first = campaign.first_rows_of_readings();
+  if (first.empty()) {
+    const double mean = std::accumulate(own.begin(), own.end(), 0.0) / campaign.rows();
+    return mean_error_of_noise(per_sigma * mean, campaign.reading_size().position);
+  }
+  first.push_back(campaign.rows());
+  double sum = 0;
+  for (size_t k = 0; k + 1 < first.size(); ++k)
+    sum += mean_error_of_noise(per_sigma * own[first[k]], first[k + 1] - first[k]);
+  return sum / static_cast<double>(first.size() - 1);
 }
 
 namespace {

@@ -335,7 +335,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   Robot ideal = ideal_structure(robot);
   if (campaign.has_touches()) {
     ideal = with_contacts_fitted(std::move(ideal), rows, FitContacts::all);
-    if (!campaign.has_pixels()) rows = moved_onto_contacts(ideal, rows);
+    rows = moved_onto_contacts(ideal, rows);
     if (rows.rows() == 0)
       throw std::invalid_argument(
           campaign.source +

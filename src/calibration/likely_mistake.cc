@@ -103,7 +103,8 @@ void attempt_contacts(const Robot& fitted, const Campaign& readings, Corrections
     return reads_point(fitted.chain.contacts[contacts[name].contact], contacts[name].point);
   };
   for (int name = 0; name < static_cast<int>(contacts.size()); ++name) {
-    if (!fitted.chain.contacts[contacts[name].contact].is_placed) continue;
+    if (!fitted.chain.contacts[contacts[name].contact].is_placed || contacts[name].board >= 0)
+      continue;
     const bool alike = std::ranges::all_of(readings.touch, [&](const Touch& touch) {
       return touch.contact >= 0 && reads_three(touch.contact) == reads_three(name) &&
              contacts[touch.contact].beam == contacts[name].beam;
@@ -171,8 +172,8 @@ std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& c
   attempt_joints(fitted.chain, corrections);
   attempt_lengths(own, corrections);
   attempt_targets(fitted, own, corrections);
-  if (own.has_touches() &&
-      !own.has_pixels())  // every pose that touches the same contact has joint angles that fit
+  // Every pose that touches the same contact has joint angles that fit.
+  if (own.kind(0) == ReadingKind::touch)
     attempt_contacts(fitted, own, corrections);
   else
     attempt_other_poses(campaign, readings, which, corrections);

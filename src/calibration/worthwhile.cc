@@ -79,8 +79,8 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
     return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
   };
   const bool finds_place = identifies(kFirstBaseParameter) || sound.has_touches_only();
-  const bool finds_tool =
-      identifies(layout_of(nominal.chain).tool) || sound.has_pixels() || sound.has_beams_only();
+  const bool finds_tool = identifies(layout_of(nominal.chain).tool) || sound.has_pixels_only() ||
+                          sound.has_beams_only();
   if (!finds_place || !finds_tool) return std::nullopt;
   constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
   const std::vector<int> first = sound.first_rows_of_readings();

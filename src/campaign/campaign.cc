@@ -37,7 +37,8 @@ Context Campaign::context(int row) const {
 
 ReadingKind Campaign::kind(int row) const {
   if (!has_distances()) return ReadingKind::point;
-  if (has_touches() && touch[row].contact >= 0) return ReadingKind::touch;
+  if (has_touches() && touch[row].contact >= 0)
+    return touch[row].is_pixel ? ReadingKind::pixel : ReadingKind::touch;
   return has_coordinates() && coordinate[row] ? ReadingKind::coordinate : ReadingKind::distance;
 }
 
@@ -55,7 +56,7 @@ bool Campaign::has_beams_only() const {
 
 int Campaign::quantity(int row) const {
   const ReadingKind of_row = kind(row);
-  if (of_row == ReadingKind::touch)
+  if (of_row == ReadingKind::touch || of_row == ReadingKind::pixel)
     return lengths(*this) + kAxes * touch[row].contact + std::max(0, touch[row].axis);
   if (of_row == ReadingKind::coordinate) return coordinate[row]->axis;
   return (has_coordinates() ? kAxes : 0) + (anchor.empty() ? 0 : anchor[row]);
@@ -80,6 +81,7 @@ namespace {
 int axis_of(const Campaign& campaign, int row) {
   switch (campaign.kind(row)) {
     case ReadingKind::touch:
+    case ReadingKind::pixel:
       return campaign.touch[row].axis;
     case ReadingKind::coordinate:
       return campaign.coordinate[row]->axis;
@@ -228,15 +230,14 @@ void require_drivers(const Campaign& campaign, const Effect& effect) {
 namespace {
 
 bool has_length(const Campaign& campaign, int row) {
-  return campaign.distance[row] > 0 || campaign.kind(row) == ReadingKind::touch;
+  return campaign.distance[row] > 0 || campaign.kind(row) != ReadingKind::distance;
 }
 
-// Each row for which `by_axis` holds `axes` times, as one row of each axis.
-template <typename ByAxis>
-Campaign with_axes(const Campaign& campaign, const ByAxis& by_axis, int axes = kAxes) {
+// Each row as many times as axes(row) says.
+template <typename Axes>
+Campaign with_axes(const Campaign& campaign, const Axes& axes) {
   std::vector<int> rows;
-  for (int row = 0; row < campaign.rows(); ++row)
-    rows.insert(rows.end(), by_axis(row) ? axes : 1, row);
+  for (int row = 0; row < campaign.rows(); ++row) rows.insert(rows.end(), axes(row), row);
   Campaign all = campaign.select(rows);
   all.skipped_rows = campaign.skipped_rows;
   return all;
@@ -245,26 +246,28 @@ Campaign with_axes(const Campaign& campaign, const ByAxis& by_axis, int axes = k
 }  // namespace
 
 void points_to_coordinates(Campaign& campaign) {
-  Campaign all = with_axes(campaign, [&](int row) { return !has_length(campaign, row); });
+  Campaign all =
+      with_axes(campaign, [&](int row) { return has_length(campaign, row) ? 1 : kAxes; });
   all.coordinate.resize(all.q.size());
   for (int row = 0, axis = 0; row < all.rows(); ++row) {
     if (has_length(all, row)) continue;
     all.coordinate[row] = Coordinate{axis, all.position[row][axis]};
     axis = (axis + 1) % kAxes;
   }
-  all.position.clear();
+  if (!all.has_pixels()) all.position.clear();
   campaign = std::move(all);
 }
 
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point) {
-  const auto touches_point = [&](const Campaign& readings, int row) {
-    return readings.kind(row) == ReadingKind::touch && is_point[readings.touch[row].contact];
+  const auto axes_of = [&](const Campaign& readings, int row) {
+    const Touch& touch = readings.touch[row];
+    if (touch.is_pixel) return 2;
+    return touch.contact >= 0 && is_point[touch.contact] ? kAxes : 1;
   };
-  const int axes = campaign.has_pixels() ? 2 : kAxes;
-  Campaign all = with_axes(
-      campaign, [&](int row) { return touches_point(campaign, row); }, axes);
+  Campaign all = with_axes(campaign, [&](int row) { return axes_of(campaign, row); });
   for (int row = 0, axis = 0; row < all.rows(); ++row) {
-    if (!touches_point(all, row)) continue;
+    const int axes = axes_of(all, row);
+    if (axes == 1) continue;
     all.touch[row].axis = axis;
     axis = (axis + 1) % axes;
   }
@@ -272,8 +275,8 @@ void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_poin
 }
 
 double stated_position_noise(const Robot& robot, const Campaign& campaign) {
-  return campaign.has_pixels() ? robot.noise.pixel * campaign.metre_per_pixel
-                               : robot.noise.position;
+  return campaign.has_pixels_only() ? robot.noise.pixel * campaign.metre_per_pixel
+                                    : robot.noise.position;
 }
 
 void for_each_visit(const Campaign& campaign, const VisitAction& action) {

@@ -26,7 +26,9 @@ std::vector<int> evenly_chosen(const std::vector<int>& rows, long count) {
 
 std::vector<int> readings_evenly_chosen(const Campaign& campaign, const std::vector<int>& rows,
                                         long count) {
-  if (!campaign.has_pixels()) return evenly_chosen(rows, count);
+  std::vector<int> pixels, others;
+  for (int row : rows) (campaign.kind(row) == ReadingKind::pixel ? pixels : others).push_back(row);
+  std::vector<int> chosen = evenly_chosen(others, count);
   std::vector<std::pair<std::string, std::string>> pair_of_name;  // camera and board
   for (const std::string& text : campaign.contact_names) {
     const PixelName name(text);
@@ -34,11 +36,10 @@ std::vector<int> readings_evenly_chosen(const Campaign& campaign, const std::vec
   }
   using Image = std::pair<int, int>;  // pose and repeat
   std::map<std::pair<std::string, std::string>, std::map<Image, std::vector<int>>> images;
-  for (int row : rows)
+  for (int row : pixels)
     images[pair_of_name[campaign.touch[row].contact]]
           [{campaign.pose[row], campaign.repeat.empty() ? 0 : campaign.repeat[row]}]
               .push_back(row);
-  std::vector<int> chosen;
   for (const auto& [pair, of_pair] : images) {
     const long available = std::ssize(of_pair), kept = std::min(available, kImagesOfPair);
     long place = 0;

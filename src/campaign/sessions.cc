@@ -24,15 +24,16 @@ namespace {
 
 void require_known_contacts(const Campaign& training, const Campaign& held_out) {
   // A corner that no training image shows is where its board is, a face where its artefact is.
-  const auto placed = [&](const std::string& name) {
+  const auto placed = [](const Campaign& campaign, const Touch& touch) {
+    const std::string& name = campaign.contact_names[touch.contact];
     const size_t slash = name.find('/');
-    return name.substr(0, held_out.has_pixels() ? name.find('/', slash + 1) : slash);
+    return name.substr(0, touch.is_pixel ? name.find('/', slash + 1) : slash);
   };
   std::set<std::string> known;
   for (const Touch& touch : training.touch)
-    if (touch.contact >= 0) known.insert(placed(training.contact_names[touch.contact]));
+    if (touch.contact >= 0) known.insert(placed(training, touch));
   for (const Touch& touch : held_out.touch)
-    if (touch.contact >= 0 && !known.contains(placed(held_out.contact_names[touch.contact])))
+    if (touch.contact >= 0 && !known.contains(placed(held_out, touch)))
       throw std::invalid_argument(
           held_out.source + ": the contact '" + held_out.contact_names[touch.contact] +
           "' has held-out poses but no training pose that shows where it is; touch it in more "

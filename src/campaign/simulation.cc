@@ -232,7 +232,7 @@ Campaign read_at(const std::vector<JointVector>& commanded, Robot truth,
   for (const Seen& seen : all) {
     if (options.images) campaign.position.emplace_back(seen.pixel.x(), seen.pixel.y(), 0);
     campaign.distance.push_back(seen.length);
-    campaign.touch.push_back({seen.name, -1});
+    campaign.touch.push_back({seen.name, -1, options.images});
   }
   return campaign;
 }

@@ -236,7 +236,7 @@ void ChangeProblem::enter_contact(const std::vector<int>& parameters, int first,
 // Whether one camera or board alone is at rest, and on the arm: it then is what base, or tool,
 // moves, and has the name of its own.
 std::array<bool, 2> ChangeProblem::named_by_images() const {
-  if (!models_.campaign().has_pixels()) return {false, false};
+  if (!models_.campaign().has_pixels_only()) return {false, false};
   std::array<int, 2> things{};
   for (int c = 0; c < std::ssize(start_.chain.contacts); ++c)
     if (!of_touched_contact(start_.chain, models_.campaign(), c).empty())

@@ -180,6 +180,9 @@ std::optional<KnownQuantity> known_quantity(std::string_view header) {
 }
 
 std::optional<KnownQuantity> stated_quantity(std::string_view ours) {
+  const auto is_axis = [](char c) { return c >= '1' && c <= '3'; };
+  if (ours.size() == 3 && ours[0] == 'r' && is_axis(ours[1]) && is_axis(ours[2]))  // of a matrix
+    return KnownQuantity{std::string(ours), UnitKind::none};
   const ColumnName name = column_name(ours);
   std::optional<KnownQuantity> quantity = quantity_of_stem(name.stem);
   // Here only armtrue's own names count: A1 is a name of theirs.

@@ -238,7 +238,7 @@ Campaign corners_of(const Campaign& stops, const SeenImages& seen, const ImageFo
     for (const SeenCorner& corner : image.corners) {
       campaign.position.emplace_back(corner.u, corner.v, 0);
       campaign.distance.push_back(0);
-      campaign.touch.push_back({corner.point, -1});
+      campaign.touch.push_back({corner.point, -1, true});
     }
   return campaign;
 }

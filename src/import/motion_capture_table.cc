@@ -166,6 +166,54 @@ PlainRow row_of(const TableLines& lines, const std::string& time, const Cells& c
   return row;
 }
 
+// ---- Qualisys
+
+// The column titles, each with its body; none of Frame, Time and the like.
+struct QualisysHeader {
+  Cells bodies, titles;
+};
+
+QualisysHeader read_qualisys_header(TableLines& lines) {
+  constexpr const char* kExport =
+      "; export from QTM to TSV with 'Include TSV header', 'Write column titles' and "
+      "'Export time data for every frame'";
+  if (!lines.next() ||
+      !(lines.text().starts_with("NO_OF_FRAMES") || lines.text().starts_with("FILE_VERSION")))
+    lines.fail(std::string("a file of Qualisys begins with NO_OF_FRAMES or FILE_VERSION") +
+               kExport);
+  Cells cells = lines.cells('\t');
+  while (std::ranges::find(cells, "Time") == cells.end()) {
+    if (cells[0] == "DATA_INCLUDED" && cells.size() > 1 && cells[1] != "3D" && cells[1] != "6D")
+      lines.fail("holds '" + cells[1] + "' data; export 3D or 6D data");
+    if (plain_number(cells[0], '.') || !lines.next())
+      lines.fail(std::string("no line above the data names a column Time") + kExport);
+    cells = lines.cells('\t');
+  }
+  QualisysHeader header;
+  while (!cells.empty() && cells.back().empty()) cells.pop_back();
+  std::string body;
+  for (const std::string& cell : cells) {
+    const size_t blank = cell.rfind(' ');
+    if (blank != cell.npos) body = trim_blanks(cell.substr(0, blank));
+    const bool is_of_all = cell == "Frame" || cell == "Time" || cell == "SMPTE";
+    header.bodies.push_back(is_of_all ? "" : body);
+    header.titles.push_back(blank == cell.npos ? cell : cell.substr(blank + 1));
+  }
+  return header;
+}
+
+// A rotation has no matrix of zeros.
+void blank_unseen(const std::vector<BodyColumn>& columns, PlainRow& row) {
+  bool has_rotation = false, is_seen = false;
+  for (size_t k = 0; k < columns.size(); ++k) {
+    if (!columns[k].name.starts_with("Rot[")) continue;
+    has_rotation = true;
+    const auto number = plain_number(row.cells[k + 1], '.');  // behind the time
+    is_seen = is_seen || !number || number->value != 0;
+  }
+  if (has_rotation && !is_seen) std::fill(row.cells.begin() + 1, row.cells.end(), "");
+}
+
 }  // namespace
 
 PlainTable read_motive(const std::string& path, const std::string& body) {
@@ -248,6 +296,36 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
   return table;
 }
 
+PlainTable read_qualisys(const std::string& path, const std::string& body) {
+  TableLines lines(path);
+  PlainTable table;
+  table.file = lines.file();
+  const QualisysHeader header = read_qualisys_header(lines);
+  table.header_line = lines.number();
+  const size_t count = header.titles.size();
+  const size_t time = std::ranges::find(header.titles, "Time") - header.titles.begin();
+  std::vector<BodyColumn> columns;
+  for (size_t k = 0; k < count; ++k)
+    if (!header.bodies[k].empty()) columns.push_back({k, header.bodies[k], header.titles[k]});
+  const std::vector<std::string> all = bodies_of(columns);
+  const std::string chosen = chosen_body(table, body, {}, all);
+  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  note_body(table, chosen, all);
+  table.columns.push_back({"Time", ""});
+  for (const BodyColumn& column : columns) table.columns.push_back({column.name, ""});
+  BlankLines blank;
+  while (lines.next()) {
+    if (blank.skips(lines, !table.rows.empty())) continue;
+    Cells cells = lines.cells('\t');
+    if (cells.size() == count + 1 && cells.back().empty()) cells.pop_back();
+    require_cells(lines, cells, count, table.header_line);
+    table.rows.push_back(row_of(lines, cells[time], cells, columns));
+    blank_unseen(columns, table.rows.back());
+  }
+  require_rows(table);
+  return table;
+}
+
 PlainTable read_instrument_table(const std::string& path, const Preset& preset,
                                  const std::string& body) {
   switch (preset.form) {
@@ -255,6 +333,8 @@ PlainTable read_instrument_table(const std::string& path, const Preset& preset,
       return read_spatial_analyzer(path);
     case TableForm::motive:
       return read_motive(path, body);
+    case TableForm::qualisys:
+      return read_qualisys(path, body);
     default:
       return read_vicon(path, preset.separators, body);
   }

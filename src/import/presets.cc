@@ -31,9 +31,11 @@ TableForm read_form(YamlMap& map) {
   for (const auto& [word, which] :
        {std::pair("header", TableForm::header),
         std::pair("spatial-analyzer", TableForm::spatial_analyzer),
-        std::pair("motive", TableForm::motive), std::pair("vicon", TableForm::vicon)})
+        std::pair("motive", TableForm::motive), std::pair("vicon", TableForm::vicon),
+        std::pair("qualisys", TableForm::qualisys)})
     if (form == word) return which;
-  map.fail("form", "'" + form + "' is none of header, spatial-analyzer, motive and vicon");
+  map.fail("form",
+           "'" + form + "' is none of header, spatial-analyzer, motive, vicon and qualisys");
 }
 
 PresetColumn read_column(YamlMap map, bool holds_joints) {
@@ -51,9 +53,10 @@ PresetColumn read_column(YamlMap map, bool holds_joints) {
   if (column.quantity == "q" && !holds_joints)
     map.fail("is", "'q' is a joint angle; a preset of points has none");
   if (!is_listed && !stated_quantity(column.quantity))
-    map.fail("is", "'" + column.quantity +
-                       "' is nothing that a reading has; give t, x, y, z, qw, qx, qy, qz, rx, ry, "
-                       "rz, pose, target, payload, dir1, temp_NAME or, of joint angles, q");
+    map.fail("is",
+             "'" + column.quantity +
+                 "' is nothing that a reading has; give t, x, y, z, qw, qx, qy, qz, rx, ry, "
+                 "rz, r11 to r33, pose, target, payload, dir1, temp_NAME or, of joint angles, q");
   if (is_listed && !counts_joints)
     map.fail("header", "'" + column.header +
                            "' does not say which joint: put {n} where the number stands that "

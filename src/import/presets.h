@@ -12,6 +12,7 @@ enum class TableForm {
   spatial_analyzer,  ///< not at all, see read_spatial_analyzer()
   motive,            ///< in several lines, see read_motive()
   vicon,             ///< in several lines, see read_vicon()
+  qualisys,          ///< below lines of facts, see read_qualisys()
 };
 
 /// Unit of columns whose header may state a wrong one: only an option says it.

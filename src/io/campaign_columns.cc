@@ -41,6 +41,7 @@ class ColumnFinder {
   CampaignColumns find() {
     find_needed();
     find_others();
+    check_beside_pixels();
     find_covariances();
     columns_.context.emplace(table_, joints_);
     used_.insert(columns_.context->used().begin(), columns_.context->used().end());
@@ -67,15 +68,12 @@ class ColumnFinder {
     columns_.q = find_encoders(table_, joints_);
     for (size_t j = 0; j < joints_.size(); ++j) need(columns_.q[j], joints_[j].encoder());
     columns_.pixel = {use(table_.find("u_px")), use(table_.find("v_px"))};
-    if (columns_.pixel[0] || columns_.pixel[1]) {
+    const bool has_pixels = columns_.pixel[0] || columns_.pixel[1];
+    if (has_pixels) {
       for (int i = 0; i < 2; ++i) need(columns_.pixel[i], i == 0 ? "u_px" : "v_px");
       columns_.corner = need(table_.find("corner"), "corner");
       columns_.camera = use(table_.find("camera"));
       columns_.board = use(table_.find("board"));
-      columns_.has_points = false;
-      if (!missing.empty()) table_.fail_missing(missing, used_);
-      refuse_beside_pixels();
-      return;
     }
     columns_.distance = use(table_.find_length("l"));
     columns_.contact = use(table_.find("contact"));
@@ -83,29 +81,45 @@ class ColumnFinder {
     if (columns_.beam && !columns_.contact) missing.emplace_back("contact");
     if (columns_.beam && !columns_.distance) missing.emplace_back("l_mm");
     for (int i = 0; i < 3; ++i) columns_.position[i] = table_.find_length(std::string(1, "xyz"[i]));
-    columns_.has_points = (!columns_.distance && !columns_.contact) || columns_.position[0] ||
-                          columns_.position[1] || columns_.position[2];
+    columns_.has_points = (!columns_.distance && !columns_.contact && !has_pixels) ||
+                          columns_.position[0] || columns_.position[1] || columns_.position[2];
     for (int i = 0; columns_.has_points && i < 3; ++i)
       need(columns_.position[i], std::string(1, "xyz"[i]) + "_mm");
     if (!missing.empty()) table_.fail_missing(missing, used_);
   }
 
-  void refuse_beside_pixels() const {
-    for (const char* other : {"x_mm", "y_mm", "z_mm", "x_m", "y_m", "z_m", "l_mm", "l_m", "contact",
-                              "beam", "target", "anchor", "a_deg", "qw", "sigma_mm", "sigma_deg"})
+  bool has_others_than_pixels() const {
+    return columns_.has_points || columns_.distance || columns_.contact;
+  }
+
+  void check_beside_pixels() const {
+    if (!columns_.corner) return;
+    for (const char* other : {"a_deg", "a_rad", "qw", "sigma_deg", "sigma_rad"})
       if (table_.find(other))
         throw InputError(source_ + ": has u_px and the column '" + other +
-                         "'; images are a file of their own, with sigma_px where rows state their "
-                         "noise: leave the column out");
+                         "'; beside images, readings have no orientations: leave the column out");
+    if (!has_others_than_pixels()) {
+      for (const char* other : {"target", "anchor", "sigma_mm", "sigma_m"})
+        if (table_.find(other))
+          throw InputError(source_ + ": has u_px and the column '" + other +
+                           "', but no other readings than images, whose rows state their noise as "
+                           "sigma_px: leave the column out");
+    } else if (!columns_.sigma_position || !columns_.sigma_pixel) {
+      throw InputError(source_ +
+                       ": images and other readings in one file also need the columns 'sigma_px', "
+                       "of each image row, and 'sigma_mm', of each other one: their standard "
+                       "deviations, by which they weigh against each other");
+    }
   }
 
   void find_others() {
     columns_.repeat = use(table_.find("repeat"));
-    if (!columns_.corner) columns_.target = use(table_.find("target"));
+    columns_.target = use(table_.find("target"));
     if (columns_.distance) columns_.anchor = use(table_.find("anchor"));
     columns_.session = use(table_.find("session"));
-    columns_.sigma_position = use(columns_.corner ? table_.find_either("sigma_px", 1, "sigma_px")
-                                                  : table_.find_length("sigma"));
+    columns_.sigma_position = use(table_.find_length("sigma"));
+    if (const auto sigma = columns_.corner ? use(table_.find("sigma_px")) : std::nullopt)
+      columns_.sigma_pixel = CsvTable::Quantity{*sigma, 1.0};
     columns_.sigma_orientation = use(table_.find_angle("sigma"));
     columns_.abc =
         group("an orientation by angles",
@@ -152,9 +166,9 @@ class ColumnFinder {
     refuse(of_rotation && !columns_.abc[0] && !columns_.quaternion[0],
            "cov_rxrx_deg2 and its like are of an orientation; add a_deg,b_deg,c_deg or "
            "qw,qx,qy,qz");
-    refuse(of_position && (columns_.distance || columns_.contact),
-           "cov_xx_mm2 and its like are of points and poses; give distances and contacts sigma_mm "
-           "in a file of their own");
+    refuse(of_position && (columns_.distance || columns_.contact || columns_.corner),
+           "cov_xx_mm2 and its like are of points and poses; give other readings sigma_mm or "
+           "sigma_px in a file of their own");
   }
 
   template <typename Found>

@@ -23,8 +23,8 @@ struct CampaignColumns {
   std::vector<std::optional<CsvTable::Quantity>> q;  ///< one for each joint
   std::array<std::optional<CsvTable::Quantity>, 3> position, abc;
   std::array<std::optional<int>, 4> quaternion;
-  /// sigma_position is in pixels where these are read.
   std::optional<CsvTable::Quantity> sigma_position, sigma_orientation;
+  std::optional<CsvTable::Quantity> sigma_pixel;  ///< of rows that are pixels
   /// Covariances of x, y, z, rx, ry, rz, the upper triangle row by row: each of the blocks of the
   /// position, of the rotation, and between both is there or not.
   std::array<std::optional<CsvTable::Quantity>, 21> covariance;

@@ -29,9 +29,10 @@ std::vector<int> numbers_of(const std::vector<std::string>& names, TextIndex& in
   return numbers;
 }
 
+// A row without a name, which needs none, gets that of number 0.
 void append_numbers(std::vector<int>& all, const std::vector<int>& part,
                     const std::vector<int>& numbers) {
-  for (int number : part) all.push_back(numbers[number]);
+  for (int number : part) all.push_back(number < 0 ? 0 : numbers[number]);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ namespace {
 
 constexpr double kUnitQuaternion = 1e-3;
 constexpr const char* kDeviation = "a standard deviation";
+constexpr int kNoName = -1;  // of what a row need not name
 constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
 using Quantity = CsvTable::Quantity;
@@ -62,6 +63,11 @@ class RowReader {
            !(table_.is_empty(*columns_.pixel[0]) && table_.is_empty(*columns_.pixel[1]));
   }
 
+  bool has_pixel_columns() const { return columns_.corner.has_value(); }
+  // Whether all rows fill `position`: points, and pixels, which wait there.
+  bool fills_position() const { return columns_.has_points || has_pixel_columns(); }
+  bool has_touch_columns() const { return columns_.contact || has_pixel_columns(); }
+
   bool has_point() const {
     const auto filled = [&](const auto& quantity) { return !table_.is_empty(quantity->column); };
     return columns_.has_points &&
@@ -89,10 +95,12 @@ class RowReader {
     else
       read_point();
     if (columns_.repeat) c.repeat.push_back(table_.integer(*columns_.repeat));
-    if (columns_.target) c.target.push_back(indices_.targets.of(table_.original(*columns_.target)));
+    if (columns_.target)
+      c.target.push_back(has_pixel() ? kNoName
+                                     : indices_.targets.of(table_.original(*columns_.target)));
     if (columns_.session) c.session.push_back(indices_.sessions.of(table_.original(*columns_.session)));
-    if (columns_.sigma_position)
-      c.sigma_position.push_back(positive(*columns_.sigma_position, kDeviation));
+    if (const auto& sigma = has_pixel() ? columns_.sigma_pixel : columns_.sigma_position)
+      c.sigma_position.push_back(positive(*sigma, kDeviation));
     if (columns_.sigma_orientation)
       c.sigma_orientation.push_back(positive(*columns_.sigma_orientation, kDeviation));
     read_covariance();
@@ -125,9 +133,9 @@ class RowReader {
 
   void read_point() {
     Campaign& c = part_.rows;
-    if (columns_.distance || columns_.contact) c.distance.push_back(0);
+    if (columns_.distance || has_touch_columns()) c.distance.push_back(0);
     if (columns_.anchor) c.anchor.push_back(0);
-    if (columns_.contact) c.touch.emplace_back();
+    if (has_touch_columns()) c.touch.emplace_back();
     c.position.emplace_back(table_.number(*columns_.position[0]),
                             table_.number(*columns_.position[1]),
                             table_.number(*columns_.position[2]));
@@ -149,8 +157,8 @@ class RowReader {
                   table_.quoted(columns_.distance->column) +
                       " stands beside a point; a row is either a distance or a "
                       "point: empty the other's cells");
-    if (columns_.has_points) c.position.emplace_back(0, 0, 0);
-    if (columns_.contact) c.touch.emplace_back();
+    if (fills_position()) c.position.emplace_back(0, 0, 0);
+    if (has_touch_columns()) c.touch.emplace_back();
     refuse_orientation();
     c.distance.push_back(positive(*columns_.distance, "a distance"));
     if (columns_.anchor) {
@@ -173,7 +181,7 @@ class RowReader {
                       " stands beside a contact; a distance from an anchor is a row of "
                       "its own: empty the cell");
     refuse_orientation();
-    if (columns_.has_points) c.position.emplace_back(0, 0, 0);
+    if (fills_position()) c.position.emplace_back(0, 0, 0);
     if (columns_.anchor) c.anchor.push_back(0);
     c.distance.push_back(has_distance() ? table_.number(*columns_.distance) : 0.0);
     const std::string contact(table_.original(*columns_.contact));
@@ -197,6 +205,11 @@ class RowReader {
     if (table_.is_empty(*columns_.corner))
       table_.fail(*columns_.corner,
                   "is empty; every pixel needs the id of its corner on the board");
+    if (has_point() || has_distance() || has_touch())
+      table_.fail(*columns_.pixel[0],
+                  table_.quoted(*columns_.pixel[0]) +
+                      " stands beside another reading; a row is one reading: give the corner a row "
+                      "of its own");
     const auto name = [&](const std::optional<int>& column) {
       return std::string(column ? table_.original(*column) : std::string_view());
     };
@@ -208,7 +221,8 @@ class RowReader {
     c.distance.push_back(0);
     c.metre_per_pixel = 1;
     const PixelName seen(name(columns_.camera), name(columns_.board), name(columns_.corner));
-    c.touch.push_back({indices_.contacts.of(seen.text()), -1});
+    if (columns_.anchor) c.anchor.push_back(0);
+    c.touch.push_back({indices_.contacts.of(seen.text()), -1, true});
   }
 
   void refuse_orientation() const {
@@ -276,7 +290,9 @@ class CampaignReader {
       throw InputError(campaign_.source + ": has no measured row (" +
                        std::to_string(campaign_.skipped_rows) + " without a measurement)");
     if (campaign_.contact_names.empty()) campaign_.touch.clear();
-    if ((columns_.distance || columns_.contact) && columns_.has_points) sort_kinds();
+    if (campaign_.target_names.empty()) campaign_.target.clear();
+    if ((columns_.distance || columns_.contact || columns_.corner) && columns_.has_points)
+      sort_kinds();
     check_weights();
     check_repeats();
     if (chain_) moved_by_turns_ = move_into_travel(campaign_.q, campaign_.pose, *chain_);
@@ -323,7 +339,7 @@ class CampaignReader {
     for (int row = 0; row < c.rows(); ++row)
       points += c.kind(row) == ReadingKind::distance && c.distance[row] == 0;
     if (points == 0) {
-      c.position.clear();
+      if (!c.has_pixels()) c.position.clear();
     } else if (points == c.rows()) {
       c.distance.clear();
       c.anchor.clear();
@@ -346,9 +362,9 @@ class CampaignReader {
 
   void check_weights() const {
     const Campaign& c = campaign_;
-    if (!c.has_touches() || columns_.sigma_position) return;
+    if (!c.has_touches() || c.has_pixels() || columns_.sigma_position) return;
     const auto of_beams = std::ranges::count_if(c.contact_names, BeamName::is_one);
-    if (of_beams > 0 && of_beams < std::ssize(c.contact_names) && !c.has_pixels())
+    if (of_beams > 0 && of_beams < std::ssize(c.contact_names))
       throw InputError(c.source +
                        ": beams and touches in one file also need the column 'sigma_mm', the "
                        "standard deviation of each row, by which they weigh against each other");

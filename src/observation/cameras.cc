@@ -46,7 +46,8 @@ std::map<Pair, std::vector<Image>> images_of(const Robot& robot, const Campaign&
   const RobotModel model(arm);
   std::map<std::tuple<Pair, int, int>, Image> images;
   for (int row = 0; row + 1 < campaign.rows(); ++row) {
-    if (campaign.touch[row].axis != 0 || campaign.touch[row + 1].axis != 1 ||
+    if (campaign.kind(row) != ReadingKind::pixel || campaign.touch[row].axis != 0 ||
+        campaign.touch[row + 1].axis != 1 ||
         campaign.touch[row + 1].contact != campaign.touch[row].contact)
       continue;  // one coordinate of a corner alone
     const ContactPoint& seen = matched[campaign.touch[row].contact];

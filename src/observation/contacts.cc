@@ -321,7 +321,7 @@ Robot with_beams_and_planes(Robot robot, const Campaign& campaign, FitContacts w
 
 Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which) {
   if (!campaign.has_touches()) return robot;
-  if (campaign.has_pixels()) return with_cameras_placed(std::move(robot), campaign, which);
+  if (campaign.has_pixels()) robot = with_cameras_placed(std::move(robot), campaign, which);
   std::vector<bool> known;  // of each contact, whether it has its place
   for (const Contact& contact : robot.chain.contacts)
     known.push_back(which == FitContacts::unknown && contact.is_placed);

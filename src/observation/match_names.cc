@@ -204,12 +204,14 @@ std::string why_unknown(const KinematicChain& chain, const std::string& text) {
 std::vector<ContactPoint> match_contacts(const Campaign& campaign, const KinematicChain& chain) {
   std::vector<ContactPoint> matched;
   for (const std::string& name : campaign.contact_names) {
-    const bool is_pixel = campaign.has_pixels();
-    auto found = is_pixel ? find_pixel(chain, name) : find_contact(chain, name);
-    if (!found && !is_pixel) found = find_beam_reading(chain, name);
-    if (!found)
-      fail_at(campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
-              is_pixel ? why_no_pixel(chain, name) : why_unknown(chain, name));
+    auto found = find_contact(chain, name);
+    if (!found) found = find_beam_reading(chain, name);
+    if (!found) found = find_pixel(chain, name);
+    if (!found) {
+      const size_t row = first_touch_of(campaign, static_cast<int>(matched.size()));
+      const bool is_pixel = row < campaign.touch.size() && campaign.touch[row].is_pixel;
+      fail_at(campaign, row, is_pixel ? why_no_pixel(chain, name) : why_unknown(chain, name));
+    }
     matched.push_back(*found);
   }
   return matched;
@@ -220,6 +222,7 @@ namespace {
 void require_arm_between(const Campaign& campaign, const KinematicChain& chain,
                          const std::vector<ContactPoint>& matched) {
   for (size_t k = 0; k < matched.size(); ++k) {
+    if (matched[k].board < 0) continue;
     const Contact &camera = chain.contacts[matched[k].contact],
                   &board = chain.contacts[matched[k].board];
     if (camera.on_arm == board.on_arm)
@@ -251,6 +254,7 @@ double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
   };
   std::map<std::tuple<int, int, int, int>, std::pair<Sums, Sums>> images;
   for (int row = 0; row < campaign.rows(); ++row) {
+    if (campaign.kind(row) != ReadingKind::pixel) continue;
     const ContactPoint& seen = matched[campaign.touch[row].contact];
     auto& [on_board, in_image] =
         images[{campaign.pose[row], campaign.repeat.empty() ? 0 : campaign.repeat[row],
@@ -269,20 +273,15 @@ double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
   return median(std::move(lengths));
 }
 
-void bind_pixels(Campaign& campaign, const KinematicChain& chain) {
-  if (!campaign.session_names.empty())
-    fail_at(campaign, 0,
-            "column 'session': images are of one session; leave the column out, and give a camera "
-            "or a board that was moved another name");
-  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
-  require_arm_between(campaign, chain, matched);
-  const double length = length_of_pixel(campaign, chain, matched);
-  touches_to_coordinates(campaign, std::vector<bool>(matched.size(), true));
-  for (int row = 0; row < campaign.rows(); ++row)
-    campaign.distance[row] = length * campaign.position[row][campaign.touch[row].axis];
-  for (double& sigma : campaign.sigma_position) sigma *= length;
+// Of pixels that are rows of one coordinate each.
+void scale_pixels(Campaign& campaign, double metre_per_pixel) {
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (campaign.kind(row) != ReadingKind::pixel) continue;
+    campaign.distance[row] = metre_per_pixel * campaign.position[row][campaign.touch[row].axis];
+    if (!campaign.sigma_position.empty()) campaign.sigma_position[row] *= metre_per_pixel;
+  }
   campaign.position.clear();
-  campaign.metre_per_pixel = length;
+  campaign.metre_per_pixel = metre_per_pixel;
 }
 
 }  // namespace
@@ -323,17 +322,23 @@ void require_beams_on_planes(const Campaign& campaign, const KinematicChain& cha
 
 void bind_touches(Campaign& campaign, const KinematicChain& chain) {
   if (!campaign.has_touches()) return;
-  if (campaign.has_pixels()) return bind_pixels(campaign, chain);
+  const bool has_pixels = campaign.has_pixels();
   if (!campaign.session_names.empty())
     fail_at(
         campaign, 0,
-        "column 'session': contacts are at rest beside the robot, and their readings are of one "
-        "session; leave the column out, and give a contact that was moved another name");
+        has_pixels
+            ? "column 'session': images are of one session; leave the column out, and give a "
+              "camera "
+              "or a board that was moved another name"
+            : "column 'session': contacts are at rest beside the robot, and their readings are of "
+              "one session; leave the column out, and give a contact that was moved another name");
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+  require_arm_between(campaign, chain, matched);
   require_beams_on_planes(campaign, chain, matched);
   std::vector<bool> is_point;
   for (const ContactPoint& touched : matched)
-    is_point.push_back(reads_point(chain.contacts[touched.contact], touched.point));
+    is_point.push_back(touched.board < 0 &&
+                       reads_point(chain.contacts[touched.contact], touched.point));
   for (int row = 0; row < campaign.rows(); ++row)
     if (campaign.kind(row) == ReadingKind::touch && campaign.distance[row] != 0 &&
         is_point[campaign.touch[row].contact])
@@ -341,7 +346,9 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain) {
           campaign, row,
           "column 'l_mm': a gauge shows how far the tool stands off a plane or a sphere, and '" +
               campaign.contact_names[campaign.touch[row].contact] + "' is a point; empty the cell");
+  const double length = has_pixels ? length_of_pixel(campaign, chain, matched) : 0;
   touches_to_coordinates(campaign, is_point);
+  if (has_pixels) scale_pixels(campaign, length);
 }
 
 }  // namespace armtrue

@@ -132,10 +132,12 @@ ObservationModel::At::Prediction ObservationModel::At::predict(
   predicted.position = frame.translation - model_.common_from_own_.translation;
   const Campaign& campaign = model_.campaign_;
   const ReadingKind kind = campaign.kind(row);
+  if (kind == ReadingKind::pixel) {
+    predict_pixel(row, a_from_measured, offset, predicted);
+    return predicted;
+  }
   if (kind == ReadingKind::touch) {
-    if (campaign.has_pixels())
-      predict_pixel(row, offset, predicted);
-    else if (model_.reads_beam(row))
+    if (model_.reads_beam(row))
       predict_beam(row, a_from_measured, offset, predicted);
     else
       predict_touch(row, offset, predicted);
@@ -168,6 +170,7 @@ ObservationModel::At::Prediction ObservationModel::At::predict(
       break;
     }
     case ReadingKind::touch:
+    case ReadingKind::pixel:
       break;
   }
   return predicted;
@@ -202,14 +205,15 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
                                                  Eigen::Ref<Eigen::VectorXd> column) const {
   const ReadingKind kind = model_.campaign_.kind(row);
   const bool is_length = kind != ReadingKind::point;
+  const bool is_of_contact = kind == ReadingKind::touch || kind == ReadingKind::pixel;
   const int first_anchor = first_anchor_parameter(robot_.chain);
   column.setZero();
   if (parameter >= first_contact_parameter(robot_.chain)) {
-    if (kind == ReadingKind::touch)
-      column[0] = (model_.campaign_.has_pixels() ? pixel_column(row, parameter, predicted)
-                                                 : touch_column(row, parameter, predicted)) /
-                  sigma;
-  } else if (kind == ReadingKind::touch && layout_.is_of_instrument(parameter)) {
+    if (kind == ReadingKind::pixel)
+      column[0] = pixel_column(row, parameter, predicted) / sigma;
+    else if (kind == ReadingKind::touch)
+      column[0] = touch_column(row, parameter, predicted) / sigma;
+  } else if (is_of_contact && layout_.is_of_instrument(parameter)) {
     return;
   } else if (parameter == layout_.instrument_scale) {
     const int size = is_length ? 1 : 3;
@@ -231,7 +235,7 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
                       : -predicted.scale *
                             predicted.direction.dot(model_.common_from_own_.rotation.col(which))) /
           sigma;
-  } else if (!model_.targets_.empty() && !model_.reads_beam(row)) {
+  } else if (!model_.targets_.empty() && model_.reads_target(row)) {
     const int target = (parameter - layout_.targets) / 3;
     const int axis = (parameter - layout_.targets) % 3;
     if (target != model_.targets_[model_.campaign_.target[row]]) return;

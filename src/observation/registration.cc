@@ -215,7 +215,7 @@ Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaig
   };
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row)
-    if (campaign.kind(row) != ReadingKind::touch) rows.push_back(row);
+    if (campaign.touch[row].contact < 0) rows.push_back(row);
   if (rows.empty()) return fitted(robot_at_row(robot, campaign, 0));
   Campaign seen = campaign.select(rows);
   seen.touch.clear();

@@ -123,7 +123,8 @@ double ObservationModel::At::touch_column(int row, int parameter,
 
 // The arm moves either the board, or the camera: then the point moves in its axes as if the arm
 // moved it the other way.
-void ObservationModel::At::predict_pixel(int row, const Eigen::VectorXd& offset,
+void ObservationModel::At::predict_pixel(int row, const Pose& measured,
+                                         const Eigen::VectorXd& offset,
                                          Prediction& predicted) const {
   const Touch touch = model_.campaign_.touch[row];
   const ContactPoint& which = model_.contacts_[touch.contact];
@@ -134,11 +135,11 @@ void ObservationModel::At::predict_pixel(int row, const Eigen::VectorXd& offset,
     intrinsics +=
         offset.segment<kIntrinsics>(first_contact_parameter(robot_.chain) +
                                     kParametersOfContact * which.contact + kFirstIntrinsic);
-  const Pose camera_place = place_of(which.contact, predicted.frame, offset);
+  const Pose camera_place = place_of(which.contact, measured, offset);
   const Eigen::Vector3d point =
-      place_of(which.board, predicted.frame, offset) * board.points[which.point].position;
+      place_of(which.board, measured, offset) * board.points[which.point].position;
   predicted.scale = 1.0;
-  predicted.lever = point - predicted.frame.translation;
+  predicted.lever = point - measured.translation;
   predicted.frame.translation = point;
   predicted.in_contact = camera_place.rotation.transpose() * (point - camera_place.translation);
   const PixelReading reading = project(camera.lens, intrinsics, predicted.in_contact);

@@ -44,7 +44,7 @@ Campaign image_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& 
         campaign.q.push_back(poses[pose].q);
         campaign.position.emplace_back(pixel.x(), pixel.y(), 0);
         campaign.distance.push_back(0);
-        campaign.touch.push_back({first_name[v] + point, -1});
+        campaign.touch.push_back({first_name[v] + point, -1, true});
       }
     }
   }

@@ -101,10 +101,12 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
           (cloud.options.images ? "camera sees a board" : "beam reads a plane") +
           ", their places say where");
     cloud.options.orientation = false;
-    cloud.robot.chain.targets.clear();
-    cloud.robot.chain.anchors.clear();
-    if (given.rows() > 0)
+    if (given.rows() == 0) {  // given readings may be of targets and anchors, too
+      cloud.robot.chain.targets.clear();
+      cloud.robot.chain.anchors.clear();
+    } else {
       cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
+    }
     if (cloud.options.beams) state_ranges(given, cloud.robot.chain);
   } else if (cloud.options.touches) {
     if (options.box)

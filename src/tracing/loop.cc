@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <utility>
 
@@ -296,11 +295,7 @@ void set_pattern(LoopResult& result) {
 void set_floor(const Training& training, LoopResult& result) {
   result.noise = training.quality.noise;
   result.lack_of_fit = training.quality.lack_of_fit;
-  result.floor = result.noise.mean_error();
-  if (const std::vector<double>& own = training.sound->sigma_position;
-      !own.empty())  // it is of the median
-    result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
-                    (static_cast<double>(own.size()) * median(own));
+  result.floor = mean_error(result.noise, *training.sound);
 }
 
 void set_parts(LoopResult& result) {

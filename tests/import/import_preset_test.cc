@@ -196,6 +196,72 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   EXPECT_FALSE(marker.has_orientation());
 }
 
+// Header, titles, first row and the order of the matrix after an export of
+// github.com/shiplab/dt_cv, data/basin/raw; the facts of 3D files after docs.qualisys.com, "Motion
+// data (.tsv)".
+std::string qualisys(const std::string& included, const std::string& titles,
+                     const std::string& rows) {
+  return "NO_OF_FRAMES\t3\nNO_OF_CAMERAS\t4\nFREQUENCY\t100\nDESCRIPTION\t--\n"
+         "TIME_STAMP\t2020-01-22, 17:47:17\t22107.99\nDATA_INCLUDED\t" +
+         included + "\n" + titles + "\n" + rows;
+}
+
+TEST(ImportPreset, RigidBodiesOfQualisysHaveTheirMatrixColumnByColumn) {
+  ImportOptions options = with({"qualisys"});
+  options.join = "order";
+  const std::string of_body =
+      "\tY\tZ\tRoll\tPitch\tYaw\tResidual\tRot[0]\tRot[1]\tRot[2]\tRot[3]\t"
+      "Rot[4]\tRot[5]\tRot[6]\tRot[7]\tRot[8]";
+  const std::string zeros = "\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0\t0";
+  const std::string table = qualisys(
+      "6D",
+      "BODY_NAMES\tPSVH\tcarriage 2\nFrame\tTime\tPSVH X" + of_body + "\tcarriage 2 X" + of_body,
+      "1\t0.00000\t-194.91974\t2.24150\t0.99661\t-0.65630\t0.09391\t0.05772\t4.98536\t1.00000\t"
+      "0.00099\t-0.00165\t-0.00101\t0.99993\t-0.01145\t0.00164\t0.01145\t0.99993" +
+          zeros +
+          "\n"
+          "2\t0.01000" +
+          zeros + zeros +
+          "\n"
+          "3\t0.02000\t-198.5\t1.5\t0.25\t0\t0\t0\t1\t0\t0\t-1\t1\t0\t0\t0\t-1\t0" +
+          zeros + "\n");
+  const std::string joints = kTwoJointRows + "30,0,0,0,0,0\n";
+  EXPECT_THAT(error_of(table, joints, options), HasSubstr("--body 'PSVH'"));
+  options.body = "PSVH";
+  const Campaign campaign = import_two(table, joints, options).campaign;
+  ASSERT_EQ(campaign.rows(), 2);  // in the second frame the body is hidden
+  EXPECT_NEAR(campaign.position[0].x(), -0.19491974, 1e-15);
+  EXPECT_EQ(campaign.time_s[1], 0.02);
+  const auto about = [](double degrees, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(degrees * kDegree, axis);
+  };
+  const Eigen::Quaterniond by_angles(about(-0.65630, Eigen::Vector3d::UnitX()) *
+                                     about(0.09391, Eigen::Vector3d::UnitY()) *
+                                     about(0.05772, Eigen::Vector3d::UnitZ()));
+  EXPECT_LT(campaign.orientation[0].angularDistance(by_angles), 3e-5);  // of five decimals
+  EXPECT_LT(campaign.orientation[1].angularDistance(kTurned), 1e-12);
+}
+
+TEST(ImportPreset, MarkersOfQualisysArePoints) {
+  ImportOptions options = with({"qualisys"});
+  options.join = "order";
+  options.body = "ball 1";
+  const std::string titles =
+      "MARKER_NAMES\tball 1\tfoot\nTRAJECTORY_TYPES\tMeasured\tMixed\n"
+      "Frame\tTime\tball 1 X\tball 1 Y\tball 1 Z\tfoot X\tfoot Y\tfoot Z";
+  const std::string rows = "1\t0.5\t10\t20\t30\t1\t2\t3\t\n2\t0.6\t11\t21\t31\t1\t2\t3\t\n";
+  const Campaign campaign =
+      import_two(qualisys("3D", titles, rows), kTwoJointRows, options).campaign;
+  EXPECT_NEAR(campaign.position[1].x(), 0.011, 1e-15);
+  EXPECT_FALSE(campaign.has_orientation());
+  EXPECT_THAT(error_of(qualisys("3D", "MARKER_NAMES\tball 1\tfoot", rows), kTwoJointRows, options),
+              HasSubstr("no line above the data names a column Time"));
+  EXPECT_THAT(error_of(qualisys("2D", titles, rows), kTwoJointRows, options),
+              HasSubstr("holds '2D' data"));
+  EXPECT_THAT(error_of("Frame\tTime\n1\t0\n", kTwoJointRows, options),
+              HasSubstr("begins with NO_OF_FRAMES"));
+}
+
 // Structure after `rostopic echo -p`: transforms as in a file of the tests of
 // github.com/MichaelGrupp/evo, joint states as public readers of such files name their columns
 // (%time, field.name0, field.position0). Units after sensor_msgs/JointState and REP 103; the stamps

@@ -16,7 +16,8 @@ its faces NAME/+x to NAME/-z, the middle at X,Y,Z, turned by KUKA's angles; what
 planes and faces outwards. `beam` reads how far a laser on the tool, whose zero is 7 mm off, is from each plane in turn, 50 to
 600 mm and by at most 60 deg off the normal. `look` takes images of a board of
 7 by 5 corners, 30 mm apart, by a camera on the arm, or at rest with the board on the arm; all corners are in the image, and the ids of a share of
-them are exchanged. Camera and board are in the same places for a seed, and with --other-poses too. Of a robot file with a
+them are exchanged. Camera and board are in the same places for a seed, and with --other-poses too; with --commands the poses are
+those of a table. Of a robot file with a
 `positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
 
@@ -341,17 +342,22 @@ def look(cell, options):
     cell.rng = rng
     writer = csv.writer(options.output, lineterminator="\n")
     writer.writerow(["pose", *cell.columns, "corner", "u_px", "v_px"])
+
+    def sights():
+        while True:
+            wanted = view(rng)
+            of_measured = after(rest, wanted if options.at_rest else inverse(wanted))
+            if values := go_to(cell, after(of_measured, inverse(mount))):
+                yield None, values
+
     pose = 0
-    while pose < options.poses:
-        wanted = view(rng)
-        of_measured = after(rest, wanted if options.at_rest else inverse(wanted))
-        values = go_to(cell, after(of_measured, inverse(mount)))
-        if not values:
-            continue
+    for name, values in commanded(cell, options) if options.commands else sights():
         measured = after(cell.frame(values), mount)
         seen = after(inverse(rest), measured) if options.at_rest else after(inverse(measured), rest)
         pixels = [pixel(moved(seen, corner), options.fisheye) for corner in corners]
         if None in pixels:
+            if options.commands:
+                sys.exit(f"pose {name} does not show the whole board")
             continue
         pose += 1
         ids = list(range(len(corners)))
@@ -361,16 +367,23 @@ def look(cell, options):
                 ids[corner], ids[other] = ids[other], ids[corner]
         for corner, (u, v) in zip(ids, pixels):
             u, v = u + rng.gauss(0, options.noise_px), v + rng.gauss(0, options.noise_px)
-            writer.writerow([pose, *(f"{value:.9f}" for value in cell.shown(values)), corner, f"{u:.4f}", f"{v:.4f}"])
+            writer.writerow([name or pose, *(f"{value:.9f}" for value in cell.shown(values)), corner, f"{u:.4f}", f"{v:.4f}"])
+        if not options.commands and pose == options.poses:
+            break
+
+
+def commanded(cell, options):
+    """The poses of the table --commands: name and joint values."""
+    for row in csv.DictReader(options.commands):
+        yield row["pose"], [float(row[column]) if column.endswith("_mm") else math.radians(float(row[column]))
+                            for column in cell.columns]
 
 
 def reach(cell, options):
     writer = csv.writer(options.output, lineterminator="\n")
     writer.writerow(["pose", "x_mm", "y_mm", "z_mm"])
-    for row in csv.DictReader(options.commands):
-        values = [float(row[column]) if column.endswith("_mm") else math.radians(float(row[column]))
-                  for column in cell.columns]
-        writer.writerow([row["pose"], *(f"{x:.6f}" for x in cell.frame(values)[1])])
+    for name, values in commanded(cell, options):
+        writer.writerow([name, *(f"{x:.6f}" for x in cell.frame(values)[1])])
 
 
 def numbers(text):

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
@@ -46,13 +47,30 @@ struct AxisErrors {
 /// rows.
 std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign);
 
+inline constexpr const char* kImages = "images";
+
+/// The errors of the readings of one kind.
+struct KindErrors {
+  std::string kind;            ///< points, distances, touches, beams or kImages
+  std::vector<double> errors;  ///< as those of Evaluation::reading_errors() [m]
+};
+
+/// Those of each kind that the campaign has.
+std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campaign& campaign);
+/// Those of images alone; empty without images.
+std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& campaign);
+
 /// Errors of a robot on some poses.
 struct PoseErrors {
   ErrorSummary position;                    ///< [m]
   std::optional<ErrorSummary> orientation;  ///< [rad]
   std::vector<AxisErrors> axes;             ///< [m]
+  std::vector<KindErrors> kinds;
+  double metre_per_pixel = 0;  ///< as Campaign::metre_per_pixel
 };
 
+/// The campaign has rows.
+PoseErrors errors_of(const Evaluation& evaluation, const Campaign& campaign);
 /// Throws std::invalid_argument as evaluate() does, and if the campaign has no rows.
 PoseErrors errors_of(const Robot& robot, const Campaign& campaign);
 
@@ -88,8 +106,12 @@ NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& ro
                                const Campaign& campaign);
 
 /// Mean length of an error that is normal noise only, with the standard deviation s per axis: s
-/// sqrt(8 / pi) for three axes, s sqrt(2 / pi) for one.
+/// sqrt(8 / pi) for three axes, s sqrt(pi / 2) for two, s sqrt(2 / pi) for one.
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);
+
+/// NoiseFloor::mean_error() of readings whose rows may state standard deviations: the mean over the
+/// readings, each with its own.
+double mean_error(const NoiseFloor& noise, const Campaign& campaign);
 
 /// Compares the residual of a fit with the noise of its readings; blunders are left out. The
 /// lack-of-fit p is the probability of a Q this large if the model were complete (Draper, Smith,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -23,15 +24,17 @@ enum class ReadingKind {
   point,       ///< the three coordinates of a point in R_A and, if the campaign has orientations,
                ///< the orientation of the measured frame: a pose
   distance,    ///< the distance of the point from an anchor
-  coordinate,  ///< one coordinate of a point; only in a campaign that has distances or touches too
-  touch,       ///< one number that a touch or an image reads, see ContactKind
+  coordinate,  ///< one coordinate of a point; only in a campaign that has other kinds too
+  touch,       ///< one number that a touch or a beam reads, see ContactKind
+  pixel,       ///< one coordinate of a corner in an image
 };
 
-/// The contact that a row touches, and the coordinate that it reads.
+/// The contact that a row touches or sees, and the coordinate that it reads.
 struct Touch {
-  int contact = -1;  ///< index into contact_names; -1: the row has no touch
-  int axis = -1;     ///< coordinate of a point, 0 to 2, or of a pixel, 0 or 1; -1 for a plane or a
-                     ///< sphere
+  int contact = -1;       ///< index into contact_names; -1: the row has no touch
+  int axis = -1;          ///< coordinate of a point, 0 to 2, or of a pixel, 0 or 1; -1 for a plane
+                          ///< or a sphere
+  bool is_pixel = false;  ///< the name of the contact is the text of a PixelName
 };
 
 /// What a pixel is of, as Campaign::contact_names has it: `left/plate/7` is the point 7 of the
@@ -97,10 +100,9 @@ struct Campaign {
   /// beam. The touch of a
   /// point becomes three rows. See touches_to_coordinates().
   std::vector<Touch> touch;
-  /// Only in a campaign of images, all of whose rows are pixels: how much of the board one pixel
-  /// shows, the median over the images. A pixel is a touch whose `distance` is its coordinate times
-  /// this number, so all lengths of readings are lengths at the board. See bind_touches(), before
-  /// which it is 1 and `position` holds the pixels.
+  /// Only in a campaign with images: how much of the board one pixel shows, the median over the
+  /// images. The `distance` of a pixel is its coordinate times this number, so it is a length at
+  /// the board. See bind_touches(), before which it is 1 and `position` holds the pixels.
   double metre_per_pixel = 0;
 
   // Optional columns.
@@ -134,12 +136,15 @@ struct Campaign {
 
   int rows() const { return static_cast<int>(q.size()); }
   bool has_orientation() const { return !orientation.empty(); }
-  /// True if each row reads one number (distance, touch, coordinate), not a point.
+  /// True if each row reads one number (distance, touch, coordinate, pixel), not a point.
   bool has_distances() const { return !distance.empty(); }
   bool has_coordinates() const { return !coordinate.empty(); }
   bool has_touches() const { return !touch.empty(); }
-  /// Whether all readings are pixels.
-  bool has_pixels() const { return metre_per_pixel > 0; }
+  /// Whether some, or all, readings are pixels.
+  bool has_pixels() const { return std::ranges::any_of(touch, &Touch::is_pixel); }
+  bool has_pixels_only() const {
+    return has_pixels() && std::ranges::all_of(touch, &Touch::is_pixel);
+  }
   /// Whether all readings are touches or pixels: then there is no instrument.
   bool has_touches_only() const;
   /// Whether all readings are of beams.
@@ -188,9 +193,9 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
 void require_drivers(const Campaign& campaign, const Effect& effect);
 
 /// Replaces each row that has a point by three rows, one per coordinate, in a campaign of points
-/// and distances or touches. Before the call, `position` and `distance` have all rows; a row with a
-/// point has the distance 0 and no touch. After it, `position` is empty and `coordinate` has all
-/// rows.
+/// and other readings. Before the call, `position` and `distance` have all rows; a row with a
+/// point has the distance 0 and no touch. After it, `coordinate` has all rows, and `position` is
+/// empty unless pixels wait there.
 void points_to_coordinates(Campaign& campaign);
 
 /// Replaces each touch of a point by three rows, one per coordinate, and each pixel by two.
@@ -198,7 +203,7 @@ void points_to_coordinates(Campaign& campaign);
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point);
 
 /// The noise that a robot file states for the readings of a campaign, per axis [m]; 0 without any.
-/// Of images it is that of a pixel, at the board.
+/// Of images alone it is that of a pixel, at the board.
 double stated_position_noise(const Robot& robot, const Campaign& campaign);
 
 /// Goes through the visits, in the order of the times or, without times, of the rows, and hands over

@@ -140,6 +140,10 @@ class ObservationModel {
     return campaign_.kind(row) == ReadingKind::touch &&
            contacts_[campaign_.touch[row].contact].beam >= 0;
   }
+  // Beams and cameras are mounted for themselves.
+  bool reads_target(int row) const {
+    return campaign_.kind(row) != ReadingKind::pixel && !reads_beam(row);
+  }
   int anchor_of(int row) const {
     return anchors_[campaign_.anchor.empty() ? 0 : campaign_.anchor[row]];
   }
@@ -223,7 +227,8 @@ class ObservationModel::At {
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
   void predict_beam(int row, const Pose& measured, const Eigen::VectorXd& offset,
                     Prediction& predicted) const;
-  void predict_pixel(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
+  void predict_pixel(int row, const Pose& measured, const Eigen::VectorXd& offset,
+                     Prediction& predicted) const;
   Pose place_of(int contact, const Pose& measured, const Eigen::VectorXd& offset) const;
   double touch_column(int row, int parameter, const Prediction& predicted) const;
   double pixel_column(int row, int parameter, const Prediction& predicted) const;

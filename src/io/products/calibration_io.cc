@@ -44,6 +44,16 @@ YAML::Node zone_node(const WeightedZone& weighted) {
                    {"readings_inside", whole_number(weighted.readings_inside)}});
 }
 
+// The spread of the readings of some kinds, of a row with their median stated noise [m].
+template <typename IsOf>
+double spread_of(const CalibrationResult& result, const Campaign& campaign, const IsOf& is_of) {
+  std::vector<double> own;
+  for (int row = 0; row < std::ssize(campaign.sigma_position); ++row)
+    if (is_of(campaign.kind(row))) own.push_back(campaign.sigma_position[row]);
+  if (own.empty()) return result.spread.position;
+  return result.spread.position * (median(std::move(own)) / median(campaign.sigma_position));
+}
+
 YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign,
                             const Evaluation& evaluation) {
   const Robot& robot = result.robot;
@@ -59,16 +69,23 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   for (size_t k = 0; k < result.observability.size(); ++k)
     observability["O" + std::to_string(k + 1)] = rounded(result.observability[k]);
   node["observability"] = flow(observability);
-  std::vector<FlowEntry> spread{{"position_mm", rounded(result.spread.position / kMillimetre)}};
+  std::vector<FlowEntry> spread{
+      {"position_mm",
+       rounded(spread_of(result, campaign,
+                         [](ReadingKind kind) { return kind != ReadingKind::pixel; }) /
+               kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.spread.orientation / kMilliradian));
   if (campaign.has_pixels())
-    spread.emplace_back("pixel_px", rounded(result.spread.position / campaign.metre_per_pixel));
+    spread.emplace_back(
+        "pixel_px", rounded(spread_of(result, campaign,
+                                      [](ReadingKind kind) { return kind == ReadingKind::pixel; }) /
+                            campaign.metre_per_pixel));
   node["residual_spread"] = flow_map(spread);
   node["residual_law"] = result.degrees_of_freedom > 0
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
                              : std::string("normal");
-  node["training"] = evaluation_node(evaluation, campaign);
+  node["training"] = errors_node(errors_of(evaluation, campaign));
   if (const auto scale = unseen_scale(robot, campaign))
     node["unseen_scale"] = unseen_scale_node(*scale);
   node["used_readings"] = training_rows_node(training_rows(campaign));
@@ -97,12 +114,11 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
 }
 
 void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFindings& findings) {
-  if (findings.nominal)
-    node["nominal"] = evaluation_node(evaluate(*findings.nominal, campaign), campaign);
+  if (findings.nominal) node["nominal"] = errors_node(errors_of(*findings.nominal, campaign));
   if (findings.quality) {
     const NoiseFloor& noise = findings.quality->noise;
     node["noise_floor"] = noise_node(noise);
-    node["floor_mm"] = rounded(noise.mean_error() / kMillimetre);
+    node["floor_mm"] = rounded(mean_error(noise, campaign) / kMillimetre);
     YAML::Node excluded(YAML::NodeType::Sequence);
     for (int row : findings.quality->blunders) excluded.push_back(whole_number(campaign.line[row]));
     node["excluded_rows"] = flow(excluded);

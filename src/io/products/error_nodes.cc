@@ -17,14 +17,6 @@ YAML::Node error_node(const ErrorSummary& errors, double unit) {
                    {"max", rounded(errors.max / unit)}});
 }
 
-YAML::Node errors_node(const ErrorSummary& position,
-                       const std::optional<ErrorSummary>& orientation) {
-  YAML::Node node;
-  node["position_mm"] = error_node(position, kMillimetre);
-  if (orientation) node["orientation_mrad"] = error_node(*orientation, kMilliradian);
-  return node;
-}
-
 YAML::Node axes_node(const std::vector<AxisErrors>& axes) {
   YAML::Node node;
   for (const AxisErrors& axis : axes)
@@ -34,19 +26,28 @@ YAML::Node axes_node(const std::vector<AxisErrors>& axes) {
   return node;
 }
 
-YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign) {
-  YAML::Node node = errors_node(summarize(evaluation.reading_errors()),
-                                evaluation.orientation.empty()
-                                    ? std::nullopt
-                                    : std::optional(summarize(evaluation.orientation)));
-  node["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
-  if (campaign.has_pixels()) add_pixels(evaluation, campaign, node);
+YAML::Node errors_node(const PoseErrors& errors) {
+  YAML::Node node;
+  node["position_mm"] = error_node(errors.position, kMillimetre);
+  if (errors.orientation) node["orientation_mrad"] = error_node(*errors.orientation, kMilliradian);
+  node["axes_mm"] = axes_node(errors.axes);
+  add_kinds(errors, node);
   return node;
 }
 
-void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node) {
-  node["pixel_px"] = error_node(summarize(evaluation.reading_errors()), campaign.metre_per_pixel);
-  node["mm_per_px"] = rounded(campaign.metre_per_pixel / kMillimetre);
+void add_kinds(const PoseErrors& errors, YAML::Node node) {
+  for (const KindErrors& own : errors.kinds)
+    if (own.kind == kImages) {
+      node["pixel_px"] = error_node(summarize(own.errors), errors.metre_per_pixel);
+      node["mm_per_px"] = rounded(errors.metre_per_pixel / kMillimetre);
+    }
+  if (errors.kinds.size() < 2) return;
+  for (const KindErrors& own : errors.kinds) {
+    YAML::Node kind;
+    kind["readings"] = whole_number(own.errors.size());
+    kind["position_mm"] = error_node(summarize(own.errors), kMillimetre);
+    node["by_kind"][own.kind] = kind;
+  }
 }
 
 YAML::Node unseen_scale_node(const UnseenScale& scale) {

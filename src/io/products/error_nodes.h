@@ -15,15 +15,13 @@ namespace armtrue {
 YAML::Node interval_node(const std::array<double, 2>& bounds, double unit);
 
 YAML::Node error_node(const ErrorSummary& errors, double unit);
-/// Of positions [m] and, where there are some, of orientations [rad].
-YAML::Node errors_node(const ErrorSummary& position,
-                       const std::optional<ErrorSummary>& orientation);
 /// Of each axis.
 YAML::Node axes_node(const std::vector<AxisErrors>& axes);
-/// Lengths, and each axis.
-YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign);
-/// Of images: the errors in pixels, beside those in mm at the board, and how much a pixel shows.
-void add_pixels(const Evaluation& evaluation, const Campaign& campaign, YAML::Node node);
+/// Lengths, each axis, and what add_kinds() adds.
+YAML::Node errors_node(const PoseErrors& errors);
+/// Of images the errors in pixels, beside those in mm at the board, and how much a pixel shows; of
+/// several kinds of readings the errors of each.
+void add_kinds(const PoseErrors& errors, YAML::Node node);
 /// What an unseen error of scale would cost.
 YAML::Node unseen_scale_node(const UnseenScale& scale);
 

@@ -46,17 +46,17 @@ Document write_summary(const Evaluation& evaluation, const Robot& robot, const C
   root["skipped_rows"] = whole_number(campaign.skipped_rows);
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
   root["noise_floor"] = noise_node(noise);
-  root["floor_mm"] = rounded(noise.mean_error() / kMillimetre);
-  root["position_mm"] = error_node(summarize(evaluation.reading_errors()), kMillimetre);
-  if (!evaluation.orientation.empty())
-    root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
+  root["floor_mm"] = rounded(mean_error(noise, campaign) / kMillimetre);
+  const PoseErrors errors = errors_of(evaluation, campaign);
+  root["position_mm"] = error_node(errors.position, kMillimetre);
+  if (errors.orientation) root["orientation_mrad"] = error_node(*errors.orientation, kMilliradian);
   if (!predictions.empty()) root["prediction"] = prediction_node(evaluation, campaign, predictions);
-  root["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
-  if (campaign.has_pixels()) add_pixels(evaluation, campaign, root);
+  root["axes_mm"] = axes_node(errors.axes);
+  add_kinds(errors, root);
   if (const auto scale = unseen_scale(robot, campaign))
     root["unseen_scale"] = unseen_scale_node(*scale);
   if (against) {
-    root["against"] = evaluation_node(evaluate(*against, campaign), campaign);
+    root["against"] = errors_node(errors_of(*against, campaign));
     root["against"]["robot"] = against->name;
   }
   return print_document(root);

@@ -12,16 +12,11 @@ namespace armtrue {
 namespace {
 
 YAML::Node stage_node(const Stage& stage, bool held_out) {
-  const auto node_of = [](const PoseErrors& errors) {
-    YAML::Node part = errors_node(errors.position, errors.orientation);
-    part["axes_mm"] = axes_node(errors.axes);
-    return part;
-  };
   YAML::Node node;
   node["name"] = stage.name;
   node["parameters"] = whole_number(stage.parameters);
-  node["training"] = node_of(stage.training);
-  if (held_out) node["held_out"] = node_of(stage.held_out);
+  node["training"] = errors_node(stage.training);
+  if (held_out) node["held_out"] = errors_node(stage.held_out);
   return node;
 }
 

@@ -16,7 +16,7 @@ namespace {
 // The axis of the coordinate that a row reads, of R_A or of an artefact; -1 of other rows.
 int axis_of(const Campaign& campaign, int row) {
   const ReadingKind kind = campaign.kind(row);
-  if (kind == ReadingKind::touch) return campaign.touch[row].axis;
+  if (kind == ReadingKind::touch || kind == ReadingKind::pixel) return campaign.touch[row].axis;
   return kind == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
 }
 
@@ -72,7 +72,7 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
   else if (columns.of_distances)
     text += ",";
   for (int i = 0; columns.of_pixels && i < 2; ++i) {
-    if (campaign.has_pixels() && i == axis)
+    if (campaign.kind(row) == ReadingKind::pixel && i == axis)
       add(residual[0], campaign.metre_per_pixel);
     else
       text += ",";
@@ -93,7 +93,7 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
 
 std::string write_residuals(const std::vector<Residuals>& campaigns) {
   const bool of_distances = std::ranges::any_of(campaigns, [](const Residuals& part) {
-    return part.campaign.has_distances() && !part.campaign.has_pixels();
+    return part.campaign.has_distances() && !part.campaign.has_pixels_only();
   });
   std::string text =
       "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
