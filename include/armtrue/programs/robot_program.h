@@ -216,6 +216,10 @@ RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> text
                            const KnownFrames& known, TargetParts parts = TargetParts::pose,
                            std::vector<ProgramText> others = {}, ProgramNeighbours neighbours = {});
 
+/// Throws InputError if a text begins a part that it does not end (Dialect::open_part): no
+/// controller loads it, and a copy that was cut off lacks moves.
+void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& texts);
+
 /// Leaves the moves to targets alone: an arc with either of its points. `why`: by the index of the
 /// target. They are no targets any more; what they use of declared points stays as it is.
 void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why);
