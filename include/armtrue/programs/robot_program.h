@@ -170,6 +170,12 @@ struct ProgramNeighbours {
   std::map<std::string, HandedFrames> leaves;  ///< routines of others that it calls
 };
 
+/// A call of a routine.
+struct ProgramCall {
+  int line = 0;  ///< in texts[0]
+  std::string routine;
+};
+
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
@@ -186,6 +192,9 @@ struct RobotProgram {
   std::vector<ProgramFrame> frames;
   std::vector<ProgramName> names;
   int own_model_line = 0;  ///< the first one that uses DialectFacts::own_model; 0: none does
+  /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set
+  /// before the call.
+  std::vector<ProgramCall> calls_not_given;
   int left_alone = 0;              ///< moves that the parser does not understand, and that may run
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
