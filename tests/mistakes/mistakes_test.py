@@ -617,6 +617,10 @@ TABLE = {
         krl(START, NEXT[0], "CHANGE_TOOL(2)", NEXT[0]), 0, "no text that is given has CHANGE_TOOL: if it sets $BASE or $TOOL"),
     "program that is cut off": (arm_program("line.src", "DEF line()", START, *NEXT), 1, "has no END"),
     "program without set_tcp": (ur(UR_START, *UR_NEXT, tool=None), 0, "no set_tcp stands before this move"),
+    "orientation of a map in rad": (
+        lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm", "1400,2200,-400,400,800,1600",
+                 "--grid", "2,2,2", "--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0", "--summary", "summary.yaml", "-o",
+                 "map.csv"), 0, "which is 90 deg in rad"),
     # certificates
     "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
