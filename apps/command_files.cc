@@ -237,10 +237,36 @@ void Command::warn_of_own_readings(const RobotFile& robot) {
            "new ones");
 }
 
+extern const std::vector<std::pair<const char*, const char*>> kShippedRobots;
+
+namespace {
+
+// Names the robot file of armtrue that the readings fit, if they do not fit the one that was given.
+std::string shipped_arm_in_words(const Robot& robot, const Campaign& campaign) {
+  constexpr int kMostRows = 10000;  // beyond, nobody waits for it
+  if (campaign.rows() > kMostRows || !may_be_another_arm(robot, campaign)) return "";
+  std::vector<Robot> arms;
+  for (const auto& [name, text] : kShippedRobots) arms.push_back(parse_robot(text, name));
+  const FittingArm found = arm_that_fits(arms, robot, campaign);
+  if (found.index < 0) return "";
+  return fmt::format(
+      "the points fit {} (config/robots/{}) to {:.3g} mm and {} to {:.3g} mm (median, base and "
+      "tool placed): is that the arm?",
+      arms[found.index].name, kShippedRobots[found.index].first, found.miss / kMillimetre,
+      robot.name, placed_miss(robot, campaign).value_or(0) / kMillimetre);
+}
+
+}  // namespace
+
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign) {
   const Findings found = find_mistakes(robot, campaign);
-  if (!found.errors.empty()) throw InputError(campaign.source + ": " + found.errors.front());
-  for (const std::string& warning : found.warnings) command.warn(campaign.source + ": " + warning);
+  const std::string source = campaign.source + ": ";
+  const std::string shipped = shipped_arm_in_words(robot, campaign);
+  if (!found.errors.empty())
+    throw InputError(source + found.errors.front() + (shipped.empty() ? "" : "; " + shipped));
+  for (const std::string& warning : found.warnings) command.warn(source + warning);
+  if (!shipped.empty()) command.warn(source + shipped);
+  command.arm_in_doubt = !found.other_arm.empty() || !shipped.empty();
 }
 
 void warn_of_all(Command& command, const std::vector<std::string>& doubts) {

@@ -70,6 +70,7 @@ class Command : public OptionGroup {
   std::uint64_t seed = 1;
   std::vector<double> new_sessions_s;
   bool verbose = false, quiet = false;
+  bool arm_in_doubt = false;  ///< refuse_mistakes() doubts that the robot file is of the arm
 
   /// Parses the arguments, then runs `work`. Returns the exit code of the process. An exception
   /// becomes a message on stderr and an exit code.

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/comparison_io.h"
@@ -19,14 +20,14 @@ RunFile read(app::Command& command, const std::string& path) {
   return run;
 }
 
-// Throws unless the numbers of both robots mean the same.
+// Throws unless the numbers of both robots mean the same and one of them is calibrated.
 void require_comparable(app::Command& command, const RunFile& before, const RunFile& after) {
-  for (const RunFile* run : {&before, &after})
-    if (run->robot->robot.std.empty())
-      throw InputError(run->name +
-                       ": states no standard deviations, so it is no calibrated robot; give what "
-                       "calibrate or close-loop --robot-out wrote");
   const Robot &one = before.robot->robot, &other = after.robot->robot;
+  if (!is_calibrated(one) && !is_calibrated(other))
+    throw InputError(fmt::format(
+        "{} and {}: neither states standard deviations, so none is a calibrated robot; one of them "
+        "may be a nominal robot file, the other what calibrate or close-loop --robot-out wrote",
+        before.name, after.name));
   const std::string why = why_not_comparable(one, before.name, other, after.name);
   if (!why.empty()) throw InputError(why);
   app::require_one_arm(command, one, before.name, other, after.name);

@@ -4,7 +4,9 @@
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/mistakes.h"
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/evaluation_io.h"
 #include "armtrue/io/products/residuals_io.h"
@@ -87,6 +89,13 @@ int run(app::Command& command, const Arguments& arguments) {
     against = command.read_robot(arguments.against).robot;
     app::require_same_joints(given, arguments.robot, *against, arguments.against);
   }
+  if (arguments.max_error_mm > kImplausibleMiss / kMillimetre)
+    command.warn(fmt::format("--max-error-mm {:g}: every arm meets it; is it in um?",
+                             arguments.max_error_mm));
+  if (against && is_calibrated(*against) && !is_calibrated(given))
+    command.warn(arguments.against + " is calibrated and " + arguments.robot +
+                 " is not: the gain of the second over the first is meant; exchange --robot and "
+                 "--against if it is not");
   const Campaign campaign = command.read_campaign(command.input, given);
   command.warn_of_training(file, campaign,
                            "their errors are what the fit left, not those of other poses");

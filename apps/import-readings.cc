@@ -1,6 +1,8 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/log_check.h"
 #include "armtrue/import/import_images.h"
 #include "armtrue/import/import_io.h"
 #include "armtrue/io/campaign_io.h"
@@ -48,6 +50,16 @@ ImportedReadings read_images(app::Command& command, const app::ImportArguments& 
                        });
 }
 
+// What calibrate would say of units and columns; the table is written all the same.
+std::vector<std::string> doubts_of(const ImportedReadings& readings,
+                                   const std::optional<Robot>& robot) {
+  const Campaign& campaign = readings.campaign;
+  if (!robot || campaign.position.empty()) return check_units(campaign, readings.joints);
+  std::vector<std::string> doubts = check_travel(*robot, campaign).errors;
+  if (doubts.empty()) doubts = diagnose(*robot, campaign);
+  return doubts;
+}
+
 int run(app::Command& command, app::ImportArguments arguments) {
   const bool has_images = !arguments.images.empty();
   app::complete(command, arguments);
@@ -60,6 +72,8 @@ int run(app::Command& command, app::ImportArguments arguments) {
   write_output(command.output, write_campaign(readings.campaign, readings.joints));
   if (!command.quiet) app::print_error(readings.mapping);
   for (const std::string& warning : readings.warnings) command.warn(warning);
+  for (const std::string& doubt : doubts_of(readings, arguments.import.robot))
+    command.warn((command.output == "-" ? "" : command.output + ": ") + doubt);
   return app::kSuccess;
 }
 

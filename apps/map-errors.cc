@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "armtrue/compensation/target_doubts.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/error_map_io.h"
 #include "armtrue/report/error_map_page.h"
@@ -90,6 +91,9 @@ int run(app::Command& command, app::MapArguments& arguments) {
   app::refuse_other_files(robot, controller, arguments);
   refuse_positioner(controller, arguments);
   app::warn_of_tool(command, arguments);
+  if (const auto turn = app::stated_orientation(arguments))
+    app::warn_of_all(command,
+                     {doubt_of_frame("of --orientation", Pose{*turn, Eigen::Vector3d::Zero()})});
   const std::optional<About> about = app::read_about(command, arguments.page);
   const std::optional<Eigen::Vector3d> part = app::part_of(arguments);
   const Mapped mapped = map_all(command, robot, controller, arguments);

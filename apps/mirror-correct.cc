@@ -52,17 +52,16 @@ std::vector<Path> without_bad(app::Command& command, const Path& programmed,
   return good;
 }
 
-Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& robot,
-                                      const MirrorOptions& options) {
+Eigen::Matrix3Xd corrected_from_force(app::Command& command, const PathFile& programmed,
+                                      const Robot& robot, const MirrorOptions& options) {
   if (!programmed.path.has_force())
     throw InputError(programmed.source +
                      ": --from-force needs the forces of the cut: add fx_n, fy_n and fz_n");
   return app::on_samples_of(programmed, [&] {
-    return correct_from_force(
-        programmed.path,
-        deviation_from_force(RobotModel(robot), joint_path(programmed.path, robot.chain),
-                             programmed.path.force),
-        options);
+    const Eigen::Matrix3Xd deviation = deviation_from_force(
+        RobotModel(robot), joint_path(programmed.path, robot.chain), programmed.path.force);
+    app::warn_of_forces(command, programmed, deviation, options);
+    return correct_from_force(programmed.path, deviation, options);
   });
 }
 
@@ -92,6 +91,7 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
       describe_passes(findings, inputs.programmed.path, paths(inputs.passes), earlier,
                       inputs.robot);
     });
+    if (findings.robot) app::warn_of_prediction(command, inputs.passes.front(), *findings.robot);
     command.tell(mirror_table(findings));
   }
   std::optional<Document> product;
@@ -109,10 +109,16 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
                                   app::page_head(command, *product, inputs.about)));
 }
 
+// No form error that is wanted is as large, and no arm errs so far [m].
+constexpr double kLargestGoal = 5e-3;
+
 int run(app::Command& command, const app::MirrorArguments& arguments) {
   MirrorFindings findings;
   findings.options = app::mirror_options(arguments);
   findings.goal = arguments.goal_mm * kMillimetre;
+  if (findings.goal > kLargestGoal)
+    command.warn(
+        fmt::format("--goal-mm {:g}: every arm meets it; is it in um?", arguments.goal_mm));
   const app::MirrorInputs inputs = app::read_mirror_inputs(command, arguments);
   for (const PathFile& pass : inputs.passes) {
     findings.files.push_back(pass.source);
@@ -125,7 +131,7 @@ int run(app::Command& command, const app::MirrorArguments& arguments) {
     findings.result = correct(command, inputs.programmed, inputs.passes, findings.options);
   else
     findings.result.position =
-        corrected_from_force(inputs.programmed, *inputs.robot, findings.options);
+        corrected_from_force(command, inputs.programmed, *inputs.robot, findings.options);
   const Eigen::Matrix3Xd& corrected = findings.result.position;
   // The correction is written before the further products, so that an error in one of them cannot
   // keep it back.

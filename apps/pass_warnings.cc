@@ -164,7 +164,9 @@ void check_frame(Command& command, const PathFile& programmed, const std::vector
 void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files) {
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t k = 0; k < i; ++k)
-      if (files[i]->sha256 == files[k]->sha256)
+      if (files[i]->sha256 == files[k]->sha256 ||
+          (files[i]->path.position.cols() == files[k]->path.position.cols() &&
+           files[i]->path.position == files[k]->path.position))
         command.warn(files[i]->source + " holds the same as " + files[k]->source +
                      " and is taken for a pass of its own; name the program and each record once");
 }
@@ -247,6 +249,34 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
         "correction is lost",
         passes.front().source, result.before.rms / kMillimetre,
         result.deviation.noise / kMillimetre));
+}
+
+void warn_of_prediction(Command& command, const PathFile& pass, const ForceLine& measured) {
+  constexpr double kMostTimes = 3, kLeastShare = 0.2;  // of a model that is only rough, with noise
+  if (!measured.k) return;
+  const double times = measured.k->value;
+  if (times > 1 / kMostTimes && times < kMostTimes && measured.r2 > kLeastShare) return;
+  command.warn(
+      fmt::format("{}: the tool deviates {:.3g} times as far as --robot predicts from the force, "
+                  "which explains "
+                  "{:.0f} % of it: check unit and axes of fx_n, fy_n and fz_n, and the robot file",
+                  pass.source, times, 100 * std::max(0.0, measured.r2)));
+}
+
+void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
+                    const MirrorOptions& options) {
+  constexpr double kNothing = 1e-6, kTooMuch = 0.02;  // m: no arm bends so under a cut
+  const double most = deviation.colwise().norm().maxCoeff();
+  const std::string found = fmt::format(
+      "{}: the forces, {:.3g} N at most, make the tool deviate by up to {:.3g} mm",
+      programmed.source, programmed.path.force.colwise().norm().maxCoeff(), most / kMillimetre);
+  if (most < kNothing)
+    command.warn(found + ", which is nothing: are they in N, and has --robot effects of them?");
+  if (most > kTooMuch)
+    command.warn(found + ", as no arm does that cuts: are they in N?");
+  else if (most > options.max)
+    command.warn(fmt::format("{}, and no correction is longer than {:g} mm (--max-mm)", found,
+                             options.max / kMillimetre));
 }
 
 void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResult& result) {

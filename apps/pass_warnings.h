@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/path/mirror/force_law.h"
 #include "armtrue/path/mirror/mirror.h"
 #include "armtrue/path/samples/bad_samples.h"
 #include "command_line.h"
@@ -43,6 +44,15 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
 /// A stretch that no sample covers is not corrected; a gap inside a record is interpolated. Between
 /// samples of the program the correction is straight.
 void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResult& result);
+
+/// Warns if the robot file hardly predicts what the passes show: the forces are in another unit, or
+/// their axes are exchanged.
+void warn_of_prediction(Command& command, const PathFile& pass, const ForceLine& measured);
+
+/// Of --from-force: warns if the deviation that the forces make is none of an arm, as of forces in
+/// kN or mN. `deviation`: of each sample [m].
+void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
+                    const MirrorOptions& options);
 
 /// Warns if --max-mm is so small that hardly anything is corrected, as one in m is.
 void warn_of_clipping(Command& command, const MirrorResult& result, const MirrorOptions& options);

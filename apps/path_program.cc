@@ -76,6 +76,7 @@ RobotProgram read_path_program(Command& command, const PathProgramArguments& arg
   std::vector<ProgramText> texts =
       command.read_program_texts(arguments.path, "", !dialect.facts().data_list.empty());
   refuse_mark(texts, Corrector::mirror, kInsteadOfCorrected);
+  refuse_cut_off(dialect, texts);
   RobotProgram program = parse_program(dialect, std::move(texts), {}, TargetParts::position);
   refuse_check_digits(program, Corrector::mirror, kInsteadOfCorrected);
   check_program_out(command, arguments, program);

@@ -67,6 +67,9 @@ void warn_of_tool(Command& command, const ProgramArguments& arguments) {
   if (const std::string doubt = doubt_of_tool("of --tool", pose_from_numbers(arguments.tool));
       !doubt.empty())
     command.warn(doubt);
+  if (const std::string doubt = doubt_of_frame("of --base", pose_from_numbers(arguments.base));
+      !doubt.empty())
+    command.warn(doubt);
 }
 
 void add_conditions(Command& command, ProgramArguments& arguments) {

@@ -89,6 +89,7 @@ class Project {
       if (const ProgramText* const dat = dat_of(text.name)) own.push_back(*dat);
     RobotProgram program;
     try {
+      refuse_cut_off(dialect, own);
       program = parse_program(dialect, own, known_, TargetParts::pose,
                               texts_of_others(dialect, texts_, text.name), neighbours_[text.name]);
     } catch (const NoTargets& error) {

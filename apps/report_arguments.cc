@@ -26,7 +26,7 @@ std::optional<About> read_about(Command& command, const ReportArguments& argumen
 
 PageHead page_head(const Command& command, const Document& product,
                    const std::optional<About>& about) {
-  return {product, command.provenance().warnings, about};
+  return {product, command.provenance().warnings, about, command.arm_in_doubt};
 }
 
 void write_report(const Command& command, const ReportArguments& arguments, const Report& report) {

@@ -170,6 +170,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
                      dialect.facts().name + "; give it an ending of this language");
   std::vector<ProgramText> texts = command.read_program_texts(files.path, files.dat, has_data_list);
   refuse_corrected_texts(texts);
+  refuse_cut_off(dialect, texts);
   const std::vector<ProgramText> others = read_others(command, texts, files);
   RobotProgram program = parse_with(dialect, std::move(texts), others, known);
   refuse_corrected_points(program);

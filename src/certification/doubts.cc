@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/units.h"
@@ -260,14 +261,36 @@ std::vector<std::string> doubts_of(const About& about) {
   check("mpe_um at the range of the readings",
         (stated.mpe_constant + stated.mpe_per_metre * range) / kMicro, 1, 2000, "um",
         "{constant: 15, per_m: 6} of a laser tracker");
-  if (doubts.empty())  // else that says it
+  if (doubts.empty()) {  // else that says it
+    check("mpe_um: constant", stated.mpe_constant / kMicro, 0.1, 2000, "um", "15");
     check("mpe_um: per_m", stated.mpe_per_metre / kMicro, 0.1, 1000, "um", "6");
+  }
   check("noise_mm", stated.noise.value_or(0) / kMillimetre, 1e-4, 2, "mm", "0.01");
   check("mounting_mm", stated.mounting / kMillimetre, 1e-4, 2, "mm", "0.01");
   check("temperature: within_k", stated.temperature_half_width, 0, 60, "K", "1");
   check("temperature: length_mm", stated.length / kMillimetre, 50, 20000, "mm", "2500");
   check("range_mm", about.range.value_or(0) / kMillimetre, 50, 200000, "mm", "4000");
   return doubts;
+}
+
+std::string doubt_of_type(const About& about, const std::string& robot) {
+  const auto numbers_in = [](const std::string& text) {
+    std::set<std::string> numbers;
+    const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+    for (size_t at = 0; at < text.size();) {
+      size_t end = at;
+      while (end < text.size() && is_digit(text[end])) ++end;
+      if (end > at) numbers.insert(text.substr(at, end - at));
+      at = std::max(end, at + 1);
+    }
+    return numbers;
+  };
+  const std::set<std::string> stated = numbers_in(about.type), own = numbers_in(robot);
+  const bool is_shared =
+      std::ranges::any_of(stated, [&](const std::string& number) { return own.contains(number); });
+  if (stated.empty() || own.empty() || is_shared) return "";
+  return fmt::format("robot: type is {}, and that of --robot {}: is it this arm?", about.type,
+                     robot);
 }
 
 }  // namespace armtrue

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <ranges>
 #include <span>
@@ -20,6 +21,7 @@ namespace {
 
 // The flange is no tool, and no tool reaches as little beyond it.
 constexpr double kShortestTool = 1e-3;  // m
+constexpr double kNearestFrame = 0.01;  // m, from R_0 where it is not R_0: 10 m in m
 constexpr double kSmallestPart = 3e-3;  // m, about the origin of its frame: a part of 3 m in m
 
 std::vector<double> values_of(const ProgramPoint& point) {
@@ -104,21 +106,25 @@ void check_points(const RobotProgram& program, std::vector<std::string>& doubts)
     doubts.push_back(doubt_of_metres(file, line, points, farthest));
 }
 
-void check_tools(const RobotProgram& program, const CompensationOptions& options, bool has_tool,
-                 std::vector<std::string>& doubts) {
+void check_frames(const RobotProgram& program, const CompensationOptions& options, bool has_tool,
+                  std::vector<std::string>& doubts) {
   const std::string& file = program.texts[0].name;
-  std::vector<bool> is_tool(program.frames.size());
+  std::vector<bool> is_tool(program.frames.size()), is_base(program.frames.size());
   const ProgramTarget* without = nullptr;
   for (const ProgramTarget& target : program.targets) {
+    if (target.base >= 0) is_base[target.base] = true;
     if (target.tool >= 0)
       is_tool[target.tool] = true;
     else if (!without && target.kind == TargetKind::cartesian)
       without = &target;
   }
-  for (size_t k = 0; k < is_tool.size(); ++k)
-    if (const ProgramFrame& frame = program.frames[k]; is_tool[k] && frame.is_known)
-      if (std::string doubt = doubt_of_tool(frame.name, frame.pose); !doubt.empty())
-        doubts.push_back(file + ": " + doubt);
+  for (size_t k = 0; k < is_tool.size(); ++k) {
+    const ProgramFrame& frame = program.frames[k];
+    if (!frame.is_known || !(is_tool[k] || is_base[k])) continue;
+    const std::string doubt =
+        is_tool[k] ? doubt_of_tool(frame.name, frame.pose) : doubt_of_frame(frame.name, frame.pose);
+    if (!doubt.empty()) doubts.push_back(file + ": " + doubt);
+  }
   if (!without || has_tool || options.tool_is_measured) return;
   if (const std::string& setting = program.dialect->facts().sets_active_tool; !setting.empty())
     doubts.push_back(fmt::format(
@@ -126,6 +132,24 @@ void check_tools(const RobotProgram& program, const CompensationOptions& options
         "then; the commands hold for the flange alone. Give --tool=x,y,z,a,b,c (--tool=0,0,0,0,0,0 "
         "if it is the flange)",
         file, without->line, setting));
+}
+
+void check_calls(const RobotProgram& program, std::vector<std::string>& doubts) {
+  if (program.calls_not_given.empty()) return;
+  constexpr size_t kShown = 3;
+  std::vector<std::string> names;
+  for (const ProgramCall& call : program.calls_not_given)
+    if (std::ranges::find(names, call.routine) == names.end()) names.push_back(call.routine);
+  std::string listed;
+  for (size_t k = 0; k < std::min(kShown, names.size()); ++k)
+    listed += (k == 0 ? "" : ", ") + names[k];
+  if (names.size() > kShown) listed += fmt::format(" and {} more", names.size() - kShown);
+  const DialectFacts& facts = program.dialect->facts();
+  doubts.push_back(fmt::format(
+      "{}:{}: no text that is given has {}: if it sets {} or {}, as a change of the tool does, the "
+      "moves behind the call are corrected with the wrong ones; give its text (--with)",
+      program.texts[0].name, program.calls_not_given.front().line, listed, facts.frame,
+      facts.tool));
 }
 
 constexpr double kSamePlace = 1e-3;                // m
@@ -161,9 +185,23 @@ std::string numbers_of(const Pose& pose) {
   return text;
 }
 
+// People write quarters and eighths of a turn: 1.5708 as a number of degrees is one of them in rad.
+std::string doubt_of_turn(const std::string& name, const Pose& pose) {
+  constexpr double kEighth = std::numbers::pi / 4, kRounding = 5e-3;  // 1.57
+  const Eigen::Vector3d degrees = abc_from_rotation(pose.rotation) / kDegree;
+  for (const double angle : degrees) {
+    const double eighths = std::round(std::abs(angle) / kEighth);
+    if (eighths >= 1 && eighths <= 4 && std::abs(std::abs(angle) - eighths * kEighth) < kRounding)
+      return fmt::format("{} is turned by {:.6g} deg, which is {:g} deg in rad: is it in rad?",
+                         name, angle, eighths * 45);
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string doubt_of_tool(const std::string& name, const Pose& tool) {
+  if (std::string doubt = doubt_of_turn("the tool " + name, tool); !doubt.empty()) return doubt;
   const double length = tool.translation.norm();
   if (length == 0 || length >= kShortestTool) return "";
   return fmt::format(
@@ -171,12 +209,21 @@ std::string doubt_of_tool(const std::string& name, const Pose& tool) {
       length / kMillimetre);
 }
 
+std::string doubt_of_frame(const std::string& name, const Pose& frame) {
+  if (std::string doubt = doubt_of_turn("the frame " + name, frame); !doubt.empty()) return doubt;
+  const double away = frame.translation.norm();
+  if (away == 0 || away >= kNearestFrame) return "";
+  return fmt::format("the frame {} stands {:.3g} mm from R_0: is it in m? Give it in mm", name,
+                     away / kMillimetre);
+}
+
 std::vector<std::string> doubts_of_program(const RobotProgram& program,
                                            const CompensationOptions& options, bool has_tool) {
   std::vector<std::string> doubts;
   check_joints(program, doubts);
   check_points(program, doubts);
-  check_tools(program, options, has_tool, doubts);
+  check_frames(program, options, has_tool, doubts);
+  check_calls(program, doubts);
   return doubts;
 }
 

@@ -121,6 +121,10 @@ std::vector<Hypothesis> length_hypotheses(const KinematicChain& chain, bool of_d
                         [](Robot&, Campaign& c) { scale_lengths(c, 25.4); }});
   hypotheses.push_back({"the lengths look like centimetres under a _mm name; convert them",
                         [](Robot&, Campaign& c) { scale_lengths(c, 10); }});
+  hypotheses.push_back({"the lengths are 25.4 times too large, as mm that were taken for inches",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 1 / 25.4); }});
+  hypotheses.push_back({"the lengths are 10 times too large, as mm that were taken for centimetres",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 0.1); }});
   hypotheses.push_back(
       {looks_like_metres(chain) ? "the lengths of the robot file look like metres under _mm names; "
                                   "multiply its d_mm and r_mm by 1000"

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "armtrue/calibration/identified_values.h"
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
@@ -231,10 +232,18 @@ bool has_curve(const Robot& robot) {
   });
 }
 
+// Whether one run is the robot file from which calibrations start, or another with such values.
+bool has_nominal(const ComparedRun& before, const ComparedRun& after) {
+  return before.robot && after.robot &&
+         !(is_calibrated(*before.robot) && is_calibrated(*after.robot));
+}
+
 // Why a change of a number may be none of the arm.
 std::vector<std::string> why_untested(const ComparedRun& before, const ComparedRun& after,
                                       const RunComparison& found) {
   std::vector<std::string> reasons;
+  if (has_nominal(before, after))
+    return {"one of the files has nominal values, which have no standard deviations"};
   if (found.readings == Shared::all)
     reasons.emplace_back(
         "both runs are of the same readings: they differ by their models, and standard deviations "
@@ -339,8 +348,12 @@ std::string arms_in_words(const ArmDifference& arm) {
   return fmt::format("{} at the tool on average, {} at most", mm(arm.mean), mm(arm.max));
 }
 
-std::string sentence_of_arm(const RunComparison& found, const KinematicChain& chain) {
+std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
+                            const KinematicChain& chain) {
   const ArmDifference& arm = *found.arm;
+  if (is_from_nominal)
+    return fmt::format("The calibrated arm differs from the nominal one by {}.",
+                       arms_in_words(arm));
   if (found.readings == Shared::all)
     return fmt::format("Two models of the same readings: they differ by {}.", arms_in_words(arm));
   if (!found.untested.empty())
@@ -466,6 +479,11 @@ Shared shared_readings(const ComparedRun& before, const ComparedRun& after) {
 
 std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after) {
   std::vector<std::string> notes;
+  if (has_nominal(before, after))
+    return {
+        fmt::format("{} states no standard deviations: its values are nominal ones, and what "
+                    "differs is what the calibration found.",
+                    is_calibrated(*before.robot) ? "The later file" : "The earlier file")};
   switch (shared_readings(before, after)) {
     case Shared::all:
       notes.emplace_back("Both runs are of the same readings: two models of one campaign.");
@@ -584,7 +602,7 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
     if (parameter.of_arm && parameter.number.moved())
       parameter.at_tool =
           mean_arm_difference(*before.robot, with_change(*before.robot, parameter), at);
-  found.sentence = sentence_of_arm(found, after.robot->chain);
+  found.sentence = sentence_of_arm(found, has_nominal(before, after), after.robot->chain);
   if (found.errors) found.sentence += " " + sentence_of_errors(*before.errors, *after.errors);
   return found;
 }

@@ -60,8 +60,10 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (!suspicion) suspicion = find_rounded_readings(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
   if (!suspicion)
-    if (const auto unlikely = find_unlikely_change(robot, *fit))
+    if (const auto unlikely = find_unlikely_change(robot, *fit)) {
       found.warnings.push_back(*unlikely);
+      found.other_arm = *unlikely;
+    }
   return found;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/effects/gravity_basis.h"
+
 namespace armtrue {
 
 bool is_lasting_of_instrument(const Effect& effect) {
@@ -31,6 +33,14 @@ int group_size(const Parameter& parameter) {
       break;
   }
   return 1;
+}
+
+bool has_gravity_basis(const Effect& effect) {
+  const DriverKind driver = effect.driver.kind;
+  if (effect.shape.kind != ShapeKind::linear) return false;
+  const auto coefficients = std::ssize(effect.coefficients);
+  if (driver == DriverKind::moment) return coefficients > 1;  // of a group the vector has one
+  return driver == DriverKind::gravity_torque && coefficients > group_size(effect.parameter);
 }
 
 std::optional<int> first_parameter(const KinematicChain& chain, const Parameter& parameter) {

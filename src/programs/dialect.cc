@@ -114,6 +114,25 @@ void Dialect::add_comment(const std::string& comment, std::string& text) const {
   text.insert(place, facts_.comment + comment + line_end(text, 0));
 }
 
+std::optional<OpenPart> Dialect::open_part(const std::string& text) const {
+  const std::string plain = masked(text, facts_.comment, "\"");
+  std::optional<OpenPart> open;
+  for (size_t begin = 0; begin < plain.size();) {
+    const size_t end = std::min(plain.find('\n', begin), plain.size());
+    TextCursor line(plain, begin, end);
+    std::string word = line.take('/') ? "/" + line.take_name() : line.take_name();
+    if (word == "GLOBAL") word = line.take_name();
+    if (open && word == open->end) open.reset();
+    for (const auto& [first, last] : facts_.parts)
+      if (word == first) {
+        if (open) return open;
+        open = OpenPart{begin, last};
+      }
+    begin = end + 1;
+  }
+  return open;
+}
+
 bool Dialect::begins_program(const std::string&) const { return false; }
 
 std::optional<ProgramText> Dialect::declared_for_others(const ProgramText&) const {

@@ -11,6 +11,7 @@
 #include "armtrue/text/input_error.h"
 #include "programs/program_warnings.h"
 #include "programs/routine_copies.h"
+#include "programs/statement.h"
 
 namespace armtrue {
 namespace {
@@ -30,6 +31,7 @@ void count_lines_without_copies(RobotProgram& program) {
   if (program.copies.empty()) return;
   const auto counted = [&](int line) { return program.lines[line - 1]; };
   for (ProgramTarget& target : program.targets) target.line = counted(target.line);
+  for (ProgramCall& call : program.calls_not_given) call.line = counted(call.line);
   for (ProgramPoint& point : program.points)
     if (point.text == 0) point.line = counted(point.line);
 }
@@ -87,6 +89,20 @@ bool operator==(const HandedFrame& a, const HandedFrame& b) {
 bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
   return (q.array() >= configuration.low.array() - kRangeSlack).all() &&
          (q.array() <= configuration.high.array() + kRangeSlack).all();
+}
+
+void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& texts) {
+  for (const ProgramText& text : texts) {
+    const auto open = dialect.open_part(text.text);
+    if (!open) continue;
+    const std::string line =
+        text.text.substr(open->at, text.text.find_first_of("\r\n", open->at) - open->at);
+    throw InputError(
+        fmt::format("{}:{}: what begins with '{}' has no {}: the text is cut off, as by a copy "
+                    "that stopped, or "
+                    "the word is missing; copy the file again, or correct it",
+                    text.name, line_at(text.text, open->at), line, open->end));
+  }
 }
 
 RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> texts,

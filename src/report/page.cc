@@ -123,7 +123,11 @@ Page::Page(const PageHead& head, const std::string& robot, const std::string& wh
           "</h1>\n" + about_line(head) + "</header>\n";
 }
 
-void Page::verdict(Tone tone, const std::string& word, const std::string& sentence) {
+void Page::verdict(Tone tone, std::string word, const std::string& sentence) {
+  if (head_.arm_in_doubt) {
+    tone = std::max(tone, Tone::attention);
+    word += "; is the robot file that of this arm?";
+  }
   body_ += std::string("<div class=\"verdict ") + name_of(tone) + "\"><p><strong class=\"badge\">" +
            "<span aria-hidden=\"true\">" + sign_of(tone) + "</span> " + escaped(word) +
            "</strong></p><p class=\"sentence\">" + sentence + "</p></div>\n";

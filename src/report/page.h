@@ -40,7 +40,7 @@ class Page {
   Page(const PageHead& head, const std::string& robot, const std::string& what);
 
   /// The result in a word (plain) and in a sentence.
-  void verdict(Tone tone, const std::string& word, const std::string& sentence);
+  void verdict(Tone tone, std::string word, const std::string& sentence);
   /// The few numbers that the reader looks for first.
   struct Tile {
     std::string label, value, note;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "armtrue/effects/gravity_basis.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
@@ -213,6 +214,9 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
   if ((driver == DriverKind::gravity_torque || driver == DriverKind::moment) &&
       !robot.bodies.empty())
     text += "; intervals take the masses of the robot file as exact";
+  if (has_gravity_basis(effect))
+    text +=
+        "; the robot file has no masses, so the coefficients contain them and are no compliances";
   return text;
 }
 

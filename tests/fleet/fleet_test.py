@@ -100,6 +100,8 @@ def make_fleet(folder, arms=ARMS, nights=NIGHTS):
 
 
 def fleet(folder, *words):
+    if words[0] == "run":
+        words = ("run", "--today", NIGHTS[-1], *words[1:])
     return subprocess.run([sys.executable, "-B", FLEET, "-C", folder, *words], capture_output=True, text=True)
 
 
@@ -358,6 +360,14 @@ class OneArm(unittest.TestCase):
         self.assertEqual(Page((self.folder / "index.html").read_text()).arms, ["arm-02", "arm-03", "arm-01"])
         done = fleet(self.folder, "run", "--only-catalogue", "--unmeasured-nights", "24")
         self.assertEqual(len(done.stdout.splitlines()), 1)
+
+    def test_a_fleet_that_nobody_measures_any_more_is_named(self):
+        write_readings(self.home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "c")
+        for today, code in (("2026-12-02", 0), ("2026-12-03", 3), ("2026-11-01", 0)):
+            done = fleet(self.folder, "run", "--only-catalogue", "--today", today)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertEqual(done.stdout, "No arm of the fleet was measured since 2026-11-25, 8 nights ago\n" if code else "")
+        self.assertEqual(fleet(self.folder, "run", "--today", "2026-12-03", "--unmeasured-nights", "8").returncode, 0)
 
     def test_a_table_that_is_deleted_is_taken_back(self):
         """A check and a calibration of another arm: without them all is as before, the check compared anew."""

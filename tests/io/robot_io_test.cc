@@ -214,6 +214,9 @@ TEST(RobotIo, CoefficientsHaveTheUnitOfTheirParameterAndDriver) {
   EXPECT_EQ(units("instrument.scale", "temperature air", 1), Units{"1/K"});
   EXPECT_EQ(units("instrument.scale", "position", 1), Units{"\"1\""});
   EXPECT_EQ(units("base", "moment", 1), Units{"rad/(N m)"});
+  // Without masses gravity is a basis of accelerations, whose coefficients are no compliances.
+  EXPECT_EQ(units("A2.theta", "gravity-torque 2", 2), (Units{"rad/(m/s2)", "rad/(m/s2)"}));
+  EXPECT_EQ(units("base", "moment", 2), (Units{"rad/(m/s2)", "rad/(m/s2)"}));
   EXPECT_EQ(units("base", "force", 6),
             (Units{"m/N", "m/N", "m/N", "rad/(N m)", "rad/(N m)", "rad/(N m)"}));
   EXPECT_EQ(units("tool", "time", 6), (Units{"m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"}));

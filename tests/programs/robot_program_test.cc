@@ -137,6 +137,36 @@ TEST(RobotProgramTest, TargetsAreFoundAndWhatCannotBeFollowedIsCounted) {
   }
 }
 
+// Without its head a text is a list of moves, which has no end either.
+TEST(RobotProgramTest, ATextThatIsCutOffIsRefused) {
+  for (const CorpusFile& file : corpus()) {
+    if (file.name == "krl/spaces.src") continue;  // its last line is no END
+    EXPECT_NO_THROW(refuse_cut_off(*file.dialect, file.texts)) << file.name;
+    if (file.name == "urscript/unwrapped.script") continue;
+    for (size_t i = 0; i < file.texts.size(); ++i) {
+      const std::string& text = file.texts[i].text;
+      for (size_t tenths = 5; tenths < 10; ++tenths)
+        EXPECT_THROW(
+            refuse_cut_off(*file.dialect, {{"p", text.substr(0, text.size() * tenths / 10)}}),
+            InputError)
+            << file.name << " text " << i << ", tenths: " << tenths;
+    }
+  }
+}
+
+TEST(RobotProgramTest, WhatIsCutOffIsNamedWithItsLine) {
+  const std::vector<ProgramText> texts{
+      {"p.src",
+       "&ACCESS RV\r\nGLOBAL DEF part()\r\nLIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\r\nLIN {X 8"}};
+  try {
+    refuse_cut_off(*find_dialect("krl"), texts);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("p.src:2: what begins with 'GLOBAL DEF part()' has no END:"));
+  }
+}
+
 TEST(RobotProgramTest, WithoutCorrectionEveryByteIsKept) {
   for (const CorpusFile& file : corpus()) {
     const RobotProgram program = parse_program(*file.dialect, file.texts, {});

@@ -9,14 +9,17 @@
 namespace armtrue {
 
 /// Mistakes in a robot program that leave plausible targets, as sentences: joint angles in rad, or
-/// in deg where UR counts rad; points or a tool in m; rotations of UR in deg; and a program without
-/// a tool, for which its controller takes the one that is active. `options`: tool and base of targets
+/// in deg where UR counts rad; points, a frame or a tool in m; rotations of UR in deg; a program
+/// without a tool, for which its controller takes the one that is active; and calls of routines
+/// that may set another. `options`: tool and base of targets
 /// that name none; `has_tool`: whether that tool was stated.
 std::vector<std::string> doubts_of_program(const RobotProgram& program,
                                            const CompensationOptions& options, bool has_tool);
 
 /// Whether a tool looks as if it were given in m, as a sentence; empty if not.
 std::string doubt_of_tool(const std::string& name, const Pose& tool);
+/// The same of a frame in R_0.
+std::string doubt_of_frame(const std::string& name, const Pose& frame);
 
 /// Whether the poses of a table of targets look as if they were given in m, as a sentence with the
 /// name of its file; empty if not.

@@ -5,6 +5,7 @@
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
@@ -12,6 +13,7 @@ namespace armtrue {
 struct Findings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely
+  std::string other_arm;  ///< that of the warnings which doubts that the robot file is of this arm
 };
 
 /// Errors: a reading that stands twice, time included; one number but 0 in place of points of
@@ -29,6 +31,13 @@ struct Findings {
 ///   move faster than 1000 deg/s);
 /// - directions of arrival that are nearly all opposite to the moves from row to row.
 Findings check_log(const Campaign& campaign);
+
+/// Units that the numbers contradict, as sentences: joint angles of more than four turns, as
+/// radians make of degrees, or all within 2 pi deg of zero, as degrees make of radians; points that
+/// lie farther apart than arms reach, or that stand still while the joints turn. A factor of 25.4,
+/// and 1000 of a short path, need a robot file: diagnose(). `joints`: those of `q`.
+std::vector<std::string> check_units(const Campaign& campaign,
+                                     const std::vector<JointName>& joints);
 
 /// Errors: joint angles half a turn or more beyond the travel that the robot file states.
 Findings check_travel(const Robot& robot, const Campaign& campaign);

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 
 namespace armtrue {
@@ -9,5 +13,24 @@ namespace armtrue {
 /// out. Above kImplausibleMiss they are two arms, or one of them has a wrong sign or zero. Zero if
 /// one has a positioner, which may stand anywhere.
 double distance_between_arms(const Robot& robot, const Robot& other);
+
+/// How far an arm is from points, with base and tool placed: the median distance [m], effects left
+/// out. Nothing without points.
+std::optional<double> placed_miss(const Robot& arm, const Campaign& campaign);
+
+/// Whether points are as far from the robot file that they may be those of another arm: 3 mm, with
+/// base and tool placed.
+bool may_be_another_arm(const Robot& robot, const Campaign& campaign);
+
+/// An arm that fits readings.
+struct FittingArm {
+  int index = -1;   ///< among those that were tried; -1: none fits
+  double miss = 0;  ///< placed_miss()
+};
+
+/// The one of `arms` that points fit best, if it misses them by less than kImplausibleMiss and by
+/// less than a quarter of what `robot` does. None without points.
+FittingArm arm_that_fits(const std::vector<Robot>& arms, const Robot& robot,
+                         const Campaign& campaign);
 
 }  // namespace armtrue

@@ -53,6 +53,9 @@ struct DialectFacts {
   std::string fixed_turns;  ///< what states turns that a correction cannot change; else empty
   std::string own_model;    ///< names the calibrated model of its controller, a program may use
 
+  /// Words that begin a part of a text in its line, and those that end it: DEF and END.
+  std::vector<std::pair<std::string, std::string>> parts;
+
   // A data list beside a program, which has its points: part.dat of part.src.
   std::string data_list;                      ///< its ending in capitals; empty: there is none
   std::vector<std::string> with_data_list;    ///< endings of texts that have one
@@ -70,6 +73,12 @@ struct WrittenPoint {
   std::vector<std::string> numbers;        ///< one text for each number
   std::vector<std::string> configuration;  ///< empty where it stays
   std::vector<std::string> external;       ///< of those that are added or changed
+};
+
+/// A part of a text that begins and does not end: DEF without END.
+struct OpenPart {
+  size_t at = 0;    ///< in the text, in the line that begins it
+  std::string end;  ///< the word that is missing
 };
 
 /// The language of the robot programs of one maker. Each has a folder in src/programs and a line in
@@ -132,6 +141,10 @@ class Dialect {
   virtual void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const;
   /// Adds a comment to a text, behind the line that begins the program.
   virtual void add_comment(const std::string& comment, std::string& text) const;
+
+  /// The first part of a text that does not end, as in a copy that was cut off; nothing in a text
+  /// that begins none. By default by the first word of each line, see DialectFacts::parts.
+  virtual std::optional<OpenPart> open_part(const std::string& text) const;
 
   // Texts that belong together.
 

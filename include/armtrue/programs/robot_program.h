@@ -170,6 +170,12 @@ struct ProgramNeighbours {
   std::map<std::string, HandedFrames> leaves;  ///< routines of others that it calls
 };
 
+/// A call of a routine.
+struct ProgramCall {
+  int line = 0;  ///< in texts[0]
+  std::string routine;
+};
+
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
@@ -186,6 +192,9 @@ struct RobotProgram {
   std::vector<ProgramFrame> frames;
   std::vector<ProgramName> names;
   int own_model_line = 0;  ///< the first one that uses DialectFacts::own_model; 0: none does
+  /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set
+  /// before the call.
+  std::vector<ProgramCall> calls_not_given;
   int left_alone = 0;              ///< moves that the parser does not understand, and that may run
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
@@ -215,6 +224,10 @@ enum class TargetParts { pose, position };
 RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known, TargetParts parts = TargetParts::pose,
                            std::vector<ProgramText> others = {}, ProgramNeighbours neighbours = {});
+
+/// Throws InputError if a text begins a part that it does not end (Dialect::open_part): no
+/// controller loads it, and a copy that was cut off lacks moves.
+void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& texts);
 
 /// Leaves the moves to targets alone: an arc with either of its points. `why`: by the index of the
 /// target. They are no targets any more; what they use of declared points stays as it is.

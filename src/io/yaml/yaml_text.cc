@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "armtrue/effects/gravity_basis.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/utf8.h"
 #include "io/yaml/effect_io.h"
@@ -67,13 +68,16 @@ std::string unit_of_coefficient(const Effect& effect, ParameterUnit moved,
                                 const KinematicChain& chain) {
   std::string driver;
   const Driver& of = effect.driver;
-  if (effect.shape.kind == ShapeKind::linear) driver = unit_of(chain, of.kind, of.joint, moved);
+  if (has_gravity_basis(effect))
+    driver = "m/s2";
+  else if (effect.shape.kind == ShapeKind::linear)
+    driver = unit_of(chain, of.kind, of.joint, moved);
   const std::string factor = of.factor ? unit_of(chain, *of.factor, of.second_joint, moved) : "";
   if (!driver.empty() && !factor.empty()) driver += " ";
   driver += factor;
   if (driver.empty()) return si_name(moved);
   return si_name(moved) +
-         (driver.find(' ') == std::string::npos ? "/" + driver : "/(" + driver + ")");
+         (driver.find_first_of(" /") == std::string::npos ? "/" + driver : "/(" + driver + ")");
 }
 
 }  // namespace

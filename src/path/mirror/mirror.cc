@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -79,12 +80,6 @@ ErrorSummary lengths_in_motion(const Eigen::Matrix3Xd& vectors, const Eigen::Vec
   return summarize(std::move(lengths));
 }
 
-bool engaged(const EngagementRecord& record, double time) {
-  return std::any_of(record.intervals.begin(), record.intervals.end(), [&](const Engagement& e) {
-    return (!e.entry || e.entry->time <= time) && (!e.exit || time <= e.exit->time);
-  });
-}
-
 // Mean square of the smoothed difference of a pass from the mean of the passes, without its noise.
 struct PassToPass {
   double square = 0;
@@ -114,40 +109,37 @@ PassToPass pass_to_pass(const Path& programmed, const std::vector<Path>& measure
   return {std::max(0.0, value), not_negative_ci95(value, deviation)};
 }
 
-// Removes the correction where the tool is not in the material.
-void keep_engaged(const Path& programmed, const EngagementRecord& record,
-                  Eigen::Matrix3Xd& correction) {
-  if (record.intervals.empty())
-    throw std::invalid_argument(
-        "the record does not show when the tool cuts (it never does, always does, or has no "
-        "force): record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i)
-    if (!engaged(record, programmed.time[i])) correction.col(i).setZero();
-}
-
-// The samples of the program that the record shows. A standstill beside the record belongs to it.
-struct Recorded {
+// Samples of the program that follow each other.
+struct Part {
   Eigen::Index first = 0, last = 0;
 };
 
-Recorded recorded(const Path& programmed, const Eigen::VectorXd& moves,
-                  const PathDeviation& deviation) {
+// What lies from one time to another; the first one behind the last one if nothing does.
+Part between(const Path& programmed, double begins, double ends) {
+  Part samples{0, programmed.samples() - 1};
+  auto& [first, last] = samples;
+  while (first <= last && programmed.time[first] < begins) ++first;
+  while (first <= last && programmed.time[last] > ends) --last;
+  return samples;
+}
+
+// What the record shows. A standstill beside the record belongs to it.
+Part recorded(const Path& programmed, const Eigen::VectorXd& moves,
+              const PathDeviation& deviation) {
   const double begins = deviation.time[0] - deviation.period;
   const double ends = deviation.time[deviation.time.size() - 1] + deviation.period;
-  Recorded samples{0, programmed.samples() - 1};
+  Part samples = between(programmed, begins, ends);
   auto& [first, last] = samples;
-  while (first < last && programmed.time[first] < begins) ++first;
-  while (first < last && programmed.time[last] > ends) --last;
   while (first > 0 && moves[first - 1] == 0) --first;
   while (last + 1 < programmed.samples() && moves[last + 1] == 0) ++last;
   return samples;
 }
 
-// The share of the new correction at each sample: 0 outside the record, where the deviation is
-// unknown; from an end of the record that the tool passes in motion, it grows to 1 in proportion to
-// the time in motion, within `length` [s].
-Eigen::VectorXd share_recorded(const Path& programmed, const Eigen::VectorXd& moves,
-                               const Recorded& samples, double length) {
+// The share of a correction at each sample: 0 outside a part of the program; from an end of the
+// part that the tool passes in motion, it grows to 1 in proportion to the time in motion, within
+// `length` [s].
+Eigen::VectorXd share_of_part(const Path& programmed, const Eigen::VectorXd& moves,
+                              const Part& samples, double length) {
   const Eigen::Index count = programmed.samples();
   Eigen::VectorXd share = Eigen::VectorXd::Ones(count);
   share.head(samples.first).setZero();
@@ -161,6 +153,24 @@ Eigen::VectorXd share_recorded(const Path& programmed, const Eigen::VectorXd& mo
   moved = 0;
   for (Eigen::Index i = samples.last; i + 1 < count && i >= samples.first; --i)
     share[i] *= std::min(1.0, (moved += step(i + 1)) / length);
+  return share;
+}
+
+// The same where the tool is in the material.
+Eigen::VectorXd share_engaged(const Path& programmed, const Eigen::VectorXd& moves,
+                              const EngagementRecord& record, double length) {
+  if (record.intervals.empty())
+    throw std::invalid_argument(
+        "the record does not show when the tool cuts (it never does, always does, or has no "
+        "force): record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
+  constexpr double kEver = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd share = Eigen::VectorXd::Zero(programmed.samples());
+  for (const auto& [entry, exit] : record.intervals) {
+    const Part samples =
+        between(programmed, entry ? entry->time : -kEver, exit ? exit->time : kEver);
+    if (samples.first <= samples.last)
+      share = share.cwiseMax(share_of_part(programmed, moves, samples, length));
+  }
   return share;
 }
 
@@ -220,11 +230,14 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   const auto run = executed.position - programmed.position;
   result.correction = without_along(programmed, corners, run - result.gain * trend);
   if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
-  if (options.engaged_only) keep_engaged(programmed, deviation.engagement, result.correction);
+  const double growth = 1 / result.cutoff;
+  if (options.engaged_only)
+    result.correction *=
+        share_engaged(programmed, moves, deviation.engagement, growth).asDiagonal();
   join_sides(programmed, corners, result.correction);
   result.clipped = clip(result.correction, options.max);
-  const Recorded samples = recorded(programmed, moves, deviation);
-  const Eigen::VectorXd share = share_recorded(programmed, moves, samples, 1 / result.cutoff);
+  const Part samples = recorded(programmed, moves, deviation);
+  const Eigen::VectorXd share = share_of_part(programmed, moves, samples, growth);
   result.correction = run + (result.correction - run) * share.asDiagonal();
   result.unrecorded = static_cast<int>(moves.head(samples.first).sum() +
                                        moves.tail(programmed.samples() - 1 - samples.last).sum());

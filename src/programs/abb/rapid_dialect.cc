@@ -3,10 +3,12 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 
 #include "programs/abb/rapid_program.h"
+#include "programs/abb/rapid_words.h"
 #include "programs/dialects.h"
 #include "programs/joint_range.h"
 #include "programs/path_name.h"
@@ -85,6 +87,22 @@ class RapidDialect : public Dialect {
                        fmt::format("{}", quadrant(q[kAxesOfQuadrants[i]]))});
     }
     return edits;
+  }
+
+  // Lines count for nothing in RAPID.
+  std::optional<OpenPart> open_part(const std::string& text) const override {
+    static const std::map<std::string, std::string> kEnds{
+        {"MODULE", "ENDMODULE"}, {"PROC", "ENDPROC"}, {"FUNC", "ENDFUNC"}, {"TRAP", "ENDTRAP"}};
+    const std::string plain = masked(text, facts().comment, "\"");
+    std::vector<OpenPart> open;
+    each_rapid_word(plain, {0, 0, plain.size()},
+                    [&](const std::string& word, size_t at, const TextCursor&) {
+                      if (const auto part = kEnds.find(word); part != kEnds.end())
+                        open.push_back({at, part->second});
+                      if (!open.empty() && word == open.back().end) open.pop_back();
+                      return false;
+                    });
+    return open.empty() ? std::nullopt : std::optional(open.back());
   }
 
   std::optional<ProgramText> declared_for_others(const ProgramText& text) const override {

@@ -35,7 +35,8 @@ class FanucDialect : public Dialect {
                  .frame = "its user frame (UF)",
                  .tool = "its tool frame (UT)",
                  .counts_axis_3_from_arm = true,
-                 .fixed_turns = "CONFIG"}) {}
+                 .fixed_turns = "CONFIG",
+                 .parts = {{"/PROG", "/END"}}}) {}
 
   void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
     parse_fanuc_program(program, known, parts);

@@ -82,6 +82,7 @@ class KrlDialect : public Dialect {
                  .has_frames_of_caller = true,
                  .has_external_axes = true,
                  .own_model = "$ABS_ACCUR",
+                 .parts = {{"DEF", "END"}, {"DEFFCT", "ENDFCT"}, {"DEFDAT", "ENDDAT"}},
                  .data_list = ".DAT",
                  .with_data_list = {".SRC", ".SUB"},
                  // It sets XHOME where nobody has taught it, of deltas and palletizers.

@@ -74,6 +74,7 @@ class KrlReader : MoveReader {
         program_.points[i].is_shared = true;
     find_names();
     warn_of_callers();
+    find_calls_not_given();
     program_.warnings = warnings_.list();
   }
 
@@ -133,6 +134,35 @@ class KrlReader : MoveReader {
         program_.targets[k].starts.push_back(end_of_move_[move]);
     if (syntax_.keeps_orientation && parts_ == TargetParts::pose)
       for (const ProgramTarget& target : program_.targets) warn_of_orientation(target);
+  }
+
+  // $TOOL and $BASE stay over a call, unless the routine sets them.
+  void find_calls_not_given() {
+    const std::string& source = program_.texts[0].text;
+    const std::string text = masked(source, ';', "\"");
+    for (const KrlCall& call : krl_calls(text)) {
+      if (!call.is_statement || find_krl_motion(call.name) ||
+          leaves_krl_arm(call.name, call.name) || defines(text, call.name) ||
+          program_.neighbours.leaves.contains(call.name))
+        continue;
+      const auto next = std::ranges::find_if(program_.targets, [&](const ProgramTarget& target) {
+        return target.begin > call.statement && target.kind == TargetKind::cartesian;
+      });
+      if (next == program_.targets.end() || (next->base < 0 && next->tool < 0)) continue;
+      const std::string between =
+          upper(std::string_view(text).substr(call.statement, next->begin - call.statement));
+      if (between.find("$TOOL") == std::string::npos && between.find("FDAT") == std::string::npos)
+        program_.calls_not_given.push_back({call.line, call.name});
+    }
+  }
+
+  bool defines(const std::string& text, const std::string& routine) const {
+    return std::ranges::any_of(syntax_.set_ups, [&](const KrlSetUp& definition) {
+      if (definition.word != "DEF") return false;
+      TextCursor cursor(text, definition.begin, definition.end);
+      if (cursor.take_name() == "GLOBAL") cursor.take_name();
+      return cursor.take_name() == routine;
+    });
   }
 
   void warn_of_callers() {

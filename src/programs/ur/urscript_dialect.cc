@@ -3,7 +3,9 @@
 #include "programs/dialects.h"
 #include "programs/insertion.h"
 #include "programs/program_values.h"
+#include "programs/statement.h"
 #include "programs/ur/urscript_program.h"
+#include "programs/ur/urscript_structure.h"
 #include "programs/written_number.h"
 
 namespace armtrue {
@@ -47,6 +49,14 @@ class UrscriptDialect : public Dialect {
   }
 
   int decimals(TargetKind, size_t) const override { return 7; }
+
+  // `end` ends blocks, too.
+  std::optional<OpenPart> open_part(const std::string& text) const override {
+    std::string plain = masked(text, facts().comment, "\"'");
+    const std::vector<Statement> statements = split_statements(plain, '\n');
+    const auto open = structure_of_urscript(plain, statements).open;
+    return open ? std::optional(OpenPart{*open, "end"}) : std::nullopt;
+  }
 
   std::unique_ptr<MoveWriter> move_writer(const RobotProgram& program) const override {
     return std::make_unique<UrWriter>(program);

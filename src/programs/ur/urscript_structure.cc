@@ -1,5 +1,6 @@
 #include "programs/ur/urscript_structure.h"
 
+#include <algorithm>
 #include <set>
 
 namespace armtrue {
@@ -21,10 +22,18 @@ class UrStructureReader {
       each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
         read_word(word, at, cursor);
       });
+    if (const auto open = std::ranges::find(open_, true, &Open::is_function); open != open_.end())
+      result_.open = open->at;
     return std::move(result_);
   }
 
  private:
+  // What an `end` ends: a function, or a block.
+  struct Open {
+    size_t at;
+    bool is_function;
+  };
+
   // The name behind DEF, THREAD or SEC; empty if no function begins here. The cursor then stands
   // behind the name.
   static std::string function_of(const std::string& word, TextCursor& cursor) {
@@ -42,16 +51,16 @@ class UrStructureReader {
       flow.add(word == "THREAD" ? Step::interrupt : Step::routine, at, name);
       result_.scopes.open(at);
       read_parameters(cursor, result_.scopes.at(at));
-      is_function_.push_back(true);
+      open_.push_back({at, true});
     } else if (word == "IF" || word == "WHILE") {
       flow.add(word == "IF" ? Step::branch : Step::loop, at);
-      is_function_.push_back(false);
+      open_.push_back({at, false});
     } else if (word == "ELIF" || word == "ELSE") {
       flow.add(Step::alternative, at);
-    } else if (word == "END" && !is_function_.empty()) {
-      flow.add(is_function_.back() ? Step::end_routine : Step::end_block, at);
-      if (is_function_.back()) result_.scopes.close(at);
-      is_function_.pop_back();
+    } else if (word == "END" && !open_.empty()) {
+      flow.add(open_.back().is_function ? Step::end_routine : Step::end_block, at);
+      if (open_.back().is_function) result_.scopes.close(at);
+      open_.pop_back();
     } else if (word == "BREAK" || word == "CONTINUE" || word == "RETURN") {
       flow.add(Step::jump, at);
     } else if (functions_.contains(word) && cursor.next() == '(') {
@@ -72,7 +81,7 @@ class UrStructureReader {
 
   std::string_view text_;
   std::set<std::string> functions_;
-  std::vector<bool> is_function_;  // of what an `end` ends: else it is a block
+  std::vector<Open> open_;
   UrStructure result_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,6 +17,7 @@ struct UrStructure {
   Scopes scopes;
   ProgramFlow flow;
   std::vector<std::pair<std::string, int>> parameters;  ///< and the scopes of their functions
+  std::optional<size_t> open;  ///< where the first function begins that has no end
 };
 
 /// `text`: by masked(); `statements`: its statements.

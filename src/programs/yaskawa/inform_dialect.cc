@@ -20,7 +20,8 @@ class InformDialect : public Dialect {
                            .may_begin_with_digit = true,
                            .are_capitals = true},  // DX100 and later, operator's manual
                  .frame = "its user frame (USER)",
-                 .tool = "its tool (TOOL)"}) {}
+                 .tool = "its tool (TOOL)",
+                 .parts = {{"/JOB", "END"}}}) {}
 
   void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
     parse_inform_program(program, known, parts);

@@ -46,10 +46,10 @@ struct MirrorResult {
 /// programmed path, N the part across the path,
 ///     corrected = p + N (e - p - gain * trend).
 /// At corners the corrected sides are extended until they meet. Outside the records the executed
-/// path stays. Where a record begins or ends in motion, the new correction grows in proportion to
-/// the time from 0 at its end to its whole within 1 / cut-off, so that the path has no step. Throws
-/// std::invalid_argument as fit_clock() does and if the cut-off does not suit the record, and
-/// TooManyBadSamples.
+/// path stays. Where a record begins or ends in motion, and with `engaged_only` where the tool
+/// enters or leaves the material, the new correction grows in proportion to the time from 0 to its
+/// whole within 1 / cut-off, so that the path has no step. Throws std::invalid_argument as
+/// fit_clock() does and if the cut-off does not suit the record, and TooManyBadSamples.
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options);
 
