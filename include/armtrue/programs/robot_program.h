@@ -106,6 +106,9 @@ struct ProgramTarget {
   bool never_runs = false;
   bool ends_elsewhere = false;  ///< a circle whose angle says where it ends
   bool is_room_tool = false;    ///< the tool stands in the room, and the robot holds the part
+  /// With a tool in the room: `pose` is the inverse of what is written, `base` the tool and `tool`
+  /// the frame of the part, which the robot holds: flange part = room tool * inverse(written).
+  bool is_inverse = false;
   /// Distance before the target at which the arm may leave its path [m], if the program states it
   /// in mm.
   double blend = 0;
@@ -154,7 +157,8 @@ struct HandedFrame {
   enum class Kind {
     as_before,  ///< that of whoever calls the caller; behind a call: what it was before
     stated,
-    several  ///< nobody knows which
+    calculated,  ///< as the program runs
+    several      ///< nobody knows which
   } kind = Kind::as_before;
   std::string name;          ///< as of ProgramFrame
   std::optional<Pose> pose;  ///< if it is known
