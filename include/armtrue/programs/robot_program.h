@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -172,6 +173,12 @@ struct ProgramNeighbours {
   std::map<std::string, HandedFrames> begins;  ///< routines of it that others call
   std::map<std::string, std::string> callers;  ///< of these: `a.src:12, b.src:7`
   std::map<std::string, HandedFrames> leaves;  ///< routines of others that it calls
+  /// Global variables that several programs set.
+  struct SharedVariables {
+    std::map<std::string, std::set<std::string>> set_by;  ///< calls of routines of others
+    std::set<std::string> set_at_any_time;                ///< by interrupts or submit programs
+  };
+  std::optional<SharedVariables> shared;  ///< nothing: not known
 };
 
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
