@@ -24,6 +24,7 @@ ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
     target.q = program_.dialect->joints_of_numbers(numbers);
   else if (target.has_orientation)
     target.pose = program_.dialect->pose_of_numbers(numbers);
+  if (target.is_inverse) target.pose = inverse(target.pose);
   program_.targets.push_back(std::move(target));
   return program_.targets.back();
 }

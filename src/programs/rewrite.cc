@@ -30,8 +30,9 @@ struct Wanted {
   }
 };
 
-// The point of a pose that its move displaces.
+// The point of a pose, as it is written, that its move displaces.
 Pose of_point(const ProgramTarget& target, const Pose& pose) {
+  if (target.is_inverse) return inverse(pose);
   return inverse(target.before) * pose * inverse(target.behind);
 }
 

@@ -94,6 +94,27 @@ TEST(Certainty, ARapidRoutineMayBeCalledWithSeveralTools) {
   EXPECT_THAT(raised(program), AllOf(HasSubstr("p1:=[[1,2,3]"), HasSubstr("MoveL [[1,2,4]")));
 }
 
+TEST(Certainty, ARapidPartThatTheRobotHoldsMovesAboutAToolInTheRoom) {
+  const auto tool = [](const char* held) {
+    return std::string("PERS tooldata t1:=[") + held +
+           ",[[0,0,500],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n";
+  };
+  const std::string part =
+      "PERS wobjdata w1:=[TRUE,TRUE,\"\",[[0,0,100],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n";
+  const std::string move = "MoveL p1,v1,fine,t1\\WObj:=w1;\n";
+  const RobotProgram program = parsed("p.mod", tool("FALSE") + part + robtarget("p1") + move);
+  ASSERT_THAT(lines_of(program), ElementsAre(4));
+  // flange * part * p1 = tool: the flange stands at 500 - 3 - 100.
+  const ProgramTarget& target = program.targets[0];
+  const Pose flange =
+      program.frames[target.base].pose * target.pose * inverse(program.frames[target.tool].pose);
+  EXPECT_TRUE(flange.translation.isApprox(Eigen::Vector3d(-1e-3, -2e-3, 0.397), 1e-12));
+  EXPECT_THAT(raised(program), HasSubstr("[[1,2,2]"));  // the part goes up by 1 mm
+  EXPECT_THAT(lines_of(parsed("p.mod", tool("TRUE") + part + robtarget("p1") + move +
+                                           "MoveL p1,v1,fine,tool0;\n")),
+              ElementsAre(5));
+}
+
 TEST(Certainty, ARapidPointThatOtherStatementsUseStaysWhereItIsDeclared) {
   const std::string move = "MoveL p1,v1,fine,tool0;\n";
   for (const char* const use :
@@ -375,6 +396,23 @@ TEST(Certainty, AFanucMoveBehindATouchOffsetIsDisplaced) {
   EXPECT_THAT(program.warnings,
               ElementsAre("p.ls:6: left alone: the move is displaced (Touch Offset)"));
   EXPECT_THAT(raised(program), HasSubstr("3:  Touch Offset PR[32] ;\n4:L P[1] 9mm"));
+}
+
+// With a positioner at `turn`.
+std::string coordinated(int number, const std::string& turn) {
+  std::string position = fanuc_position(number);
+  position.insert(position.find("};"), "GP2:\nUF : 1, UT : 2,\nJ1 = " + turn + " deg\n");
+  return position;
+}
+
+TEST(Certainty, AFanucFrameOnAPositionerIsKnownWhileThatStands) {
+  const std::string moves = "1:L P[1] 9mm/sec FINE COORD ;\n2:L P[2] 9mm/sec FINE ;\n";
+  const RobotProgram standing = fanuc(moves, coordinated(1, "20.0") + coordinated(2, "20.0"));
+  EXPECT_THAT(lines_of(standing), ElementsAre(3, 4));
+  EXPECT_FALSE(standing.frames[0].is_known);  // --frame says where it stands then
+  for (const std::string& positions : {coordinated(1, "20.0") + coordinated(2, "20.1"),
+                                       coordinated(1, "20.0") + fanuc_position(2)})
+    EXPECT_THAT(lines_of(fanuc(moves, positions)), ElementsAre(4)) << positions;
 }
 
 TEST(Certainty, AFanucPointThatOtherStatementsUseStaysAndItsMovesGetANewOne) {

@@ -576,5 +576,36 @@ TEST(KrlFlowTest, AProgramGoesOnWithTheFramesThatACalledOneLeaves) {
       "BASE_DATA[2]");
 }
 
+// Whether a move to a global point is known, which this program and another one set.
+bool is_shared_point_known(const std::string& text, const std::string& other,
+                           const std::string& submit = "DEF s()\nEND\n") {
+  const Dialect& krl = *find_dialect("krl");
+  const std::string point = "{X 1,Y 2,Z 3,A 0,B 0,C 0}\n";
+  const std::vector<ProgramText> project{{"a.src", "DEF a()\n" + kWhole + text + kEnd},
+                                         {"b.src", other},
+                                         {"p.dat", "DEFDAT p PUBLIC\nDECL GLOBAL FRAME c=" + point +
+                                                       "DECL GLOBAL FRAME g=" + point + "ENDDAT\n"},
+                                         {"s.sub", submit},
+                                         {"d.src", "DEF d()\nx=1\nEND\n"}};
+  const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
+                                             texts_of_others(krl, project, "a.src"),
+                                             neighbours_in(krl, project, {})["a.src"]);
+  return program.left_alone == 0;
+}
+
+TEST(KrlFlowTest, AGlobalPointThatSeveralProgramsSetIsKnownUntilOneOfThemMayRun) {
+  const std::string other = "DEF b()\ng=c\nEND\n";
+  EXPECT_TRUE(is_shared_point_known("g=c\nLIN g\n", other));
+  EXPECT_TRUE(is_shared_point_known("b()\ng=c\nd()\nLIN g\n", other));
+  EXPECT_FALSE(is_shared_point_known("LIN g\ng=c\n", other));
+  EXPECT_FALSE(is_shared_point_known("g=c\nb()\nLIN g\n", other));
+  EXPECT_FALSE(is_shared_point_known("g=c\nx=1+b()\nLIN g\n", other));
+  EXPECT_FALSE(is_shared_point_known("g=c\nl()\nLIN g\nEND\nDEF l()\nb()\n", other));
+  EXPECT_FALSE(is_shared_point_known("g=c\nLIN g\n", other, "DEF s()\nb()\nEND\n"));
+  EXPECT_FALSE(is_shared_point_known("g=c\nLIN g\n", other, "DEF s()\ng=c\nEND\n"));
+  EXPECT_FALSE(
+      is_shared_point_known("g=c\nTRIGGER WHEN PATH=0 DELAY=0 DO b() PRIO=-1\nLIN g\n", other));
+}
+
 }  // namespace
 }  // namespace armtrue::krl_flow_test

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Random projects of KUKA: programs that call each other and state $BASE and $TOOL, or have those of their callers. A
-controller of its own starts each program that no other one calls, as it is and corrected, with the same inputs; the true
+"""Random projects of KUKA: programs that call each other and state $BASE and $TOOL, or have those of their callers, and set
+global points, which a submit program may set, too. A controller of its own starts each program that no other one calls, as it is and corrected, with the same inputs; the true
 arm goes where the controller's model says. Each move ends at its programmed pose, or the program says the same of it as
 before. Nothing here shares code with armtrue.
 
@@ -43,6 +43,10 @@ class Writer:
         self.config += [f"TOOL_DATA[{k}]={text(m)}" for k, m in enumerate(self.tools, 1)] + ["ENDDAT", ""]
         self.called = set()
         self.texts = {"R1/System/$config.dat": "\n".join(self.config)}
+        public = ["DEFDAT POINTS PUBLIC", *(f"DECL GLOBAL E6POS {name}={self.point()}" for name in ("CA", "CB", "GA", "GB", "GC")), "ENDDAT", ""]
+        self.texts["R1/Program/points.dat"] = "\n".join(public)
+        self.submit = [f"{name}=CA" for name in ("GA", "GB") if self.rng.random() < 0.2]
+        self.texts["R1/System/sps.sub"] = "\n".join(["DEF SPS()", "LOOP", *self.submit, "ENDLOOP", "END", ""])
         for number in range(FILES):
             self.write(number)
 
@@ -67,6 +71,11 @@ class Writer:
             return f"{name}()"
         if k == 5:
             return "SUB()"
+        if k == 6:
+            name = self.rng.choice(("GA", "GB", "GC"))
+            return self.rng.choice((f"{name}=CA", f"{name}=CB", f"{name}=GA", f"{name}.Z={name}.Z+3"))
+        if k == 7:
+            return f"LIN {self.rng.choice(('GA', 'GB', 'GC', 'CA'))}"
         return f"LIN {self.rng.choice((f'X{number}A', f'X{number}B', self.point()))}"
 
     def block(self, number):
@@ -94,11 +103,11 @@ class Writer:
         return [f"F{number}" for number in range(FILES) if f"F{number}" not in self.called]
 
 
-def moves(texts, seed, entry):
+def moves(texts, seed, entry, submit):
     """SUB of each program is its own."""
     src = "\n".join(text.replace("SUB()", f"SUB{name[-5]}()") for name, text in texts.items() if name.endswith(".src"))
     dat = "\n".join(text for name, text in texts.items() if name.endswith(".dat"))
-    return krl_machine.Machine(src, dat, single.inputs(seed), entry).moves
+    return krl_machine.Machine(src, dat, single.inputs(seed), entry, submit).moves
 
 
 class KrlCallsTest(unittest.TestCase):
@@ -114,7 +123,7 @@ class KrlCallsTest(unittest.TestCase):
         return {path: (out / path).read_bytes().decode() for path in writer.texts}, rows, run.stderr
 
     def test_each_move_ends_where_it_is_programmed_or_is_left_as_it_is(self):
-        hits, left, of_callers = 0, 0, 0
+        hits, left, of_callers, shared = 0, 0, 0, 0
         for number in range(PROJECTS):
             cell = programs.Cell("krl", 7000 + number)
             writer = Writer(cell)
@@ -129,20 +138,23 @@ class KrlCallsTest(unittest.TestCase):
             for entry in writer.entries():
                 for seed in range(3):
                     try:
-                        before = moves(writer.texts, seed, entry)
+                        before = moves(writer.texts, seed, entry, writer.submit)
                     except AssertionError:  # too many moves
                         continue
-                    after = moves(texts, seed, entry)
+                    after = moves(texts, seed, entry, writer.submit)
                     self.assertEqual(len(before), len(after), number)
                     for programmed, commanded in zip(before, after):
                         where = f"project {number}, {entry}: {programmed.line}: {programmed.text} -> {commanded.text}"
                         if single.KrlProgramsTest.error_of(self, cell, programmed, commanded, writer.q) < single.NEAR_MM:
                             hits += 1
+                            shared += " G" in programmed.text
                             continue
                         left += 1
                         self.assertEqual(programmed.text, commanded.text, where)
                         self.assertLess(vc.length(vc.sub(programmed.value[1], commanded.value[1])), single.SAME_MM, where)
-        print(f"{hits} moves corrected, {left} left alone; {of_callers} projects with frames of callers")
+        print(f"{hits} moves corrected, {shared} of them to global points that programs set, {left} left alone; {of_callers} projects "
+              "with frames of callers")
+        self.assertGreater(shared, PROJECTS)
         self.assertGreater(hits, left / 5)
         self.assertGreater(of_callers, PROJECTS / 3)
 

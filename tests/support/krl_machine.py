@@ -20,12 +20,12 @@ def entries(text):
 
 class Machine:
     """`inputs`: the next value of $IN[..], true or false. Of several programs `src` and `dat` are theirs one behind the other,
-    whose names differ, and `entry` is the routine that is started."""
+    whose names differ, and `entry` is the routine that is started. `submit`: assignments that may run before any move."""
 
-    def __init__(self, src, dat, inputs, entry=None):
-        self.inputs, self.moves = inputs, []
+    def __init__(self, src, dat, inputs, entry=None, submit=()):
+        self.inputs, self.moves, self.submit = inputs, [], submit
         self.shared = {}
-        for name, body, number in re.findall(rf"(?:DECL \w+ |(?=\b(?:BASE|TOOL)_DATA))(\w+(?:\[\d\])?)=(?:\{{([^}}]*)\}}|({rp.NUMBER}))", dat):
+        for name, body, number in re.findall(rf"(?:DECL (?:GLOBAL )?\w+ |(?=\b(?:BASE|TOOL)_DATA))(\w+(?:\[\d\])?)=(?:\{{([^}}]*)\}}|({rp.NUMBER}))", dat):
             self.shared[name.upper()] = entries(body) if body else float(number)
         self.lines = [(k, line.split(";")[0].strip()) for k, line in enumerate(src.replace("\r", "").split("\n"), 1)]
         self.lines = [(k, line) for k, line in self.lines if line and line[0] != "&"]
@@ -152,6 +152,9 @@ class Machine:
             place[name] = self.number(value, own)
 
     def move(self, number, word, line, own):
+        for assignment in self.submit:
+            if self.inputs():
+                self.assign(assignment, {})
         if word.endswith("_REL"):
             by = entries(re.search(r"\{(.*?)\}", line)[1])
             step = [by.get(c, 0.0) for c in "XYZ"]

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Random programs of ABB and FANUC whose points are displaced where they are used, by Offs and RelTool or by position
-registers, nested, in two tools and frames, behind branches, loops, jumps and procedures. A controller of its own runs each
+registers, nested, in two tools and frames, with a part in the gripper and a tool in the room, on a positioner that carries the
+frame, behind branches, loops, jumps and procedures. A controller of its own runs each
 of them as it is and corrected, with the same inputs; the true arm goes where the controller's model says. Each move ends at
 its programmed pose, or the program says the same of it as before. Nothing here shares code with armtrue.
 
@@ -122,11 +123,14 @@ class RapidMachine:
         word, rest = re.match(r"Move(AbsJ|[JLC])\s+(.*);$", line).groups()
         parts = self.arguments(rest)
         tool, _, work_object = parts[-1].partition("\\WObj:=")
+        is_held = work_object and self.names[work_object.lower()][0]
         base, tool = self.frame(work_object or "wobj0", 3), self.frame(tool, 1)
         for text in parts[:2] if word == "C" else parts[:1]:
             target = self.value(text)
             if word == "AbsJ":
                 self.moves.append(Move(line, "joints", target[0], base, tool))
+            elif is_held:  # flange * part * target = tool of the room
+                self.moves.append(Move(line, "pose", programs.inverse(self.copy(target).motion()), tool, base))
             else:
                 self.moves.append(Move(line, "pose", self.copy(target).motion(), base, tool))
 
@@ -177,23 +181,34 @@ class RapidMachine:
 
 class RapidWriter:
     dialect, files = "rapid", ("part.mod",)
-    forms = ("Offs", "RelTool")
+    forms, of_carried = ("Offs", "RelTool"), "tRoom"
     from_points = ("Offs", "RelTool", "pV")
 
     def __init__(self, cell):
         self.cell, self.rng = cell, cell.rng
-        # Displaced targets are in the same quadrants.
-        near_border = lambda q: max(abs(math.degrees(q[j]) % 90 - 45) for j in (0, 3, 5)) > 20
+        # Displaced targets are in the same quadrants, and the wrist is not above axis 1, where corrections are damped.
+        near_border = lambda q: (max(abs(math.degrees(q[j]) % 90 - 45) for j in (0, 3, 5)) > 20 or
+                                 abs(programs.wrist(cell.nominal, q)[0]) < 150)
         self.q = pc.posture_rapid(cell)
         while near_border(self.q):
             self.q = pc.posture_rapid(cell)
         self.frames = [("tMill", "wPart", cell.tools[0], cell.bases[0]), ("tGrip", "wPart", cell.tools[1], cell.bases[0]),
                        ("tMill", "wobj0", cell.tools[0], vc.NONE)]
+        self.held = cell.tools[1]
+        self.room = vc.after(vc.after(cell.nominal.pose(self.q), self.held), rp.abc_motion(60, -40, 90, 30, -20, 140))
 
     def target(self, frame=0):
         _, _, tool, base = self.frames[frame]
         q = [a + self.rng.uniform(-0.02, 0.02) for a in self.q]
-        pose = programs.abb_pose(self.cell.written(q, base, tool))
+        pose = self.cell.written(q, base, tool)
+        return self.target_at(q, pose)
+
+    def target_of_part(self):
+        q = [a + self.rng.uniform(-0.02, 0.02) for a in self.q]
+        return self.target_at(q, programs.inverse(self.cell.written(q, self.room, self.held)))
+
+    def target_at(self, q, pose):
+        pose = programs.abb_pose(pose)
         cfx = 4 * (programs.wrist(self.cell.nominal, q)[0] < 0) + 2 * (not programs.is_elbow_up(self.cell.nominal, q)) + (q[4] < 0)
         return f"[{pose},[{','.join(map(str, programs.quadrants(q)))},{cfx}],[9E9,9E9,9E9,9E9,9E9,9E9]]"
 
@@ -209,6 +224,8 @@ class RapidWriter:
         return self.rng.choice((f"Offs({name},{shift})", f"Offs({name}, {shift})", f"RelTool({name},{shift}{turn})"))
 
     def move(self):
+        if self.rng.random() < 0.15:
+            return self.move_of_part()
         frame = self.rng.choice((0, 0, 0, 0, 1, 2))
         tool, work_object, _, _ = self.frames[frame]
         end = f",v100,{self.rng.choice(('fine', 'z1'))},{tool}" + (f"\\WObj:={work_object}" if work_object != "wobj0" else "") + ";"
@@ -220,6 +237,11 @@ class RapidWriter:
         if self.rng.random() < 0.15 and frame == 0:
             return f"MoveC {self.displaced()},{target}{end}"
         return f"Move{self.rng.choice('JLL')} {target}{end}"
+
+    def move_of_part(self):
+        target = self.rng.choice(("h1", "h1", f"Offs(h1,{self.number()},0,{self.number()})", f"RelTool(h1,0,0,{self.number()}\\Rz:=3)",
+                                  self.target_of_part()))
+        return f"Move{self.rng.choice('JLL')} {target},v100,fine,{self.rng.choice(('tRoom', 'tRoom', 'tRoom', 'tMill'))}\\WObj:=wHeld;"
 
     def plain(self):
         if self.rng.random() < 0.75:
@@ -248,6 +270,9 @@ class RapidWriter:
         tools = [f"PERS tooldata {name}:=[TRUE,[{programs.abb_pose(motion)}],[1.5,[0,0,100],[1,0,0,0],0,0,0]];"
                  for name, motion in zip(("tMill", "tGrip"), self.cell.tools)]
         data = [f'PERS wobjdata wPart:=[FALSE,TRUE,"",[{programs.abb_pose(self.cell.bases[0])}],[[0,0,0],[1,0,0,0]]];', *tools,
+                f'PERS wobjdata wHeld:=[TRUE,TRUE,"",[{programs.abb_pose(self.held)}],[[0,0,0],[1,0,0,0]]];',
+                f"PERS tooldata tRoom:=[FALSE,[{programs.abb_pose(self.room)}],[1.5,[0,0,100],[1,0,0,0],0,0,0]];",
+                f"{self.rng.choice(('CONST', 'PERS', 'VAR'))} robtarget h1:={self.target_of_part()};",
                 "CONST num nUp:=7.5;", "VAR num nStep:=2;"]
         data += [f"{self.rng.choice(('CONST', 'PERS', 'VAR'))} robtarget {name}:={self.target(frame)};"
                  for name, frame in (("p1", 0), ("p2", 0), ("p3", 0), ("q1", 1), ("r1", 2))] + [f"VAR robtarget pV:={self.target()};"]
@@ -271,7 +296,9 @@ class FanucMachine:
         values = lambda body: (lambda of: [of[k] for k in "XYZWPR"])({k: float(v) for k, v in re.findall(rf"\b([XYZWPR])\s*[=:]\s*({rp.NUMBER})", body)})
         joints = lambda body: {k: float(v) for k, v in re.findall(rf"\b(J\d)\s*=\s*({rp.NUMBER})", body)}
         text = text.replace("\r\n", "\n")
-        positions = {n: (joints(body) or values(body)) for n, body in re.findall(r"P\[(\d+)[^\]]*\]\s*\{(.*?)\};", text, re.S)}
+        bodies = [(n, body.partition("GP2")) for n, body in re.findall(r"P\[(\d+)[^\]]*\]\s*\{(.*?)\};", text, re.S)]
+        positions = {n: (joints(body) or values(body)) for n, (body, _, _) in bodies}
+        turns = {n: joints(others).get("J1", 0) for n, (_, _, others) in bodies}
         registers = {n: values(body) for n, body in re.findall(r"\[1,(\d)\] = (.*?)(?=\n    \[|\Z)", listing, re.S) if "Uninit" not in body}
         lines = [re.sub(r"^\s*\d+:\s*", "", line).strip(" ;") for line in text.partition("/MN\n")[2].partition("/POS")[0].splitlines()]
         at = steps = frame = tool = 0
@@ -295,6 +322,8 @@ class FanucMachine:
             elif found := re.match(r"[JL] (PR?)\[(\d+)[^\]]*\]", line):
                 value = (registers if found[1] == "PR" else positions)[found[2]]
                 base, tip = frames[frame], tools[tool]
+                if line.endswith("COORD") and found[1] == "P":  # the positioner carries the frame from where it is known
+                    base = vc.after(FanucWriter.positioner(turns[found[2]] - turns["1"]), base)
                 if isinstance(value, dict):
                     q = [math.radians(value[f"J{k}"]) for k in range(1, 7)]
                     q[2] += q[1]
@@ -317,16 +346,27 @@ class FanucMachine:
 
 class FanucWriter:
     dialect, files = "fanuc", ("part.ls",)
-    forms = ("Offset", "Tool_Offset", " PR[")
+    forms, of_carried = ("Offset", "Tool_Offset", " PR["), "COORD"
     from_points = ()
-    options = ("--with", "listings")
 
     def __init__(self, cell):
         self.cell, self.rng, self.q = cell, cell.rng, pc.posture_fanuc(cell)
         self.frames, self.tools = {0: vc.NONE, 1: cell.bases[0], 2: cell.bases[1]}, {1: cell.tools[0], 2: cell.tools[1]}
+        # A positioner that stands, one that turns between P[2] and P[3], or none; does --frame say where its frame is?
+        self.turns, self.is_given = self.rng.choice((None, None, (20, 20), (20, 20), (20, 25))), self.rng.random() < 0.8
         self.letters = ("F" if self.q[4] > 0 else "N") + " " + ("U" if programs.is_elbow_up(cell.nominal, self.q) else "D") + " "
         self.letters += "T" if programs.wrist(cell.nominal, self.q)[0] > 0 else "B"
         self.letters += ", " + ", ".join(str(round(self.q[j] / (2 * math.pi))) for j in (3, 4, 5))
+
+    @staticmethod
+    def positioner(degrees):
+        there = (vc.NONE[0], (1500, 200, 300))
+        return vc.after(vc.after(there, (vc.about(vc.Z, math.radians(degrees)), (0, 0, 0))), programs.inverse(there))
+
+    @property
+    def options(self):
+        frames = [f"--frame=UF[{i}]=" + ",".join(map(repr, [*self.frames[i][1], *vc.kuka(self.frames[i][0])])) for i in (1, 2)]
+        return ["--with", "listings", *(frames if self.turns and self.is_given else [])]
 
     def numbers(self, frame=1, tool=1):
         q = [a + self.rng.uniform(-0.02, 0.02) for a in self.q]
@@ -338,12 +378,15 @@ class FanucWriter:
         n = self.numbers(frame, tool)
         return (f"P[{number}]{{\n   GP1:\n\tUF : {frame}, UT : {tool},\t\tCONFIG : '{self.letters}',\n\t" +
                 ",\t".join(f"{name} = {value}  mm" for name, value in zip("XYZ", n)) + ",\n\t" +
-                ",\t".join(f"{name} = {value} deg" for name, value in zip("WPR", n[3:])) + "\n};\n")
+                ",\t".join(f"{name} = {value} deg" for name, value in zip("WPR", n[3:])) + "\n" +
+                (f"   GP2:\n\tUF : 1, UT : 2,\n\tJ1 = {self.turns[number > 2]:.3f} deg,\tJ2 = 0.000 deg\n" if self.turns else "") + "};\n")
 
     def move(self):
         speed = self.rng.choice(("100mm/sec FINE", "50cm/min CNT50"))
         by = self.rng.choice(("", "", " Offset,PR[2]", " Tool_Offset,PR[3:back]", " Offset,PR[4]", " Tool_Offset,PR[4]"))
         point = self.rng.choice(("P[1]", "P[2]", "P[2]", "P[3]", "PR[1:reg]", "PR[1]"))
+        if self.turns and self.rng.random() < 0.7:
+            return f"L P[{self.rng.randint(1, 3)}] {speed}{by} COORD"
         return f"{self.rng.choice(('L', 'L', 'J'))} {point} {speed}{by}    ".replace("J " + point + " " + speed, f"J {point} 100% FINE")
 
     def plain(self):
@@ -383,7 +426,8 @@ class FanucWriter:
             entry(i, of(self.frames[i])) for i in (1, 2)) + "[*SYSTEM*]$MNUTOOL  Storage: SHADOW  Access: RW  : ARRAY[1,2] OF POSITION\n" + "".join(
             entry(i, of(self.tools[i])) for i in (1, 2))
         self.listings = {"posreg.va": self.listing, "sysframe.va": frames}
-        return [f"/PROG  part\n/ATTR\nLINE_COUNT = {len(lines)};\n/MN\n{numbered}/POS\n{positions}/END\n"]
+        group = "1,1,*,*,*" if self.turns else "1,*,*,*,*"
+        return [f"/PROG  part\n/ATTR\nLINE_COUNT = {len(lines)};\nDEFAULT_GROUP = {group};\n/MN\n{numbered}/POS\n{positions}/END\n"]
 
     def machine(self, texts, inputs):
         return FanucMachine(texts[0], self.listing, self.frames, self.tools, inputs).moves
@@ -430,7 +474,7 @@ class OffsetProgramsTest(unittest.TestCase):
         return vc.length(vc.sub(vc.after(reached, programmed.tool)[1], vc.after(wanted, programmed.tool)[1]))
 
     def run_programs(self, kind):
-        hits, left, displaced = 0, 0, 0
+        hits, left, displaced, carried = 0, 0, 0, 0
         for number in range(PROGRAMS // 2):
             cell = programs.Cell(kind.dialect, f"{kind.dialect} {number}")
             writer = kind(cell)
@@ -451,6 +495,7 @@ class OffsetProgramsTest(unittest.TestCase):
                     if self.error_of(cell, programmed, commanded, writer.q) < NEAR_MM:
                         hits += 1
                         displaced += any(form in programmed.text for form in kind.forms)
+                        carried += kind.of_carried in programmed.text
                         continue
                     left += 1
                     where = f"{kind.dialect} program {number}: {programmed.text} -> {commanded.text}"
@@ -460,9 +505,10 @@ class OffsetProgramsTest(unittest.TestCase):
                     starts_there = any(word in programmed.text for word in kind.from_points)
                     moved = vc.length(vc.sub(programmed.value[1], commanded.value[1])) if programmed.kind == "pose" else 0
                     self.assertLess(moved, MOST_MM if starts_there else SAME_MM, where)
-        print(f"{kind.dialect}: {hits} moves corrected, {displaced} of them displaced; {left} left alone")
+        print(f"{kind.dialect}: {hits} moves corrected, {displaced} of them displaced, {carried} of a part that is carried; {left} left alone")
         self.assertGreater(hits, 2 * left)
         self.assertGreater(displaced, PROGRAMS)
+        self.assertGreater(carried, PROGRAMS // 2)
 
     def test_displaced_targets_of_abb_are_reached_or_left_as_they_are(self):
         self.run_programs(RapidWriter)

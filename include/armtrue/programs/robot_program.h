@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -106,6 +107,9 @@ struct ProgramTarget {
   bool never_runs = false;
   bool ends_elsewhere = false;  ///< a circle whose angle says where it ends
   bool is_room_tool = false;    ///< the tool stands in the room, and the robot holds the part
+  /// With a tool in the room: `pose` is the inverse of what is written, `base` the tool and `tool`
+  /// the frame of the part, which the robot holds: flange part = room tool * inverse(written).
+  bool is_inverse = false;
   /// Distance before the target at which the arm may leave its path [m], if the program states it
   /// in mm.
   double blend = 0;
@@ -154,7 +158,8 @@ struct HandedFrame {
   enum class Kind {
     as_before,  ///< that of whoever calls the caller; behind a call: what it was before
     stated,
-    several  ///< nobody knows which
+    calculated,  ///< as the program runs
+    several      ///< nobody knows which
   } kind = Kind::as_before;
   std::string name;          ///< as of ProgramFrame
   std::optional<Pose> pose;  ///< if it is known
@@ -168,6 +173,12 @@ struct ProgramNeighbours {
   std::map<std::string, HandedFrames> begins;  ///< routines of it that others call
   std::map<std::string, std::string> callers;  ///< of these: `a.src:12, b.src:7`
   std::map<std::string, HandedFrames> leaves;  ///< routines of others that it calls
+  /// Global variables that several programs set.
+  struct SharedVariables {
+    std::map<std::string, std::set<std::string>> set_by;  ///< calls of routines of others
+    std::set<std::string> set_at_any_time;                ///< by interrupts or submit programs
+  };
+  std::optional<SharedVariables> shared;  ///< nothing: not known
 };
 
 /// A call of a routine.

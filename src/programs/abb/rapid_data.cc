@@ -18,6 +18,13 @@ namespace {
 bool is_point_type(const std::string& type) { return type == "ROBTARGET" || type == "JOINTTARGET"; }
 bool is_frame_type(const std::string& type) { return type == "WOBJDATA" || type == "TOOLDATA"; }
 
+// Behind PROC, FUNC type or TRAP; the cursor goes behind the name.
+std::string routine_name(TextCursor& cursor) {
+  std::string name;
+  for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name()) name = word;
+  return name;
+}
+
 // Behind the indices of an array, {2} or {3,2}.
 void skip_indices(TextCursor& cursor) {
   cursor.skip_to("}");
@@ -59,6 +66,7 @@ void RapidData::read_others() {
       std::string before;
       each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
         is_in_routine = (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
+        if (begins_rapid_routine(word)) routines_.insert(routine_name(cursor));
         const bool is_local = std::exchange(before, word) == "LOCAL";
         if (word != "CONST" && word != "PERS" && word != "VAR") return false;
         if (is_in_routine || is_local) return true;
@@ -156,9 +164,8 @@ bool RapidData::take_value(const std::string& kind, const std::string& type, Tex
 
 // NAME(num n, PERS robtarget point \switch fast | wobjdata WObj, VAR num list{*})
 void RapidData::declare_parameters(TextCursor cursor, int scope) {
-  std::string routine;
-  for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name())
-    routine = word;
+  const std::string routine = routine_name(cursor);
+  routines_.insert(routine);
   if (!cursor.take('(')) return;
   const size_t begin = cursor.at();
   cursor.skip_to(")");
@@ -196,7 +203,7 @@ void RapidData::forget_changed_frames(const std::vector<Statement>& statements) 
 // Assignments, and the points that other statements than moves use. What is no constant may be
 // changed where it is handed to a routine.
 void RapidData::read_uses(const Statement& statement) {
-  bool is_assignment = false, is_move = false;
+  bool is_assignment = false, is_move = false, is_followed = false;
   each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
     const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
     for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
@@ -205,6 +212,7 @@ void RapidData::read_uses(const Statement& statement) {
     const bool is_instruction = cursor.next() != '(' && cursor.next() != ':';
     if (is_instruction && find_rapid_move(word)) return true;
     if (is_instruction && is_other_rapid_move(word, cursor)) is_move = true;
+    is_followed |= routines_.contains(word);
     if (note_assignment(word, at, cursor)) {
       is_assignment = true;
       return false;
@@ -214,7 +222,10 @@ void RapidData::read_uses(const Statement& statement) {
     datum->is_shared = true;
     if (cursor.next() == '.') return false;
     if (!is_assignment && !datum->is_constant) datum->values += 2;
-    if (!is_move) uses_.push_back({line_at(program_.texts[0].text, statement, at), word, datum});
+    if (!is_move)
+      uses_.push_back(
+          {{line_at(program_.texts[0].text, statement, at), word, !is_assignment && !is_followed},
+           datum});
     return false;
   });
 }
@@ -450,7 +461,7 @@ void RapidData::leave(const Statement& argument) {
   if (datum && cursor.done()) datum->is_shared = true;
 }
 
-std::vector<std::pair<int, std::string>> RapidData::finish() {
+std::vector<RapidData::Use> RapidData::finish() {
   const auto mark = [&](const Datum& datum, int point) {
     program_.points[point].is_shared = datum.is_shared;
     program_.points[point].is_of_others = datum.is_of_others;
@@ -460,12 +471,14 @@ std::vector<std::pair<int, std::string>> RapidData::finish() {
   });
   for (const auto& [name, datum] : of_others_)
     for (const auto& [element, point] : datum.points) mark(datum, point);
-  std::vector<std::pair<int, std::string>> others;
-  for (const Use& use : uses_) {
-    const bool is_known =
-        std::ranges::find(others, use.name, &std::pair<int, std::string>::second) != others.end();
-    if (!is_known && use.datum->points.empty() && use.datum->list.kind == ListItem::Kind::list)
-      others.emplace_back(use.line, use.name);
+  std::vector<Use> others;
+  for (const auto& [use, datum] : uses_) {
+    if (!datum->points.empty() || datum->list.kind != ListItem::Kind::list) continue;
+    const auto known = std::ranges::find(others, use.name, &Use::name);
+    if (known == others.end())
+      others.push_back(use);
+    else
+      known->may_move |= use.may_move;
   }
   return others;
 }
@@ -483,39 +496,46 @@ const RapidData::Datum* RapidData::value_of(const Statement& argument, const cha
   return is_certain && scope == 0 ? datum : nullptr;
 }
 
-int RapidData::room_frame() { return add_frame(program_.frames, known_, "WOBJ0", Pose{}); }
+RapidData::Frame RapidData::room_frame() {
+  return {add_frame(program_.frames, known_, "WOBJ0", Pose{}), false};
+}
 
 // [robhold, ufprog, "ufmec", uframe, oframe]
-int RapidData::work_object_at(const Statement& argument, TargetKind kind, std::string& why_not) {
+RapidData::Frame RapidData::work_object_at(const Statement& argument, TargetKind kind,
+                                           std::string& why_not) {
   const std::string name = name_of(argument);
+  if (name == "WOBJ0") return room_frame();
+  Frame frame;
   std::optional<Pose> pose;
-  if (name == "WOBJ0") pose = Pose{};
   const Datum* const datum = value_of(argument, "WOBJDATA", kind, why_not);
-  if (!why_not.empty()) return -1;
+  if (!why_not.empty()) return frame;
   if (datum && datum->list.items.size() == 5) {
     const std::vector<ListItem>& parts = datum->list.items;
     const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
     if (user && object) pose = *user * *object;
-    if (is_word(parts[0], datum->text, "TRUE")) why_not = "the robot holds the work object";
-    if (is_word(parts[1], datum->text, "FALSE"))
+    frame.is_held = bool_of(parts[0], datum->text);
+    if (bool_of(parts[1], datum->text) == false)
       why_not = "a mechanical unit moves the work object";
   }
-  return add_frame(program_.frames, known_, name, pose);
+  frame.index = add_frame(program_.frames, known_, name, pose);
+  return frame;
 }
 
 // [robhold, tframe, tload]
-int RapidData::tool_at(const Statement& argument, TargetKind kind, std::string& why_not) {
+RapidData::Frame RapidData::tool_at(const Statement& argument, TargetKind kind,
+                                    std::string& why_not) {
   const std::string name = name_of(argument);
+  Frame frame;
   std::optional<Pose> pose;
   if (name == "TOOL0") pose = Pose{};
   const Datum* const datum = value_of(argument, "TOOLDATA", kind, why_not);
-  if (!why_not.empty()) return -1;
+  if (!why_not.empty()) return frame;
   if (datum && datum->list.items.size() == 3) {
     pose = rapid_pose(datum->list.items[1]);
-    if (is_word(datum->list.items[0], datum->text, "FALSE"))
-      why_not = "its tool stands in the room";
+    frame.is_held = bool_of(datum->list.items[0], datum->text);
   }
-  return add_frame(program_.frames, known_, name, pose);
+  frame.index = add_frame(program_.frames, known_, name, pose);
+  return frame;
 }
 
 }  // namespace armtrue

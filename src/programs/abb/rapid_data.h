@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,25 +30,34 @@ class RapidData {
 
   /// The point of an argument; -1 and the reason if it cannot be followed.
   int point_at(const Statement& argument, TargetKind kind, int line, std::string& why_not);
-  /// The frame of a tool or a work object, in the frames; -1 and the reason if it is not certain
-  /// and a target of this kind needs it.
-  int tool_at(const Statement& argument, TargetKind kind, std::string& why_not);
-  int work_object_at(const Statement& argument, TargetKind kind, std::string& why_not);
+  /// A tool or a work object.
+  struct Frame {
+    int index = -1;               ///< in the frames
+    std::optional<bool> is_held;  ///< by the robot, if the text says it
+  };
+  /// That of an argument; the reason if it is not certain and a target of this kind needs it.
+  Frame tool_at(const Statement& argument, TargetKind kind, std::string& why_not);
+  Frame work_object_at(const Statement& argument, TargetKind kind, std::string& why_not);
   /// Why a tool or a work object of a routine is not certain; empty if the target does not need it.
   std::string why_not_of_routine(TargetKind kind) const {
     const bool is_needed = kind == TargetKind::cartesian && parts_ == TargetParts::pose;
     return is_needed ? "its tool or work object is given by its routine" : "";
   }
-  /// That of wobj0.
-  int room_frame();
+  /// wobj0.
+  Frame room_frame();
   const RapidExternalAxes& external() const { return external_; }
 
   /// A move to the point is left alone: its declaration must stay. An expression starts from it,
   /// and follows it.
   void leave(const Statement& argument);
-  /// Once all moves are read: marks the points whose declaration must stay. Returns the other
-  /// points with numbers that statements other than moves use: lines and names.
-  std::vector<std::pair<int, std::string>> finish();
+  /// A point with numbers that no move uses, but another statement does.
+  struct Use {
+    int line = 0;
+    std::string name;
+    bool may_move = false;  ///< it is handed to a routine that no text has
+  };
+  /// Once all moves are read: marks the points whose declaration must stay.
+  std::vector<Use> finish();
 
  private:
   struct Datum {
@@ -63,9 +73,8 @@ class RapidData {
     std::optional<double> number;  // of a constant
     std::map<size_t, int> points;  // by the index of the element, 0 of the whole
   };
-  struct Use {
-    int line;
-    std::string name;
+  struct UseOfDatum {
+    Use use;
     const Datum* datum;
   };
 
@@ -99,9 +108,13 @@ class RapidData {
   std::string name_of(const Statement& argument) const {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
   }
-  bool is_word(const ListItem& item, int text, const char* word) const {
+  // TRUE or FALSE.
+  std::optional<bool> bool_of(const ListItem& item, int text) const {
     const std::string& whole = program_.texts[text].text;
-    return upper(std::string_view(whole).substr(item.begin, item.end - item.begin)) == word;
+    const std::string word =
+        upper(std::string_view(whole).substr(item.begin, item.end - item.begin));
+    if (word != "TRUE" && word != "FALSE") return std::nullopt;
+    return word == "TRUE";
   }
 
   RobotProgram& program_;
@@ -111,7 +124,8 @@ class RapidData {
   Scopes scopes_;
   ScopedNames<Datum> names_;
   std::map<std::string, Datum> of_others_;  // global data of other modules
-  std::vector<Use> uses_;                   // of points, outside of moves
+  std::vector<UseOfDatum> uses_;            // of points, outside of moves
+  std::set<std::string> routines_;          // of all texts
   RapidExternalAxes external_;
 };
 

@@ -26,6 +26,7 @@ class RapidReader : MoveReader {
  public:
   RapidReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : MoveReader(program),
+        parts_(parts),
         text_(masked(program.texts[0].text, '!', "\"")),
         data_(program, text_, known, parts) {}
 
@@ -44,8 +45,9 @@ class RapidReader : MoveReader {
     }
     is_dead_ = false;
     is_called_ = true;
-    for (const auto& [line, name] : data_.finish())
-      leave(line, "uses the point " + name + " in a way that is not followed");
+    for (const RapidData::Use& use : data_.finish())
+      leave_move(use.line, "uses the point " + use.name + " in a way that is not followed",
+                 use.may_move);
     program_.warnings = warnings_.list();
   }
 
@@ -156,9 +158,13 @@ class RapidReader : MoveReader {
       const bool is_auxiliary = i + 1 < points.size();
       target.motion = motion_of(kind, !is_auxiliary);
       target.follows_target = is_certain && (i > 0 || (follows_ && move_.is_first));
+      // The tool goes straight along the part, not in the room.
+      target.follows_target &= !target.is_inverse;
       target.begin = arguments[i].begin;
       target.end = arguments[i].end;
-      if (kind == 'L' || target.motion == MotionKind::arc)
+      if (target.is_inverse)
+        target.obstacle = "its tool stands in the room";
+      else if (kind == 'L' || target.motion == MotionKind::arc)
         prepare_rapid_insertion(program_, text_, move_, data_.external(), points, arguments,
                                 target);
       add_target(target, points[i], is_auxiliary);
@@ -195,10 +201,30 @@ class RapidReader : MoveReader {
     if (const int displacement = flow_.displacement.at(move_.begin); displacement != 0)
       why_not = displacement == 1 ? "a program displacement (PDispOn, PDispSet) is active"
                                   : "a program displacement (PDispOn, PDispSet) may be active";
-    else
-      target.base = work_object_ ? data_.work_object_at(*work_object_, target.kind, why_not)
-                                 : data_.room_frame();
-    if (why_not.empty()) target.tool = data_.tool_at(tool, target.kind, why_not);
+    if (!why_not.empty()) return;
+    const RapidData::Frame object = work_object_
+                                        ? data_.work_object_at(*work_object_, target.kind, why_not)
+                                        : data_.room_frame();
+    if (!why_not.empty()) return;
+    const RapidData::Frame of_tool = data_.tool_at(tool, target.kind, why_not);
+    target.base = object.index;
+    target.tool = of_tool.index;
+    if (why_not.empty() && of_tool.is_held == false)
+      set_room_tool(object, target, why_not);
+    else if (why_not.empty() && object.is_held == true)
+      why_not = "the robot holds the work object, and its tool is not known to stand in the room";
+  }
+
+  // The tool stands in the room, and the robot holds the part. Then the tool stands still where
+  // otherwise the work object does, and the part moves where otherwise the tool does.
+  void set_room_tool(const RapidData::Frame& object, ProgramTarget& target, std::string& why_not) {
+    if (object.is_held != true || parts_ != TargetParts::pose) {
+      why_not = "its tool stands in the room";
+      return;
+    }
+    std::swap(target.base, target.tool);
+    target.is_room_tool = true;
+    target.is_inverse = target.kind == TargetKind::cartesian;
   }
 
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
@@ -223,6 +249,7 @@ class RapidReader : MoveReader {
 
   std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
 
+  const TargetParts parts_;
   std::string text_;
   RapidData data_;
   RapidFlow flow_;

@@ -198,7 +198,7 @@ class FanucReader : MoveReader {
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
     std::vector<PointOfMove> points;
     std::string other;
-    bool follows_point = false, is_any = false;
+    bool follows_point = false, is_any = false, is_coordinated = false;
     std::vector<Displacement> displacements;
     const auto is_because = [&](const std::string& reason) {
       if (other.empty()) other = reason;
@@ -211,8 +211,7 @@ class FanucReader : MoveReader {
       if (word == "SKIP") ends_at_target_ = false;
       const bool is_offset = word == "OFFSET" || word == "TOOL_OFFSET" || word == "VOFFSET";
       follows_point |= is_offset && other.empty();
-      if (word == "COORD")
-        is_because("its motion is coordinated with a positioner (COORD), which carries its frame");
+      is_coordinated |= word == "COORD";
       if (is_offset) {
         const auto register_number = register_behind(cursor);
         if (register_number && word != "VOFFSET")
@@ -239,6 +238,11 @@ class FanucReader : MoveReader {
                      : "its point has no plain number");
     });
     if (points.empty() && other.empty()) return;  // no move: a word of the same letter
+    if (is_coordinated) {
+      const std::string why_not = why_not_coordinated(points, statement.begin);
+      is_because(why_not);
+      follows_point &= why_not.empty();
+    }
     if (other.empty() && points.size() != wanted) other = "it does not have the points of its kind";
     for (const PointOfMove& point : points)
       if (other.empty())
@@ -264,6 +268,43 @@ class FanucReader : MoveReader {
       target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
       if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
     }
+  }
+
+  // Why a move that is coordinated with a positioner (COORD) cannot be followed; empty if it can.
+  // The positioner carries the frame, which stands still only if the positioner does. Where it
+  // stands then, no listing of user frames says.
+  std::string why_not_coordinated(const std::vector<PointOfMove>& points, size_t at) {
+    if (positioner_moves())
+      return "its motion is coordinated with a positioner (COORD), which carries its frame and "
+             "moves";
+    for (const PointOfMove& point : points) {
+      if (point.is_register || is_joints(point)) continue;
+      const auto number = frame_number(positions_[point.id], false, at);
+      if (number && registers_->find_frame(false, *number) && !is_given("UF", *number))
+        return fmt::format(
+            "its motion is coordinated with a positioner (COORD), which carries its frame; say "
+            "where that stands: --frame UF[{}]=x,y,z,a,b,c",
+            *number);
+    }
+    return "";
+  }
+
+  // Whether the positions do not all state the same for the axes beside the arm's.
+  bool positioner_moves() const {
+    const FanucPosition* first = nullptr;
+    for (const auto& [id, position] : positions_) {
+      if (position.line == 0) continue;  // only named
+      if (!first) first = &position;
+      if (position.others.empty() || position.others != first->others) return true;
+    }
+    return !first;
+  }
+
+  // Whether --frame has a frame or tool.
+  bool is_given(const char* name, int number) const {
+    const std::string wanted = fmt::format("{}[{}]", name, number);
+    return std::ranges::any_of(known_,
+                               [&](const auto& frame) { return upper(frame.first) == wanted; });
   }
 
   bool is_joints(const PointOfMove& point) {
@@ -471,9 +512,7 @@ class FanucReader : MoveReader {
         found && number > 0) {
       pose = program_.frames[add_frame_of(is_tool, 0, line)].pose *
              fanuc_dialect().pose_of_numbers(found->numbers);
-      const bool is_world_given = std::ranges::any_of(
-          known_, [](const auto& frame) { return upper(frame.first) == "UF[0]"; });
-      if (!is_tool && !is_world_given && pose->translation.norm() > 0)
+      if (!is_tool && !is_given("UF", 0) && pose->translation.norm() > 0)
         warnings_.add(line,
                       "the listed user frame counts from FANUC's world frame, which is taken to be "
                       "R_0 of the robot file; if it is not, such as at the height of axis 2, say "

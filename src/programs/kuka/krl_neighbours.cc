@@ -11,6 +11,7 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "programs/kuka/krl_set_up.h"
+#include "programs/kuka/krl_shared_variables.h"
 #include "programs/kuka/krl_syntax.h"
 #include "programs/kuka/krl_words.h"
 #include "programs/path_name.h"
@@ -66,8 +67,13 @@ KrlSource source_of(const ProgramText& text) {
 class KrlController {
  public:
   KrlController(const Dialect& dialect, const std::vector<ProgramText>& project,
-                const KnownFrames& known, std::vector<KrlSource> sources)
-      : dialect_(dialect), project_(project), known_(known), sources_(std::move(sources)) {}
+                const KnownFrames& known, std::vector<KrlSource> sources,
+                std::vector<std::string> submits)
+      : dialect_(dialect),
+        project_(project),
+        known_(known),
+        sources_(std::move(sources)),
+        submits_(std::move(submits)) {}
 
   void add_to(std::map<std::string, ProgramNeighbours>& result) {
     find_owners();
@@ -82,9 +88,8 @@ class KrlController {
         }
     std::ranges::reverse(order_);
     for (const size_t i : order_) find_what_is_handed_on(i);
-    for (KrlSource& source : sources_)
-      if (!source.neighbours.begins.empty() || !source.neighbours.leaves.empty())
-        result[source.text->name] = std::move(source.neighbours);
+    find_shared_variables();
+    for (KrlSource& source : sources_) result[source.text->name] = std::move(source.neighbours);
   }
 
  private:
@@ -152,6 +157,15 @@ class KrlController {
     }
   }
 
+  void find_shared_variables() {
+    std::vector<KrlSourceText> texts;
+    for (const KrlSource& source : sources_) texts.push_back({source.plain});
+    for (const std::string& submit : submits_) texts.push_back({submit, true});
+    std::vector<ProgramNeighbours::SharedVariables> shared = krl_shared_variables(texts);
+    for (size_t i = 0; i < sources_.size(); ++i)
+      sources_[i].neighbours.shared = std::move(shared[i]);
+  }
+
   static void hand_on(const std::string& routine, const HandedFrames& frames,
                       const std::string& caller, ProgramNeighbours& callee) {
     std::string& callers = callee.callers[routine];
@@ -189,6 +203,7 @@ class KrlController {
   const std::vector<ProgramText>& project_;
   const KnownFrames& known_;
   std::vector<KrlSource> sources_;
+  std::vector<std::string> submits_;          // texts that run beside them, by masked()
   std::map<std::string, int> owners_;         // of exported routines: sources, or kSeveral
   std::set<std::string> interrupts_;          // all names that they call
   std::set<std::string> not_followed_;        // routines: of several sources, or in a ring
@@ -203,12 +218,21 @@ std::map<std::string, ProgramNeighbours> krl_neighbours(const Dialect& dialect,
                                                         const std::vector<ProgramText>& project,
                                                         const KnownFrames& known) {
   std::map<std::string, std::vector<KrlSource>> controllers;  // by their folders
-  for (const ProgramText& text : project)
-    if (dialect_of_file(text.name) == &dialect && !is_of_controller(text.name))
-      controllers[dialect.search_folder(project, text.name).folder].push_back(source_of(text));
+  std::map<std::string, std::vector<std::string>> submits;
+  for (const ProgramText& text : project) {
+    const bool is_submit = ending_of(text.name) == ".SUB";
+    if (!is_submit && (dialect_of_file(text.name) != &dialect || is_of_controller(text.name)))
+      continue;
+    const std::string folder = dialect.search_folder(project, text.name).folder;
+    if (is_submit)
+      submits[folder].push_back(masked(text.text, ';', "\""));
+    else
+      controllers[folder].push_back(source_of(text));
+  }
   std::map<std::string, ProgramNeighbours> result;
   for (auto& [folder, sources] : controllers)
-    KrlController(dialect, project, known, std::move(sources)).add_to(result);
+    KrlController(dialect, project, known, std::move(sources), std::move(submits[folder]))
+        .add_to(result);
   return result;
 }
 

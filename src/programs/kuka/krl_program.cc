@@ -458,7 +458,7 @@ class KrlReader : MoveReader {
 }  // namespace
 
 void parse_krl_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
-  const KrlSyntax syntax = parse_krl(program.texts, program.own_texts);
+  const KrlSyntax syntax = parse_krl(program);
   KrlReader(program, syntax, known, parts).read();
 }
 

@@ -21,7 +21,7 @@ class KrlRoutineReader {
   KrlRoutineReader(const RobotProgram& program, const KnownFrames& known)
       : src_(program.texts[0].text),
         text_(masked(src_, ';', "\"")),
-        syntax_(parse_krl(program.texts, program.own_texts)),
+        syntax_(parse_krl(program)),
         set_ups_(src_, syntax_, program.neighbours, known, frames_, warnings_) {}
 
   std::vector<Routine> read() {

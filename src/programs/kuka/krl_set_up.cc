@@ -131,6 +131,7 @@ void KrlSetUps::add_what_others_leave(SettingsInOrder& settings) {
 // The value of what another program hands on. Its name may mean another frame here.
 int KrlSetUps::handed(const HandedFrame& frame, size_t part) {
   if (frame.kind == HandedFrame::Kind::several) return kUncertain;
+  if (frame.kind == HandedFrame::Kind::calculated) return kCalculated;
   if (frame.kind == HandedFrame::Kind::as_before) return kStart[part];
   if (part == kMode) return frame.name == "#TCP" ? 1 : frame.name == "#BASE" ? 0 : kAnyMode;
   int index = is_of_controller_list(frame.name) ? add_name(frame.name) : -1;
@@ -148,6 +149,7 @@ int KrlSetUps::handed(const HandedFrame& frame, size_t part) {
 HandedFrame KrlSetUps::as_handed(int value, size_t part) const {
   using enum HandedFrame::Kind;
   if (value == kUncertain) return {several, "", {}};
+  if (value == kCalculated) return {calculated, "", {}};
   if (part == kMode) {
     if (value == kAnyMode) return {};
     return {stated, value == 1 ? "#TCP" : "#BASE", {}};
@@ -156,7 +158,8 @@ HandedFrame KrlSetUps::as_handed(int value, size_t part) const {
   const ProgramFrame& frame = frames_[value];
   if (frame.is_known) return {stated, frame.name, frame.pose};
   // What is calculated has another value whenever it is.
-  return {is_of_controller_list(frame.name) ? stated : several, frame.name, {}};
+  if (is_of_controller_list(frame.name)) return {stated, frame.name, {}};
+  return {calculated, "", {}};
 }
 
 HandedFrames KrlSetUps::all_as_handed(size_t place) const {
@@ -214,9 +217,11 @@ KrlSetUps::SetUp KrlSetUps::at(size_t place, const Settings& of_move) const {
   std::array<int, 3> settings{};
   for (size_t part = 0; part < settings.size(); ++part)
     settings[part] = of_move[part].value_or(values_[part].at(place));
-  if (std::ranges::find(settings, kUncertain) == settings.end())
-    return {settings[kBase], settings[kTool], settings[kMode] == 1, false};
-  return {-1, -1, settings[kMode] == 1, true};
+  const bool is_calculated = std::ranges::find(settings, kCalculated) != settings.end();
+  const bool is_uncertain = std::ranges::find(settings, kUncertain) != settings.end();
+  if (!is_calculated && !is_uncertain)
+    return {settings[kBase], settings[kTool], settings[kMode] == 1};
+  return {-1, -1, settings[kMode] == 1, true, is_calculated};
 }
 
 KrlSetUps::Settings KrlSetUps::with_of(const KrlMove& move) {

@@ -31,6 +31,7 @@ class KrlSetUps {
     int base = -1, tool = -1;      ///< in the frames; -1: not stated
     bool is_external_tcp = false;  ///< the tool is stationary, the robot holds the part
     bool is_uncertain = false;     ///< it may be one of several; then nothing is stated
+    bool is_calculated = false;    ///< uncertain because another program calculates it
     bool operator==(const SetUp&) const = default;
   };
   struct List {
@@ -55,6 +56,7 @@ class KrlSetUps {
   enum Part : std::uint8_t { kBase, kTool, kMode };  // kMode: 1 if the tool is stationary
   static constexpr std::array<int, 3> kStart{-1, -1, 0};
   static constexpr int kAnyMode = 2, kUncertain = ProgramFlow::kUncertain;
+  static constexpr int kCalculated = -2;               // by another program, as it runs
   using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
   using SettingsInOrder = std::array<std::vector<ProgramFlow::Setting>, 3>;
 

@@ -140,18 +140,23 @@ KrlValues KrlStarts::before_end(size_t move, const KrlValues& before) const {
 
 std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) const {
   const KrlMove& move = syntax_.moves[index];
+  const bool is_circle = move.motion == KrlMotion::circle;
+  const bool is_relative = move.relative != KrlRelative::none;
+  for (const KrlTarget* target : {&move.auxiliary, &move.target})
+    if (!is_relative && (target == &move.target || is_circle))
+      if (const std::string reason = reason_of(target->kind); !reason.empty()) return reason;
   if (set_ups_.of_moves[index].is_external_tcp && parts_ == TargetParts::pose)
     return "its tool stands in the room (#TCP), and the robot holds the part";
-  if (set_ups_.of_moves[index].is_uncertain && parts_ == TargetParts::pose && !is_joints(move))
+  const bool needs_frames = parts_ == TargetParts::pose && !is_joints(move);
+  if (set_ups_.of_moves[index].is_calculated && needs_frames)
+    return "its frame is calculated as the program runs ($BASE or $TOOL, by a program that it "
+           "calls or that calls it); state them before the move";
+  if (set_ups_.of_moves[index].is_uncertain && needs_frames)
     return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on " +
            (set_ups_.callers.empty() ? "calls, branches or loops"
                                      : "its calls in " + set_ups_.callers) +
            "; state them before the move";
-  if (move.relative != KrlRelative::none) return why_left_alone(move, before);
-  const bool is_circle = move.motion == KrlMotion::circle;
-  for (const KrlTarget* target : {&move.auxiliary, &move.target})
-    if (target == &move.target || is_circle)
-      if (const std::string reason = reason_of(target->kind); !reason.empty()) return reason;
+  if (is_relative) return why_left_alone(move, before);
   if (is_circle)
     if (const std::string reason = why_left_alone(move.auxiliary, before); !reason.empty())
       return reason;

@@ -46,7 +46,9 @@ struct Declaration {
 
 class KrlParser {
  public:
-  KrlParser(const std::vector<ProgramText>& texts, size_t own) : texts_(texts), own_(own) {}
+  KrlParser(const std::vector<ProgramText>& texts, size_t own,
+            const ProgramNeighbours::SharedVariables* shared)
+      : texts_(texts), own_(own), shared_(shared) {}
 
   // Those of others first: what the program declares itself takes their place.
   KrlSyntax parse() {
@@ -600,7 +602,9 @@ class KrlParser {
       const Declaration* const declared = found == declarations_.end() ? nullptr : &found->second;
       const bool is_seen_by_others = type.declarations == 0 || (declared && declared->is_global);
       if (type.name == "?" || type.declarations + type.is_of_others != 1) continue;
-      if (is_seen_by_others && (!has_sources_of_others_ || set_by_others_.contains(name))) continue;
+      if (is_seen_by_others && !has_sources_of_others_) continue;
+      const bool is_shared = is_seen_by_others && set_by_others_.contains(name);
+      if (is_shared && (!shared_ || shared_->set_at_any_time.contains(name))) continue;
       const auto changed = changes_.find(name);
       if (changed == changes_.end()) {
         if (const auto number = numbers_.find(name); number != numbers_.end())
@@ -613,10 +617,23 @@ class KrlParser {
       }
       const Changes& changes = changed->second;
       if (changes.is_at_any_time || (changes.is_beyond_main && comes_any_time)) continue;
-      variables.add(name, type.name, changes.list, declared ? value_of(*declared) : KrlFrame{});
+      std::vector<KrlChange> list = changes.list;
+      if (is_shared) add_changes_by_others(name, list);
+      variables.add(name, type.name, list, declared ? value_of(*declared) : KrlFrame{});
     }
     variables.follow();
     return variables;
+  }
+
+  // Calls of routines of others that may set a variable; in an expression, before the statement.
+  void add_changes_by_others(const std::string& name, std::vector<KrlChange>& list) const {
+    for (const KrlCall& call : krl_calls(masked(texts_[0].text, ';', "\""))) {
+      const auto found = shared_->set_by.find(call.name);
+      if (found == shared_->set_by.end() || !found->second.contains(name)) continue;
+      const size_t place =
+          call.is_statement ? call.statement : std::max<size_t>(1, call.statement) - 1;
+      list.push_back({place, place, false});
+    }
   }
 
   KrlFrame value_of(const Declaration& declaration) const {
@@ -651,6 +668,7 @@ class KrlParser {
 
   const std::vector<ProgramText>& texts_;
   const size_t own_;
+  const ProgramNeighbours::SharedVariables* const shared_;
   KrlSyntax syntax_;
   std::string_view text_;
   size_t index_ = 0;  // of the text that is read
@@ -676,8 +694,14 @@ class KrlParser {
 
 }  // namespace
 
-KrlSyntax parse_krl(const std::vector<ProgramText>& texts, size_t own) {
-  return KrlParser(texts, own).parse();
+KrlSyntax parse_krl(const std::vector<ProgramText>& texts, size_t own,
+                    const ProgramNeighbours::SharedVariables* shared) {
+  return KrlParser(texts, own, shared).parse();
+}
+
+KrlSyntax parse_krl(const RobotProgram& program) {
+  const auto& shared = program.neighbours.shared;
+  return parse_krl(program.texts, program.own_texts, shared ? &*shared : nullptr);
 }
 
 }  // namespace armtrue

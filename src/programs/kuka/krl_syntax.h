@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/programs/program_text.h"
+#include "armtrue/programs/robot_program.h"
 #include "programs/kuka/krl_flow.h"
 #include "programs/kuka/krl_frame.h"
 #include "programs/kuka/krl_steps.h"
@@ -94,7 +95,10 @@ struct KrlSyntax {
 };
 
 /// `texts`: the .src and, if there is one, its .dat, which are `own`; behind them data lists of
-/// others.
-KrlSyntax parse_krl(const std::vector<ProgramText>& texts, size_t own);
+/// others. `shared`: see ProgramNeighbours; null: not known.
+KrlSyntax parse_krl(const std::vector<ProgramText>& texts, size_t own,
+                    const ProgramNeighbours::SharedVariables* shared = nullptr);
+/// The same of a program.
+KrlSyntax parse_krl(const RobotProgram& program);
 
 }  // namespace armtrue
