@@ -230,20 +230,31 @@ void check_temperatures(const Campaign& campaign, Findings& findings) {
   }
 }
 
-// The number of poses that share each time; `rows`: in the order of time.
-std::vector<std::pair<double, long>> poses_by_time(const Campaign& campaign,
-                                                   const std::vector<int>& rows) {
-  std::vector<std::pair<double, long>> poses;
-  std::set<std::pair<int, int>> of_time;
-  for (const int row : rows) {
-    if (poses.empty() || poses.back().first != campaign.time_s[row]) {
-      of_time.clear();
-      poses.emplace_back(campaign.time_s[row], 0);
-    }
-    of_time.emplace(campaign.session.empty() ? 0 : campaign.session[row], campaign.pose[row]);
-    poses.back().second = std::ssize(of_time);
+// How many poses share a time: of all times, and of the one that has most.
+struct SharedTimes {
+  long times = 0, shared = 0;  // shared: by several poses
+  double mark = 0;             // the first of those that most poses share
+  long poses = 0;              // of the mark
+};
+
+SharedTimes shared_times(const Campaign& campaign) {
+  std::vector<int> rows(campaign.q.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  const auto time_of = [&](int row) { return campaign.time_s[row]; };
+  std::ranges::stable_sort(rows, {}, time_of);
+  SharedTimes found;
+  for (auto begin = rows.begin(); begin != rows.end();) {
+    const double time = time_of(*begin);
+    std::set<std::pair<int, int>> of_time;
+    for (; begin != rows.end() && time_of(*begin) == time; ++begin)
+      of_time.emplace(campaign.session.empty() ? 0 : campaign.session[*begin],
+                      campaign.pose[*begin]);
+    const long poses = std::ssize(of_time);
+    ++found.times;
+    found.shared += poses > 1;
+    if (poses > found.poses) found = {found.times, found.shared, time, poses};
   }
-  return poses;
+  return found;
 }
 
 // Whether the rows are in the order of time, but for those with the mark and a few resets.
@@ -264,17 +275,11 @@ void check_times(const Campaign& campaign, Findings& findings) {
   constexpr double kNearlyAll = 0.9;
   constexpr int kFewestRuns = 2, kMorePosesThanRuns = 6;
   if (campaign.time_s.empty()) return;
+  const auto [times, all_shared, mark, poses] = shared_times(campaign);
+  const long shared = all_shared - 1, others = times - 1;  // without the mark
+  if (poses < kFewestMarks || others < kFewestOthers || shared * kPerShared > others) return;
   Series series{"t_s", " s", std::vector<int>(campaign.q.size()), campaign.time_s};
   std::iota(series.rows.begin(), series.rows.end(), 0);
-  std::vector<int> by_time = series.rows;
-  std::ranges::stable_sort(by_time, {}, [&](int row) { return campaign.time_s[row]; });
-  const auto times = poses_by_time(campaign, by_time);
-  const auto [mark, poses] =
-      *std::ranges::max_element(times, {}, &std::pair<double, long>::second);
-  const long shared =
-      std::ranges::count_if(times, [](const auto& time) { return time.second > 1; }) - 1;
-  const long others = std::ssize(times) - 1;
-  if (poses < kFewestMarks || others < kFewestOthers || shared * kPerShared > others) return;
   // A clock that was reset goes on from the mark; one that was not read goes on from before it.
   int inner = 0, goes_on = 0;
   for (const Run& run : runs_of(mark, series)) {

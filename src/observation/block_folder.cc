@@ -78,7 +78,7 @@ void BlockFolder::add(int prediction, int place) {
   if (!kept_) {
     weigh(prediction, out);
     if (folded_.bend.size() > 0)
-      room_for_slopes() = bending_ * (out.leftCols(out.cols() - 1).transpose() * bent_);
+      room_for_slopes().noalias() = bending_ * (out.leftCols(out.cols() - 1).transpose() * bent_);
     return;
   }
   gather(prediction, place);

@@ -182,25 +182,27 @@ size_t ObservationModel::hash_of_prediction(int row) const {
 
 void ObservationModel::find_replicates() {
   constexpr int kNone = -1;
-  std::vector<int> visits(campaign_.pose_ids.size()), last_of_pose(visits.size(), kNone);
-  for (int pose : campaign_.pose) ++visits[pose];
-  const auto hash = [&](int row) { return hash_of_prediction(row); };
-  const auto same = [&](int row, int other) { return same_prediction(row, other); };
-  std::unordered_map<int, int, decltype(hash), decltype(same)> number_of(0, hash, same);
   std::vector<int> number;
   number.reserve(rows());
-  int count = 0;
-  for (int row = 0; row < rows(); ++row) {
-    const size_t pose = campaign_.pose[row];
-    const int last = std::exchange(last_of_pose[pose], row);
-    if (visits[pose] == 1)
-      number.push_back(count);
-    else if (last != kNone && same(row, last))  // most often; the map takes more time
-      number.push_back(number[last]);
-    else
-      number.push_back(number_of.try_emplace(row, count).first->second);
-    count = std::max(count, number.back() + 1);
-  }
+  {
+    std::vector<int> visits(campaign_.pose_ids.size()), last_of_pose(visits.size(), kNone);
+    for (int pose : campaign_.pose) ++visits[pose];
+    const auto hash = [&](int row) { return hash_of_prediction(row); };
+    const auto same = [&](int row, int other) { return same_prediction(row, other); };
+    std::unordered_map<int, int, decltype(hash), decltype(same)> number_of(0, hash, same);
+    int count = 0;
+    for (int row = 0; row < rows(); ++row) {
+      const size_t pose = campaign_.pose[row];
+      const int last = std::exchange(last_of_pose[pose], row);
+      if (visits[pose] == 1)
+        number.push_back(count);
+      else if (last != kNone && same(row, last))  // most often; the map takes more time
+        number.push_back(number[last]);
+      else
+        number.push_back(number_of.try_emplace(row, count).first->second);
+      count = std::max(count, number.back() + 1);
+    }
+  }  // what counts the visits takes as much memory as the groups
   rows_by_prediction_ = grouped_rows(number);
   if (has_replicates()) prediction_ = std::move(number);
 }

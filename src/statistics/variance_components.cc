@@ -15,6 +15,22 @@ constexpr double kTolerance = 0.05;  // rise of the log likelihood by a step
 constexpr double kMostOfStep = 1.5;  // of ln tau
 constexpr double kLeastTau = 1e-4;   // of what is usual: such a group adds nothing
 
+// Squared norms of the columns of the inverse of a lower triangle. A column is zero above its
+// diagonal, so some columns at a time are solved in what lies below them: a third of the work of a
+// whole inverse.
+Eigen::VectorXd squares_of_inverse(const Eigen::MatrixXd& lower) {
+  constexpr Eigen::Index kColumnsAtOnce = 128;
+  const Eigen::Index p = lower.rows();
+  Eigen::VectorXd squares(p);
+  for (Eigen::Index first = 0; first < p; first += kColumnsAtOnce) {
+    const Eigen::Index below = p - first, own = std::min(kColumnsAtOnce, below);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Identity(below, own);
+    lower.bottomRightCorner(below, below).triangularView<Eigen::Lower>().solveInPlace(columns);
+    squares.segment(first, own) = columns.colwise().squaredNorm().transpose();
+  }
+  return squares;
+}
+
 // The restricted log likelihood L of theta = (ln tau of each group, ln s), and with the priors of tau.
 struct Likelihood {
   double alone = 0, value = 0;  // L, L + ln prior
@@ -63,9 +79,7 @@ Likelihood likelihood(const MixedModelSums& sums, const std::vector<VarianceGrou
   at.alone = -0.5 * (sums.freedom * std::log(variance) + log_determinant + left / variance);
   at.value = at.alone;
 
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
-  lower.solveInPlace(inverse);
-  const Eigen::VectorXd undetermined = variance * inverse.colwise().squaredNorm().transpose();
+  const Eigen::VectorXd undetermined = variance * squares_of_inverse(m);
 
   Eigen::MatrixXd products = Eigen::MatrixXd::Zero(p, count + 1);  // Z'^T w
   for (Eigen::Index g = 0; g < count; ++g) {
