@@ -11,7 +11,6 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/observation/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/mistakes.h"
@@ -25,6 +24,7 @@
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
 #include "option_text.h"

@@ -11,13 +11,13 @@
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/observation/reading_law.h"
 #include "armtrue/calibration/refit.h"
-#include "armtrue/observation/registration.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/reading_law.h"
+#include "armtrue/observation/registration.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/fit_statistics.h"
 #include "calibration/levenberg_marquardt.h"

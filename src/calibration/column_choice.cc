@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/observation.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
 

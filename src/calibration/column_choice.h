@@ -1,8 +1,8 @@
 #pragma once
 
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/observation/session_models.h"
 
 namespace armtrue {
 

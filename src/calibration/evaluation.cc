@@ -9,8 +9,8 @@
 #include <span>
 #include <utility>
 
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/grouped_rows.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "statistics/ordered_blocks.h"

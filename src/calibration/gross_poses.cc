@@ -12,8 +12,8 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/likely_mistake.h"

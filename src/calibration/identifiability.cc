@@ -11,13 +11,13 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/observation/contacts.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/effects/identify.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/contacts.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/column_choice.h"
 #include "calibration/prior.h"
 

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/grouped_rows.h"
+#include "armtrue/observation/session_models.h"
 #include "linear_algebra/sparse_cholesky.h"
 #include "statistics/ordered_blocks.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/observation/session_models.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/observation/session_models.h"
 #include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue {

@@ -10,8 +10,8 @@
 namespace armtrue {
 
 WeightedZone weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& zone) {
-  const Eigen::Matrix3Xd points =
-      own_points(starting_robot(robot, campaign, require_identifiable(robot, campaign).kept), campaign);
+  const Eigen::Matrix3Xd points = own_points(
+      starting_robot(robot, campaign, require_identifiable(robot, campaign).kept), campaign);
   // Only the ratios of the standard deviations count.
   const size_t rows = campaign.rows();
   if (campaign.sigma_position.empty()) campaign.sigma_position.assign(rows, 1e-3);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/observation.h"
 #include "compensation/program_arm.h"
 
 namespace armtrue {

@@ -7,8 +7,8 @@
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/programs/robot_program.h"
-#include "compensation/arms.h"
 #include "armtrue/programs/way.h"
+#include "compensation/arms.h"
 
 namespace armtrue {
 

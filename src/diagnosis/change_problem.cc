@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/observation/registration.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/registration.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/diagnosis/change.h"
 #include "armtrue/observation/reading_law.h"
 #include "armtrue/observation/session_models.h"
-#include "armtrue/diagnosis/change.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/pose_influence.h"
 

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/observation/observation.h"
-#include "armtrue/observation/placement.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/diagnosis/diagnosis.h"
@@ -15,6 +13,8 @@
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
 

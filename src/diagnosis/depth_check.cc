@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 namespace {

@@ -12,10 +12,7 @@
 #include <utility>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/observation/contacts.h"
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/observation/placement.h"
-#include "armtrue/observation/registration.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
@@ -23,6 +20,9 @@
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/contacts.h"
+#include "armtrue/observation/placement.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/statistics/summary.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/impossible_change.h"

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/observation/placement.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {

@@ -6,9 +6,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "armtrue/observation/placement.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/placement.h"
 #include "armtrue/path/registration/standstills.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/input_error.h"

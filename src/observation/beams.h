@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 

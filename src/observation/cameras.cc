@@ -12,13 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
-#include "observation/nearer_half.h"
 #include "linear_algebra/decompositions.h"
+#include "observation/nearer_half.h"
 
 namespace armtrue {
 namespace {

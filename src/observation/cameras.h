@@ -1,8 +1,8 @@
 #pragma once
 
-#include "armtrue/observation/contacts.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/observation/contacts.h"
 
 namespace armtrue {
 

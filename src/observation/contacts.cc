@@ -7,18 +7,18 @@
 #include <map>
 #include <optional>
 
-#include "armtrue/observation/observation.h"
-#include "armtrue/observation/placement.h"
-#include "armtrue/observation/registration.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/kinematics/pose.h"
+#include "armtrue/observation/observation.h"
+#include "armtrue/observation/placement.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/statistics/summary.h"
+#include "linear_algebra/decompositions.h"
 #include "observation/beams.h"
 #include "observation/cameras.h"
-#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {

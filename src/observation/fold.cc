@@ -6,8 +6,8 @@
 #include <cmath>
 #include <span>
 
-#include "observation/block_folder.h"
 #include "linear_algebra/stacked_triangle.h"
+#include "observation/block_folder.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

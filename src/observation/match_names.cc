@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/observation/observation.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {

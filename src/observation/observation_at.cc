@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 namespace {

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <utility>
 
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/observation/registration.h"
-#include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/campaign/sessions.h"
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/pose.h"
 #include "armtrue/observation/contacts.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/observation/placement.h"
 #include "armtrue/observation/session_models.h"
-#include "armtrue/campaign/sessions.h"
-#include "armtrue/effects/robot_model.h"
-#include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
 #include "observation/nearer_half.h"
 
@@ -232,11 +232,9 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::ve
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;
   for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
-    finds_first_base &=
-        std::find(kept.begin(), kept.end(), kFirstBaseParameter + k) != kept.end();
+    finds_first_base &= std::find(kept.begin(), kept.end(), kFirstBaseParameter + k) != kept.end();
   const bool finds_tool =
-      finds_first_base &&
-      std::ranges::find(kept, layout_of(robot.chain).tool) != kept.end();
+      finds_first_base && std::ranges::find(kept, layout_of(robot.chain).tool) != kept.end();
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   if (sessions.size() == 1) {
     const Robot there = robot_at_row(robot, campaign, 0);

@@ -49,8 +49,7 @@ std::vector<int> unobservable_rotations(const Campaign& readings, const Kinemati
 }
 
 bool moves_target(const Effect& effect) {
-  return owner_of(effect) == Owner::target ||
-         std::ranges::any_of(effect.members, moves_target);
+  return owner_of(effect) == Owner::target || std::ranges::any_of(effect.members, moves_target);
 }
 
 constexpr int kNoTarget = -1;

@@ -1,7 +1,7 @@
 #include <stdexcept>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 

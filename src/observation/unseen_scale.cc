@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 

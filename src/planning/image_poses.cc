@@ -4,9 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "armtrue/observation/contacts.h"
 #include "armtrue/campaign/views.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/observation/contacts.h"
 
 namespace armtrue {
 namespace {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/observation/fold.h"
 #include "armtrue/observation/session_models.h"
-#include "armtrue/campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/exchange.h"
 #include "planning/information.h"

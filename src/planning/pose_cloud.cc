@@ -9,13 +9,13 @@
 #include <string>
 #include <utility>
 
-#include "armtrue/observation/contacts.h"
-#include "armtrue/observation/fold.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/campaign/sighted_poses.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/contacts.h"
+#include "armtrue/observation/fold.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/image_poses.h"

@@ -4,8 +4,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "armtrue/observation/contacts.h"
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/observation/contacts.h"
 
 namespace armtrue {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/refit.h"
-#include "armtrue/observation/registration.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/registration.h"
 #include "search/candidates.h"
 #include "search/ebic.h"
 

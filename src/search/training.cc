@@ -7,8 +7,8 @@
 
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/refit.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/calibration/worthwhile.h"
+#include "armtrue/observation/session_models.h"
 #include "linear_algebra/decompositions.h"
 #include "search/evidence.h"
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
 #include "search/candidates.h"

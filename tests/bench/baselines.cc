@@ -21,12 +21,12 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/split.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/tracing/loop.h"
 #include "bench/two_threads.h"
 #include "kinematics/six_axes.h"

@@ -10,11 +10,11 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/observation/unseen_scale.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/unseen_scale.h"
 #include "support/oracle.h"
 
 namespace armtrue::evaluation_test {

@@ -11,9 +11,9 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/covariance.h"
 #include "calibration/fit_statistics.h"
 #include "calibration/pose_influence.h"

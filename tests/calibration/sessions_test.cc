@@ -12,10 +12,10 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/session_models.h"
 #include "kinematics/six_axes.h"
 
 namespace armtrue::sessions_test {

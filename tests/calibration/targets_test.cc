@@ -14,10 +14,10 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/session_models.h"
 #include "calibration/column_choice.h"
 #include "linear_algebra/sparse_cholesky.h"
 

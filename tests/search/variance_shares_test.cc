@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <numeric>
 
-#include "armtrue/observation/session_models.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"

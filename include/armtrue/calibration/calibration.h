@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/observation/fold_by.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/observation/fold_by.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 

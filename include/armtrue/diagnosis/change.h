@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 

@@ -199,7 +199,7 @@ class ObservationModel::At {
   LineOfSight line_of_sight(const Pose& frame) const;
   // The model's prediction of a row.
   struct Prediction {
-    Pose frame;                 // R_A from the measured frame, its origin at the target
+    Pose frame;  // R_A from the measured frame, its origin at the target
     // From that of the arm to the target, to the point of a board, or to where a beam ends.
     Eigen::Vector3d lever{0, 0, 0};
     Eigen::Vector3d position;   // what the scale multiplies: of a point its place from the

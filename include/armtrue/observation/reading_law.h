@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 

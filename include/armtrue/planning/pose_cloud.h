@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/observation/observation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/observation/observation.h"
 
 namespace armtrue {
 
