@@ -14,7 +14,7 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
-#include "armtrue/observation/unseen_scale.h"
+#include "armtrue/calibration/unseen_scale.h"
 #include "support/oracle.h"
 
 namespace armtrue::evaluation_test {

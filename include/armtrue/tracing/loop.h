@@ -7,7 +7,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
-#include "armtrue/observation/unseen_scale.h"
+#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/search/trace.h"
 #include "armtrue/tracing/effect_curve.h"
 #include "armtrue/tracing/nested_validation.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/observation/unseen_scale.h"
+#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/statistics/summary.h"
 #include "io/yaml/yaml_text.h"
 

@@ -1,4 +1,4 @@
-#include "armtrue/observation/unseen_scale.h"
+#include "armtrue/calibration/unseen_scale.h"
 
 #include <algorithm>
 #include <vector>
