@@ -120,6 +120,8 @@ class PresetExport {
       optitrack();
     else if (preset.name == "vicon")
       vicon();
+    else if (preset.name == "qualisys")
+      qualisys();
     else if (preset.holds_joints)
       joints();
     else
@@ -211,6 +213,24 @@ class PresetExport {
     for (int r = 0; r < kRows; ++r) {
       Line line{std::to_string(r + 1), "0", "0.5", "0.5", "-0.5", "0.5"};
       add(line, point(r, 1));
+      sheet_.lines.push_back(line);
+    }
+  }
+
+  void qualisys() {
+    sheet_.separator = '\t';
+    sheet_.lines = {{"NO_OF_FRAMES", std::to_string(kRows)},
+                    {"FREQUENCY", "100"},
+                    {"DATA_INCLUDED", "6D"},
+                    {"BODY_NAMES", "tool"},
+                    {"Frame", "Time", "tool X", "Y", "Z", "Roll", "Pitch", "Yaw", "Residual"}};
+    for (int k = 0; k < 9; ++k) sheet_.lines.back().push_back("Rot[" + std::to_string(k) + "]");
+    begin_rows();
+    for (int r = 0; r < kRows; ++r) {
+      Line line{std::to_string(r + 1), fixed(0.01 * r, 5)};
+      add(line, point(r, 1));
+      add(line, {"90.000", "0.000", "-90.000", "0.113"});
+      add(line, {"0", "0", "-1", "1", "0", "0", "0", "-1", "0"});  // column by column
       sheet_.lines.push_back(line);
     }
   }
