@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "programs/kuka/krl_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 
@@ -28,14 +29,7 @@ struct SourceText {
 // NAME=.., NAME[3].X=.., and what FOR counts.
 std::string name_set_by(TextCursor cursor, std::string word) {
   if (word == "FOR") word = cursor.take_name();
-  while (cursor.next() == '[' || cursor.next() == '.')
-    if (cursor.take('.')) {
-      cursor.take_name();
-    } else {
-      cursor.skip_to("]");
-      cursor.take(']');
-    }
-  return cursor.take('=') && cursor.next() != '=' ? word : "";
+  return takes_krl_assignment(cursor) ? word : "";
 }
 
 void read_line(std::string_view text, size_t begin, size_t end, SourceText& source) {

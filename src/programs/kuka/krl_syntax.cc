@@ -242,14 +242,7 @@ class KrlParser {
     TextCursor cursor(text_, statement.begin, statement.end);
     const std::string name = cursor.take_name();
     if (name.empty()) return;
-    while (cursor.next() == '[' || cursor.next() == '.')
-      if (cursor.take('.')) {
-        cursor.take_name();
-      } else {
-        cursor.skip_to("]");
-        cursor.take(']');
-      }
-    if (cursor.take('=') && cursor.next() != '=') set_by_others_.insert(name);
+    if (takes_krl_assignment(cursor)) set_by_others_.insert(name);
   }
 
   // Up to where a statement that calls nothing may change what it names: to the `=` of an

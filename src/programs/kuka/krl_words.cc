@@ -90,6 +90,17 @@ bool ends_krl_loop(std::string_view word) {
   return contains({"ENDLOOP", "ENDFOR", "ENDWHILE", "UNTIL"}, word);
 }
 
+bool takes_krl_assignment(TextCursor& cursor) {
+  while (cursor.next() == '[' || cursor.next() == '.')
+    if (cursor.take('.')) {
+      cursor.take_name();
+    } else {
+      cursor.skip_to("]");
+      cursor.take(']');
+    }
+  return cursor.take('=') && cursor.next() != '=';
+}
+
 bool is_krl_assignment(std::string_view statement) {
   const std::string text = without_functions(statement);
   return is_plain_assignment(text, 0, text.size());

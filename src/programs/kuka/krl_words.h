@@ -50,6 +50,9 @@ bool contains(std::initializer_list<std::string_view> names, std::string_view na
 bool begins_krl_loop(std::string_view word);
 bool ends_krl_loop(std::string_view word);
 
+/// Whether a variable, whose name the cursor has taken, is set: NAME=.., NAME[3].X=..
+bool takes_krl_assignment(TextCursor& cursor);
+
 /// Whether a statement is an assignment that calls nothing but functions of KRL itself.
 bool is_krl_assignment(std::string_view statement);
 
