@@ -103,8 +103,11 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   for (const std::string& doubt : certificate.doubts)
     command.warn(campaign.source + ": " + doubt);
   for (const std::string& doubt : doubts_of(about)) command.warn(arguments.about + ": " + doubt);
-  if (const std::string doubt = doubt_of_type(about, robot.name); !doubt.empty())
+  if (const std::string doubt = doubt_of_type(about.type, robot.name); !doubt.empty())
     command.warn(arguments.about + ": " + doubt);
+  if (const std::string doubt = before ? doubt_of_type(before->type, robot.name) : "";
+      !doubt.empty())
+    command.warn(arguments.against + ": " + doubt);
   std::vector<Product> products;
   const Document product = write_certificate(certificate, comparison, command.provenance());
   if (!arguments.page.empty())

@@ -211,7 +211,8 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
 }
 
 CertifiedValues values_of(const Certificate& certificate) {
-  CertifiedValues values{certificate.about.serial, certificate.about.date, {}, {}};
+  CertifiedValues values{
+      certificate.about.serial, certificate.about.type, certificate.about.date, {}, {}};
   const double expanded = certificate.budget.expanded;
   add_figures(certificate.all, expanded, "", values.figures);
   if (certificate.cube) add_figures(*certificate.cube, expanded, "cube ", values.figures);

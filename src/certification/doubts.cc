@@ -273,7 +273,7 @@ std::vector<std::string> doubts_of(const About& about) {
   return doubts;
 }
 
-std::string doubt_of_type(const About& about, const std::string& robot) {
+std::string doubt_of_type(const std::string& type, const std::string& robot) {
   const auto numbers_in = [](const std::string& text) {
     std::set<std::string> numbers;
     const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
@@ -285,11 +285,11 @@ std::string doubt_of_type(const About& about, const std::string& robot) {
     }
     return numbers;
   };
-  const std::set<std::string> stated = numbers_in(about.type), own = numbers_in(robot);
+  const std::set<std::string> stated = numbers_in(type), own = numbers_in(robot);
   const bool is_shared =
       std::ranges::any_of(stated, [&](const std::string& number) { return own.contains(number); });
   if (stated.empty() || own.empty() || is_shared) return "";
-  return fmt::format("robot: type is {}, and that of --robot {}: is it this arm?", about.type,
+  return fmt::format("robot: type is {}, and that of --robot {}: is it this arm?", type,
                      robot);
 }
 

@@ -275,6 +275,13 @@ def about_with(old, new):
     return lambda: ("certify", "--robot", "calibrated.yaml", "--about", "about.yaml", "visits.csv")
 
 
+def against_certificate_with(old, new):
+    text = (FOLDER / "certificate.yaml").read_text()
+    assert old in text, old
+    (FOLDER / "other.yaml").write_text(text.replace(old, new))
+    return "certify", "--robot", "calibrated.yaml", "--about", ABOUT, "--against", "other.yaml", "visits.csv"
+
+
 def effect(coefficients):
     """The robot file with a harmonic effect."""
     return lambda: robot_with("effects: .*", "effects:\n  - {name: e, parameter: A2.theta, driver: joint-angle 2, shape: "
@@ -625,6 +632,9 @@ TABLE = {
     "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
                                          "is the certificate of these same readings"),
+    "certificate compared with that of another type": (
+        lambda: against_certificate_with("type: KR 360", "type: KR 210"), 0,
+        "other.yaml: robot: type is KR 210, and that of --robot"),
     "MPE in mm": (lambda: about_with("constant: 15", "constant: 0.015")(), 0, "mpe_um: constant is 0.015 um"),
     "certificate of another type": (lambda: about_with("type: KR 360", "type: KR 210")(), 0,
                                     "robot: type is KR 210, and that of --robot"),

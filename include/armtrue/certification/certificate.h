@@ -64,7 +64,7 @@ struct CertifiedValue {
 /// The values of a certificate that a comparison uses: ap and rp of all poses and of the cube, and
 /// AP of each pose.
 struct CertifiedValues {
-  std::string serial, date;
+  std::string serial, type, date;
   std::vector<CertifiedValue> figures, poses;
 };
 CertifiedValues values_of(const Certificate& certificate);

@@ -30,8 +30,8 @@ std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& ca
 /// unit would explain.
 std::vector<std::string> doubts_of(const About& about);
 
-/// Whether the type that is stated and the name of the robot file have numbers, and none in common;
-/// a sentence, empty if not.
-std::string doubt_of_type(const About& about, const std::string& robot);
+/// Whether the type of a robot, as people state it, and the name of the robot file have numbers,
+/// and none in common: a sentence, empty if not.
+std::string doubt_of_type(const std::string& type, const std::string& robot);
 
 }  // namespace armtrue

@@ -130,7 +130,9 @@ CertificateFile read_certificate(const std::string& path) {
   YamlMap document = read_document(source.read_all(), file.name, {"armtrue-certificate/1"});
   file.sha256 = source.sha256();
   YamlMap about = document.map("about");
-  file.values.serial = about.map("robot").text("serial");
+  YamlMap robot = about.map("robot");
+  file.values.serial = robot.text("serial");
+  file.values.type = robot.text("type", "");
   file.values.date = date_text(about, "date");
   read_set(document.map("all"), "", file.values.figures);
   if (document.has("cube")) read_set(document.map("cube"), "cube ", file.values.figures);
