@@ -289,8 +289,7 @@ std::string doubt_of_type(const std::string& type, const std::string& robot) {
   const bool is_shared =
       std::ranges::any_of(stated, [&](const std::string& number) { return own.contains(number); });
   if (stated.empty() || own.empty() || is_shared) return "";
-  return fmt::format("robot: type is {}, and that of --robot {}: is it this arm?", type,
-                     robot);
+  return fmt::format("robot: type is {}, and that of --robot {}: is it this arm?", type, robot);
 }
 
 }  // namespace armtrue
