@@ -144,6 +144,7 @@ TEST(Decision, SeldomPassesARobotBeyondTheTolerance) {
 
 CertifiedValues values(double ap, double pose_ap) {
   return {"123",
+          "KR 360",
           "2026-01-05",
           {{"ap", ap, 0.03e-3}, {"rp", 0.1e-3, 0.02e-3}},
           {{"P1", pose_ap, 0.03e-3}}};
