@@ -71,17 +71,17 @@ void PostureSearch::take(const JointVector& solution) {
 // Starts would find the same, but some hundred of them, each of some steps, are needed to say that
 // there is none. Of several postures that the configuration allows, the starts choose.
 bool PostureSearch::look_at_all() {
-  if (stated_.sides_are_weak) return false;
   const auto all = all_postures(arm_, context_, wanted_);
   if (!all) return false;
-  const auto fitting = [&](bool in_travel) {
+  const auto fitting = [&](bool in_travel, bool on_sides) {
     return std::ranges::count_if(*all, [&](const JointVector& solution) {
       const auto q = in_ranges(solution, in_travel);
-      return q && has_sides(*q);
+      return q && (!on_sides || has_sides(*q));
     });
   };
-  const auto within = fitting(true);
-  if (within > 1 || (within == 0 && !beyond_travel_ && fitting(false) > 1)) return false;
+  auto within = fitting(true, true);
+  if (within == 0 && stated_.sides_are_weak) within = fitting(true, false);
+  if (within > 1 || (within == 0 && !beyond_travel_ && fitting(false, true) > 1)) return false;
   for (const JointVector& solution : *all) take(solution);
   return true;
 }

@@ -24,7 +24,7 @@ import robot_programs_test as programs
 import virtual_cell as vc
 
 BIN = None
-PROJECTS = int(sys.argv[sys.argv.index("--projects") + 1]) if "--projects" in sys.argv else 6
+PROJECTS = int(sys.argv[sys.argv.index("--projects") + 1]) if "--projects" in sys.argv else 20
 # What rounding leaves [mm].
 LEFT_MM = {"pose": 5e-3, "joints": 1e-2}
 NUMBER = rp.NUMBER
@@ -143,8 +143,11 @@ class Rapid:
         self.cell, self.texts = cell, {}
         base, tool = cell.bases[0], cell.tools[0]
         border = lambda q: max(abs(math.degrees(q[j]) % 90 - 45) for j in (0, 3, 5))
+        # The turned targets are in the same quadrants and within reach: the wrist stands clear of axis 1, and the arm is not
+        # stretched.
+        clear = lambda q: border(q) <= 20 and abs(programs.wrist(cell.nominal, q)[0]) > 250 and q[2] > math.radians(-40)
         self.q0 = pc.posture_rapid(cell)
-        while border(self.q0) > 20:  # the turned targets are in the same quadrants
+        while not clear(self.q0):
             self.q0 = pc.posture_rapid(cell)
         data = ["MODULE Data(SYSMODULE)", f'PERS wobjdata wPart:=[FALSE,TRUE,"",[{programs.abb_pose(base)}],[[0,0,0],[1,0,0,0]]];',
                 f"PERS tooldata tMill:=[TRUE,[{programs.abb_pose(tool)}],[1.5,[0,0,100],[1,0,0,0],0,0,0]];", "CONST num nUp:=-7.5;"]
