@@ -160,7 +160,7 @@ std::vector<std::string> value_names(const Shape& shape, int count) {
 void evaluate(const Shape& shape, double x, double* out) {
   switch (shape.kind) {
     case ShapeKind::linear:
-      out[0] = x;
+      out[0] = x - shape.at;
       return;
     case ShapeKind::harmonic:
       out[0] = std::sin(shape.harmonic * x);
@@ -176,7 +176,7 @@ void evaluate(const Shape& shape, double x, double* out) {
       out[0] = std::max(0.0, x - shape.at);
       return;
     case ShapeKind::exponential:
-      out[0] = 1.0 - std::exp(-x / shape.tau);
+      out[0] = 1.0 - std::exp(-(x - shape.at) / shape.tau);
       return;
     case ShapeKind::pre_sliding:
       out[0] = ((x > 0) - (x < 0)) * (1.0 - 2.0 * std::exp(-std::abs(x) / shape.tau));

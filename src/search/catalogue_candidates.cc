@@ -143,6 +143,8 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
+          if (driver.kind == DriverKind::time && counts_from(shape.kind))
+            candidate.effect.shape.at = begin_of_time(span);
           if (is_polynomial(shape)) set_range_of_places(robot, campaign, candidate.effect.shape);
           candidate.degree = degree;
           candidate.in_words = entry.in_words;

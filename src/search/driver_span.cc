@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <ranges>
@@ -50,6 +51,11 @@ std::optional<Driver> session_driver(const Campaign& campaign) {
   for (size_t k = 1; k < times.size(); ++k)
     if (times[k].first <= times[k - 1].second) return driver;
   return std::nullopt;
+}
+
+double begin_of_time(const Span& span) {
+  const double first = span.values.empty() ? 0 : span.values.front();
+  return std::abs(first) > span.length() ? first : 0;
 }
 
 std::vector<double> step_places(const Span& span, int count) {

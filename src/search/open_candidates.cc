@@ -124,6 +124,8 @@ class OpenSearch {
     Candidate candidate;
     candidate.effect = {"unexplained", parameter, driver, shape, {}};
     candidate.detail = detail;
+    if (driver.kind == DriverKind::time && counts_from(shape.kind))
+      candidate.effect.shape.at = begin_of_time(span_);
     if (is_travel(driver, robot_.chain)) candidate.degree = kTravelForDegree;
     candidates_.push_back(std::move(candidate));
   }

@@ -10,12 +10,12 @@ namespace armtrue {
 
 /// How a parameter follows its driver x.
 enum class ShapeKind {
-  linear,       ///< x
+  linear,       ///< x - at
   harmonic,     ///< sin n x, cos n x
   sign,         ///< sign of x
   step,         ///< 0 before `at`, 1 from it on
   kink,         ///< 0 before `at`, x - at from it on
-  exponential,  ///< 1 - exp(-x / tau)
+  exponential,  ///< 1 - exp(-(x - at) / tau)
   pre_sliding,  ///< sign(x) (1 - 2 exp(-|x| / tau)): friction turns round within tau after a
                 ///< reversal
   series,       ///< a basis on a fixed range
@@ -37,7 +37,7 @@ enum class SeriesBasis {
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
-  double at = 0;        ///< of a step or kink [s, rad]
+  double at = 0;        ///< of a step or kink [s, rad]; where what counts_from() it begins [s]
   double tau = 0;       ///< exponential [s], pre_sliding [rad]
 
   SeriesBasis basis = SeriesBasis::cosine;
@@ -61,6 +61,10 @@ Shape series_shape(SeriesBasis basis, int count, const std::array<double, 3>& lo
 
 /// Whether a shape of this kind has the inner value `at`, or `tau`.
 constexpr bool has_at(ShapeKind kind) { return kind == ShapeKind::step || kind == ShapeKind::kink; }
+/// Whether a shape of this kind may count the time from `at` on, in place of the clock's zero.
+constexpr bool counts_from(ShapeKind kind) {
+  return kind == ShapeKind::linear || kind == ShapeKind::exponential;
+}
 constexpr bool has_tau(ShapeKind kind) {
   return kind == ShapeKind::exponential || kind == ShapeKind::pre_sliding;
 }

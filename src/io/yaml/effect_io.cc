@@ -109,6 +109,8 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     read_sessions(map, effect);
   else if (has_at(effect.shape.kind))
     effect.shape.at = map.number("at" + suffix) * unit;
+  else if (driver->kind == DriverKind::time && counts_from(effect.shape.kind))
+    effect.shape.at = map.number("from_s", 0.0);
   if (has_tau(effect.shape.kind)) {
     effect.shape.tau = map.number("tau" + suffix) * unit;
     if (effect.shape.tau <= 0) map.fail("tau" + suffix, "must be above zero");
