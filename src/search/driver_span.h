@@ -37,8 +37,8 @@ inline bool has_time(const Span& span) { return span.values.size() > 2; }
 /// three poses or more. `span`: that of the time.
 bool is_driven(const Driver& driver, const Campaign& campaign, const Span& span);
 
-/// The time from which an effect of time counts: zero, or the first reading if zero is farther from it
-/// than the readings last. A slope over a time far from zero is nearly a constant.
+/// The time from which an effect of time counts: zero, or the first reading if zero is farther from
+/// it than the readings last. A slope over a time far from zero is nearly a constant.
 double begin_of_time(const Span& span);
 
 /// At most `count` places between readings, evenly over their number. Places near the ends are left
