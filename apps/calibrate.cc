@@ -41,7 +41,8 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
 
 void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& all,
                     const Campaign& campaign, const CalibrationResult& result,
-                    const Evaluation& evaluation, const CalibrationFindings& findings, const std::string& far_above) {
+                    const Evaluation& evaluation, const CalibrationFindings& findings,
+                    const std::string& far_above) {
   std::vector<int> lines;
   for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
   if (!beyond_any_arm(result.robot, campaign, evaluation).empty())
