@@ -29,9 +29,9 @@ namespace {
 // The warning for a calibration that misses a criterion; nothing if it meets all.
 std::optional<std::string> missed_criterion(const CalibrationResult& result, const Robot& robot,
                                             const Campaign& campaign, const Evaluation& evaluation,
-                                            double max_error_mm) {
+                                            const std::vector<int>& blunders, double max_error_mm) {
   for (const std::string& why : {not_converged(result), lost_in_words(robot, campaign, result),
-                                 beyond_any_arm(result.robot, campaign, evaluation)})
+                                 beyond_any_arm(result.robot, campaign, evaluation, blunders)})
     if (!why.empty()) return why;
   if (max_error_mm == 0) return std::nullopt;
   const double worst = summarize(evaluation.reading_errors()).max / kMillimetre;
@@ -41,9 +41,12 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
 
 void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& all,
                     const Campaign& campaign, const CalibrationResult& result,
-                    const CalibrationFindings& findings, const std::string& far_above) {
+                    const Evaluation& evaluation, const CalibrationFindings& findings,
+                    const std::string& far_above) {
   std::vector<int> lines;
   for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
+  if (!beyond_any_arm(result.robot, campaign, evaluation).empty())
+    app::warn_of_all(command, {blunders_in_words(lines)});
   for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
   std::ranges::sort(lines);
   app::warn_of_all(command, {left_out_together(all, lines),
@@ -109,8 +112,9 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
     far_above = far_above_noise(*findings.quality);
     widen_deviations(times_of_noise(*findings.quality), result);
   }
-  warn_of_doubts(command, robot, all, as_read, result, findings, far_above);
-  const auto missed = missed_criterion(result, robot, as_read, evaluation, arguments.max_error_mm);
+  warn_of_doubts(command, robot, all, as_read, result, evaluation, findings, far_above);
+  const auto missed = missed_criterion(result, robot, as_read, evaluation,
+                                       findings.quality->blunders, arguments.max_error_mm);
   if (missed) command.warn(*missed);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "armtrue/campaign/grouped_rows.h"
+#include "armtrue/campaign/without_rows.h"
 #include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
@@ -333,10 +334,7 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
 
 NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& robot,
                                const Campaign& campaign) {
-  std::vector<int> sound;
-  for (int row = 0; row < campaign.rows(); ++row)
-    if (!std::ranges::binary_search(blunders, row)) sound.push_back(row);
-  const Campaign readings = campaign.select(sound);
+  const Campaign readings = without_rows(campaign, blunders);
   return noise_floor(robot, readings, evaluate(robot, readings));
 }
 

@@ -12,6 +12,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/without_rows.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
@@ -376,11 +377,7 @@ std::vector<int> rows_of(const std::vector<GrossPose>& gross) {
 
 Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross) {
   if (gross.empty()) return campaign;
-  const std::vector<int> off = rows_of(gross);
-  std::vector<int> rows;
-  for (int row = 0; row < campaign.rows(); ++row)
-    if (!std::ranges::binary_search(off, row)) rows.push_back(row);
-  return campaign.select(rows);
+  return without_rows(campaign, rows_of(gross));
 }
 
 Campaign without_gross(const Campaign& all, const std::vector<int>& training,

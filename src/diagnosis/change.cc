@@ -9,6 +9,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/campaign/without_rows.h"
 #include "armtrue/statistics/distributions.h"
 #include "diagnosis/change_problem.h"
 
@@ -17,7 +18,6 @@ namespace {
 
 constexpr double kIndistinguishable = 6;     // BIC
 constexpr double kBlunderWeight = 0.25;      // some six standard deviations under Student's t
-constexpr double kMaxBlunders = 0.3;         // of the rows
 constexpr double kMostTimesPromised = 4;     // that a loss falls where it falls little
 constexpr double kExchangeTolerance = 1e-6;  // BIC
 constexpr size_t kMaxMoves = 4;              // more at once want a new calibration
@@ -43,13 +43,6 @@ std::vector<int> find_blunders(const ChangeProblem& problem) {
       kMaxBlunders * static_cast<double>(best.weights.size()))
     return {};
   return blunders;
-}
-
-Campaign without(const Campaign& campaign, const std::vector<int>& rows) {
-  std::vector<int> others;
-  for (int row = 0; row < campaign.rows(); ++row)
-    if (!std::ranges::binary_search(rows, row)) others.push_back(row);
-  return campaign.select(others);
 }
 
 // Hypotheses taken as true together.
@@ -206,7 +199,7 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   result.blunders = find_blunders(*of_rows);
   Campaign sound;  // if there are blunders
   if (!result.blunders.empty()) {
-    sound = without(campaign, result.blunders);
+    sound = without_rows(campaign, result.blunders);
     of_rows.emplace(calibrated, sound, result.sigma);
   }
   const ChangeProblem& problem = *of_rows;

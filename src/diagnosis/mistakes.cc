@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "armtrue/campaign/without_rows.h"
+#include "armtrue/diagnosis/change.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/kinematics/units.h"
@@ -59,6 +61,15 @@ std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
                            const Evaluation& evaluation) {
   return beyond_any_arm(robot, summarize(evaluation.reading_errors()).mean,
                         noise_floor(robot, campaign, evaluation).position);
+}
+
+std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation, const std::vector<int>& blunders) {
+  if (blunders.empty() ||
+      static_cast<double>(blunders.size()) > kMaxBlunders * static_cast<double>(campaign.rows()))
+    return beyond_any_arm(robot, campaign, evaluation);
+  const Campaign kept = without_rows(campaign, blunders);
+  return beyond_any_arm(robot, kept, evaluate(robot, kept));
 }
 
 std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,

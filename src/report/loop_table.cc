@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/description.h"
 
@@ -44,17 +45,6 @@ std::string shares_table(const std::vector<TracedEffect>& effects) {
   return table;
 }
 
-// Lines of readings that the fit counts as blunders.
-std::string blunders_line(const std::vector<int>& lines) {
-  constexpr size_t kMostShown = 12;
-  if (lines.empty()) return "";
-  const bool all = lines.size() <= kMostShown;
-  return fmt::format("left out as blunders: {} {} of the file{}: {}{}\n", lines.size(),
-                     lines.size() == 1 ? "line" : "lines", all ? "" : ", the first",
-                     fmt::join(lines.begin(), all ? lines.end() : lines.begin() + kMostShown, ", "),
-                     all ? "" : ", ...");
-}
-
 }  // namespace
 
 std::string before_after_table(const LoopResult& result) {
@@ -78,7 +68,8 @@ std::string before_after_table(const LoopResult& result) {
   if (result.worst)
     table += fmt::format("worst held-out pose: '{}', {:.4f} mm after\n", result.worst->pose,
                          result.worst->error / kMillimetre);
-  table += blunders_line(result.excluded_rows);
+  if (const std::string blunders = blunders_in_words(result.excluded_rows); !blunders.empty())
+    table += blunders + "\n";
   table += shares_table(result.trace.effects);
   if (const auto& nested = result.nested)
     table += fmt::format(

@@ -8,6 +8,7 @@
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/refit.h"
 #include "armtrue/calibration/worthwhile.h"
+#include "armtrue/campaign/without_rows.h"
 #include "armtrue/observation/session_models.h"
 #include "linear_algebra/decompositions.h"
 #include "search/evidence.h"
@@ -81,7 +82,20 @@ Robot without_effect(const CalibrationResult& fit, const SessionModels& models, 
   return refit(linear.robot, models.campaign(), fit, kTolerance).robot;
 }
 
+std::vector<PoseErrors> errors_of_stages(const Training& training) {
+  std::vector<PoseErrors> errors{training_errors(training.nominal, training)};
+  for (const CalibrationResult& stage : training.trace.stages)
+    errors.push_back(training_errors(stage.robot, training));
+  return errors;
+}
+
 }  // namespace
+
+PoseErrors training_errors(const Robot& robot, const Training& training) {
+  const std::vector<int>& blunders = training.quality.blunders;
+  if (blunders.empty()) return errors_of(robot, *training.sound);
+  return errors_of(robot, without_rows(*training.sound, blunders));
+}
 
 void fall_back_to_geometry(Training& training) {
   TraceResult& trace = training.trace;
@@ -89,9 +103,8 @@ void fall_back_to_geometry(Training& training) {
   trace.stages.push_back(trace.fit);
   trace.effects.clear();
   trace.bootstrap_draws.resize(0, 0);
-  const PoseErrors of_geometry = training.errors[1];  // behind those of `nominal`
-  training.errors.push_back(of_geometry);
   training.quality = assess(trace.fit, *training.sound);
+  training.errors = errors_of_stages(training);
   training.without_effect.clear();
   if (training.if_complete)
     training.if_complete = uncertainty_if_complete(trace.fit, *training.sound);
@@ -103,10 +116,8 @@ Training search_training(const Robot& robot, const Campaign& given, Then then,
   const Campaign& sound = *training.sound;
   const CalibrationResult& fit = training.trace.fit;
   training.nominal = placed_nominal(robot, sound);
-  training.errors.push_back(errors_of(training.nominal, sound));
-  for (const CalibrationResult& stage : training.trace.stages)
-    training.errors.push_back(errors_of(stage.robot, sound));
   training.quality = assess(fit, sound);
+  training.errors = errors_of_stages(training);
   require_worthwhile(robot, fit, sound, training.quality.blunders, given.rows() - sound.rows());
   if (then == Then::report) return training;
   const size_t effects = fit.robot.effects.size();

@@ -248,7 +248,7 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
   }
   applied.stage.name = "+ what the arm does besides, without a name";
   applied.stage.parameters = static_cast<int>(applied.fit.names.size());
-  applied.stage.training = errors_of(robot, *judged.training.sound);
+  applied.stage.training = training_errors(robot, judged.training);
   result.joints = joint_curves(applied.fit, random, *judged.training.sound);
   result.applied = std::move(applied);
 }

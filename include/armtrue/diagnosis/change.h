@@ -13,6 +13,9 @@ namespace armtrue {
 /// Below this p-value a calibration does not hold, and a move is significant.
 inline constexpr double kChangeSignificance = 0.01;
 
+/// Above this share of the rows, rows that look like blunders are none.
+inline constexpr double kMaxBlunders = 0.3;
+
 /// The change of one parameter since the previous calibration, if its move is real.
 struct ParameterChange {
   int parameter;  ///< index

@@ -20,6 +20,9 @@ std::string beyond_any_arm(const Robot& robot, double error, double noise);
 /// The same for the errors of the robot on the readings of a campaign.
 std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
                            const Evaluation& evaluation);
+/// The same without the rows of blunders (ascending), unless they are more than kMaxBlunders.
+std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation, const std::vector<int>& blunders);
 /// The same of a robot whose file may be a nominal one, which may err by more: by kImplausibleMiss.
 /// `given`: as its file has it; `robot`: as it was fitted and evaluated.
 std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,

@@ -30,6 +30,9 @@ struct Training {
 /// the training is reported alone.
 enum class Then { predict, report };
 
+/// Of a robot on the training poses, without gross poses and blunders.
+PoseErrors training_errors(const Robot& robot, const Training& training);
+
 /// Takes the effects that were found, and those held beside them, out of a training: its result is
 /// the geometry, its first stage, which becomes its last stage too.
 void fall_back_to_geometry(Training& training);
