@@ -29,7 +29,7 @@ using Eigen::Vector3d;
 struct ExactLink {
   Link link;
   bool on_same_axis = false;
-  std::optional<double> from;  // see Coupling
+  std::optional<double> from, coefficient;  // see Coupling
 };
 
 // The exact link entries that write_urdf left, by joint name.
@@ -59,6 +59,7 @@ std::map<std::string, ExactLink> exact_links(const std::string& text) {
     exact.on_same_axis = own->Attribute("same_axis");
     if (own->Attribute("from_deg")) exact.from = value("from_deg", kDegree);
     if (own->Attribute("from_mm")) exact.from = value("from_mm", kMillimetre);
+    if (own->Attribute("coefficient")) exact.coefficient = value("coefficient", 1);
   }
   return links;
 }
@@ -126,8 +127,9 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
       const auto followed = link_of.find(mimic.joint);
       if (followed == link_of.end()) return std::nullopt;
       const double zero = zero_of(std::as_const(links[followed->second]));
-      robot.chain.couplings.push_back(
-          {own, followed->second, mimic.multiplier, entry.from.value_or(zero)});
+      robot.chain.couplings.push_back({own, followed->second,
+                                       entry.coefficient.value_or(mimic.multiplier),
+                                       entry.from.value_or(zero)});
     }
     link_of[joint.name] = own;
     copy_mass(joint, own, Pose{}, robot);

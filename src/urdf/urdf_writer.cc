@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <tinyxml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "armtrue/kinematics/parameters.h"
@@ -105,11 +107,44 @@ bool is_several_joints(const KinematicChain& chain, int link) {
   return couplings_of(chain, link).size() + (chain.links[link].has_encoder ? 1 : 0) > 1;
 }
 
+struct Mimic {
+  double multiplier = 0, offset = 0;  // of the joint's own position [rad or m]
+};
+
+// What the joints of a link that follows others copy, one for each coupling. A mimic joint copies
+// the position of one joint, but a followed link that is several joints has the sum of theirs: what
+// that link follows is added to the copies of the same joints. Nothing if there is no such copy.
+std::optional<std::vector<Mimic>> mimics_of(const KinematicChain& chain, int link) {
+  const std::vector<const Coupling*> couplings = couplings_of(chain, link);
+  std::vector<Mimic> mimics(couplings.size());
+  bool is_whole = true;
+  const auto add = [&](const auto& self, const Coupling& coupling, double factor,
+                       Mimic& constant) -> void {
+    const Link& followed = chain.links[coupling.followed];
+    factor *= coupling.coefficient;
+    constant.offset += factor * followed.sign * (zero_of(followed) - coupling.from);
+    const bool is_sum = is_several_joints(chain, coupling.followed);
+    if (followed.has_encoder || !is_sum) {
+      const auto copy = std::ranges::find(couplings, coupling.followed, &Coupling::followed);
+      if (copy == couplings.end())
+        is_whole = false;
+      else
+        mimics[copy - couplings.begin()].multiplier += factor;
+    }
+    if (is_sum)
+      for (const Coupling* beneath : couplings_of(chain, coupling.followed))
+        self(self, *beneath, factor, constant);
+  };
+  for (size_t k = 0; k < couplings.size(); ++k) add(add, *couplings[k], 1, mimics[k]);
+  return is_whole ? std::optional(mimics) : std::nullopt;
+}
+
 // Adds the joints of a link that follows others, one behind the other on its axis.
 void add_following_joints(const KinematicChain& chain, int index, std::string parent,
                           std::string& links, std::string& joints) {
   const Link& own = chain.links[index];
   const std::vector<const Coupling*> couplings = couplings_of(chain, index);
+  const auto mimics = mimics_of(chain, index);
   Link part = own;
   std::string others;
   const auto goes_on = [&](const std::string& name) {
@@ -133,11 +168,16 @@ void add_following_joints(const KinematicChain& chain, int index, std::string pa
       from =
           fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
                       number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
+    const Mimic mimic =
+        mimics ? (*mimics)[k]
+               : Mimic{coupling.coefficient, coupling.coefficient * followed.sign * shift};
+    if (mimic.multiplier != coupling.coefficient)
+      from += fmt::format(" coefficient=\"{}\"", number_text(coupling.coefficient));
     joints += moving_joint_xml(
         part, parent, others + from,
         fmt::format("    <mimic joint=\"joint_{}\" multiplier=\"{}\" offset=\"{}\"/>\n",
-                    attribute(followed.name), number_text(coupling.coefficient),
-                    number_text(coupling.coefficient * followed.sign * shift)));
+                    attribute(followed.name), number_text(mimic.multiplier),
+                    number_text(mimic.offset)));
     if (!is_last) links += link_xml(part.name);
     goes_on(part.name);
   }
@@ -190,9 +230,9 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.effects.empty()) lost.emplace_back("effects");
   if (robot.instrument) lost.emplace_back("instrument_mm");
   if (robot.uncertainty) lost.emplace_back("uncertainty");
-  // Where a link is several joints, each of them holds a part of its value.
   for (const Coupling& coupling : robot.chain.couplings)
-    if (is_several_joints(robot.chain, coupling.followed))
+    if (is_several_joints(robot.chain, coupling.followed) &&
+        !mimics_of(robot.chain, coupling.follower))
       lost.push_back(coupling_name(robot.chain, coupling));
   for (int j = 0; j < link_count(robot.chain); ++j) {
     const Link& link = robot.chain.links[j];

@@ -17,6 +17,7 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/text/input_error.h"
 #include "kinematics/six_axes.h"
+#include "urdf_kinematics.h"
 
 namespace armtrue::urdf_io_test {
 namespace {
@@ -44,6 +45,59 @@ TEST(Urdf, ComesBackToTheLastDigit) {
     EXPECT_EQ(back.chain.links[j].name, robot.chain.links[j].name);
   }
   EXPECT_EQ(write_robot(back), write_robot(robot));
+}
+
+// The positions of all joints, by the rule of a mimic: multiplier * position + offset.
+std::vector<double> positions(const oracle::UrdfArm& arm, const std::string& text,
+                              const JointVector& q) {
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  std::map<std::string, const TiXmlElement*> mimics;
+  const TiXmlElement* const root = document.RootElement();
+  for (auto joint = root->FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint"))
+    mimics[joint->Attribute("name")] = joint->FirstChildElement("mimic");
+  std::map<std::string, double> position;
+  int driven = 0;
+  for (const oracle::UrdfJoint& joint : arm.joints())
+    if (joint.is_driven && !mimics.at(joint.name)) position[joint.name] = q[driven++];
+  std::vector<double> all;
+  for (const oracle::UrdfJoint& joint : arm.joints()) {
+    if (!joint.is_driven) continue;
+    if (const TiXmlElement* const mimic = mimics.at(joint.name))
+      position[joint.name] =
+          std::stod(mimic->Attribute("multiplier")) * position.at(mimic->Attribute("joint")) +
+          std::stod(mimic->Attribute("offset"));
+    all.push_back(position.at(joint.name));
+  }
+  return all;
+}
+
+// A tilt that follows a joint which itself is coupled, as in a palletiser with motors on its frame.
+TEST(Urdf, CoupledJointsStandForOtherReadersWhereTheyStandForUs) {
+  for (const std::string name : {"irb460", "kr700-pa", "m410ib-700"}) {
+    Robot robot = read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
+    ASSERT_FALSE(robot.chain.couplings.empty());
+    for (Coupling& coupling : robot.chain.couplings) {
+      coupling.coefficient *= 1.01;
+      coupling.from += 0.02;
+    }
+    const std::string text = write_urdf(robot);
+    const oracle::UrdfArm arm(text, "world", "tool");
+    for (const JointVector& q : sample_joint_space(robot.chain, 40)) {
+      const KDL::Frame expected = arm.pose(positions(arm, text, q));
+      const Pose pose = ChainEvaluator(robot.chain).pose(q);
+      for (int row = 0; row < 3; ++row) {
+        EXPECT_NEAR(pose.translation[row], expected.p(row), 1e-9) << name;
+        for (int column = 0; column < 3; ++column)
+          EXPECT_NEAR(pose.rotation(row, column), expected.M(row, column), 1e-9) << name;
+      }
+    }
+    EXPECT_EQ(write_robot(parse_urdf(text, "r.urdf")), [&] {
+      robot.noise = {};
+      return write_robot(robot);
+    }()) << name;
+  }
 }
 
 TEST(Urdf, NamesMayHoldWhatXmlReserves) {
