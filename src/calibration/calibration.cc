@@ -26,7 +26,9 @@
 namespace armtrue {
 namespace {
 
-constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
+// A larger campaign starts from an even choice of its rows, then goes on with more and more of them.
+// A step with sixteen times the rows leads to a quarter of the distance to the end.
+constexpr int kRowsForStart = 4096, kMoreRows = 16;
 constexpr int kStepsOfRound = 2;     // of the solver, near the solution
 // Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,
 // after a fit to a part of them has brought the unknowns within their standard deviations.
@@ -85,6 +87,15 @@ void set_start(const CalibrationOptions& options, const ReadingSigma& noise,
     set_widths(options.start_law->prior_widths, priors);
   else
     scale_widths(std::max(1.0, model.sigma().position / noise.position), priors);
+}
+
+// Gives other rows of the same campaign, at the solution x of a part, the law of that part.
+void set_law_of_rows(const Eigen::VectorXd& x, const ReadingSigma& sigma, SessionModels& model,
+                     ReadingLaw& law) {
+  model.set_sigma(sigma);
+  if (law.degrees_of_freedom > 0)
+    law = bounded_law(law.degrees_of_freedom,
+                      pose_variances(raw_norms(model, x), model.campaign(), sigma));
 }
 
 // Estimates sigma, law, widths of the priors and x in turn, until convergence.
@@ -268,25 +279,26 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());
   ReadingLaw law;
+  ReadingSigma sigma;
   int iterations = 0;
   // The solution of a part is farther off than a start near the solution of all rows.
-  if (model.rows() > 2 * kRowsForStart && !options.start_law) {
-    const Campaign part = campaign.select(thinned_rows(campaign, kRowsForStart));
-    SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fitted_effects, kSplit);
-    iterations = fit(part_model, law, priors, options, x).iterations;
-    model.set_sigma(part_model.sigma());
-    if (law.degrees_of_freedom > 0)
-      law = bounded_law(law.degrees_of_freedom,
-                        pose_variances(raw_norms(model, x), campaign, model.sigma()));
-  }
+  if (!options.start_law)
+    for (int rows = kRowsForStart; model.rows() > 2 * rows; rows *= kMoreRows) {
+      const Campaign part = campaign.select(thinned_rows(campaign, rows));
+      SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fitted_effects, kSplit);
+      if (iterations == 0) {
+        iterations = fit(part_model, law, priors, options, x).iterations;
+        sigma = part_model.sigma();
+        continue;
+      }
+      set_law_of_rows(x, sigma, part_model, law);
+      iterations += minimise(part_model, law, priors.of_unknowns, options.max_iterations,
+                             kEndTolerance, options.fold_by, x)
+                        .iterations;
+    }
   Solution solution;
   if (iterations > 0) {
-    // Under Student's t steps by the triangle converge linearly, those by the second derivative in
-    // two or three passes over the rows, each of which costs less.
-    if (law.degrees_of_freedom > 0 && options.fold_by == FoldBy::qr)
-      iterations += minimise(model, law, priors.of_unknowns, options.max_iterations, kEndTolerance,
-                             FoldBy::normal_equations, x)
-                        .iterations;
+    set_law_of_rows(x, sigma, model, law);
     solution = minimise(model, law, priors.of_unknowns, options.max_iterations, kEndTolerance,
                         options.fold_by, x);
     solution.iterations += iterations;

@@ -202,8 +202,7 @@ namespace {
 
 // `use(row, residual)` for every row, on all cores.
 template <typename Use>
-void for_each_residual(const Robot& robot, const Campaign& campaign, const Use& use) {
-  const SessionModels models(campaign, robot, {}, {1.0, 1.0});
+void for_each_residual(const SessionModels& models, const Campaign& campaign, const Use& use) {
   for (int s = 0; s < models.sessions(); ++s) {
     const ObservationModel& model = models.model(s);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
@@ -228,15 +227,22 @@ void for_each_residual(const Robot& robot, const Campaign& campaign, const Use& 
   }
 }
 
+std::vector<Eigen::Matrix<double, 6, 1>> residuals_of(const Robot& robot,
+                                                      const Campaign& campaign) {
+  const SessionModels models(campaign, robot, {}, {1.0, 1.0});
+  std::vector<Eigen::Matrix<double, 6, 1>> residuals(campaign.rows());
+  for_each_residual(models, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
+    residuals[row] = residual;
+  });
+  return residuals;
+}
+
 }  // namespace
 
 Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
   Evaluation evaluation;
   evaluation.first_rows = campaign.first_rows_of_readings();
-  evaluation.residuals.resize(campaign.rows());
-  for_each_residual(robot, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
-    evaluation.residuals[row] = residual;
-  });
+  evaluation.residuals = residuals_of(robot, campaign);
   evaluation.position.reserve(evaluation.residuals.size());
   if (campaign.has_orientation()) evaluation.orientation.reserve(evaluation.residuals.size());
   for (const Eigen::Matrix<double, 6, 1>& residual : evaluation.residuals) {
@@ -247,8 +253,9 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
 }
 
 std::vector<double> position_errors(const Robot& robot, const Campaign& campaign) {
+  const SessionModels models(campaign, robot, {}, {1.0, 1.0});
   std::vector<double> errors(campaign.rows());
-  for_each_residual(robot, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
+  for_each_residual(models, campaign, [&](size_t row, const Eigen::Matrix<double, 6, 1>& residual) {
     errors[row] = residual.head<3>().norm();
   });
   return errors;
@@ -300,7 +307,9 @@ std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campa
   const std::vector<int>& first = evaluation.first_rows;
   for (size_t k = 0; k < errors.size(); ++k) {
     const int row = first.empty() ? static_cast<int>(k) : first[k];
-    all[static_cast<size_t>(word_of(campaign, row))].push_back(errors[k]);
+    std::vector<double>& own = all[static_cast<size_t>(word_of(campaign, row))];
+    if (own.empty()) own.reserve(errors.size());
+    own.push_back(errors[k]);
   }
   std::vector<KindErrors> kinds;
   for (size_t word = 0; word < all.size(); ++word)
@@ -315,9 +324,11 @@ std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& c
 }
 
 PoseErrors errors_of(const Evaluation& evaluation, const Campaign& campaign) {
-  PoseErrors errors{summarize(evaluation.reading_errors()), std::nullopt,
-                    axis_errors(evaluation, campaign), errors_by_kind(evaluation, campaign),
-                    campaign.metre_per_pixel};
+  PoseErrors errors;
+  errors.position = summarize(evaluation.reading_errors());
+  errors.axes = axis_errors(evaluation, campaign);
+  errors.kinds = errors_by_kind(evaluation, campaign);
+  errors.metre_per_pixel = campaign.metre_per_pixel;
   if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
   return errors;
 }

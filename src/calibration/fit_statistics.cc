@@ -113,8 +113,8 @@ std::vector<GroupFold> folds_at(const SessionModels& model, const ReadingLaw& la
   for (int g = 0; g < model.groups(); ++g) {
     const ObservationModel& group = model.model(g);
     const Eigen::VectorXd own = model.unknowns_of(g, x);
-    const ReadingLaw own_law = model.law_of(g, law);
-    if (!folds[g].is_at(own, group, own_law)) folds[g].folded = fold(group.at(own), group, own_law);
+    if (folds[g].x.size() != own.size() || folds[g].x != own)
+      folds[g].folded = fold(group.at(own), group, model.law_of(g, law));
   }
   return folds;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 namespace armtrue {
 namespace {
@@ -16,8 +17,8 @@ namespace {
 // so Levenberg-Marquardt takes the same steps as on all rows. The parameter blocks are the
 // group's runs. The priors are further residuals.
 //
-// By normal equations a triangle of the second derivative takes the place of R and of the priors
-// where there is one: see Fold::bend.
+// Under Student's t, and by normal equations, a triangle of the second derivative takes the place
+// of R and of the priors where there is one: see Fold::bend.
 class FoldedCost : public ceres::CostFunction {
  public:
   FoldedCost(const SessionModels& models, int group, const ReadingLaw& law,
@@ -57,15 +58,12 @@ class FoldedCost : public ceres::CostFunction {
     }
     const bool is_whole =
         curvature_ == Curvature::of_each_step || last_.folded.products.size() == 0;
-    last_ = {x, model_.sigma(), law_,
+    last_ = {x,
              !kept_     ? fold(at, model_, law_, fold_by_)
              : is_whole ? fold(at, model_, law_, *kept_)
                         : fold(at, model_, law_, *kept_, last_.folded)};
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
-    if (fold_by_ == FoldBy::qr)
-      by_rows(of_priors, r, jacobian);
-    else
-      by_second_derivative(of_priors, r, jacobian);
+    if (!by_second_derivative(of_priors, r, jacobian)) by_rows(of_priors, r, jacobian);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     int taken = 0;
     for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
@@ -78,7 +76,7 @@ class FoldedCost : public ceres::CostFunction {
     return std::isfinite(r[p]) && jacobian.allFinite();
   }
 
-  const GroupFold& last_fold() const { return last_; }
+  GroupFold take_last_fold() { return std::move(last_); }
 
  private:
   // Residuals and Jacobian from the triangle of the rows.
@@ -98,13 +96,16 @@ class FoldedCost : public ceres::CostFunction {
   // The same from a triangle C of the second derivative, C^T C = H + priors, and from the gradient
   // g: residuals C^-T g, whose sum of squares is twice what the step promises. Where that is much,
   // the solution is far, H may mislead, and a part of `bend` is left out (without it the step never
-  // overshoots); likewise where H is not positive definite.
-  void by_second_derivative(const Eigen::VectorXd& of_priors, Eigen::Map<Eigen::VectorXd>& r,
+  // overshoots); likewise where H is not positive definite. False where the triangle of the rows is
+  // at hand and is as good.
+  bool by_second_derivative(const Eigen::VectorXd& of_priors, Eigen::Map<Eigen::VectorXd>& r,
                             Eigen::MatrixXd& jacobian) const {
     const int p = model_.unknowns();
     const Fold& folded = last_.folded;
-    Eigen::MatrixXd whole = folded.products.topLeftCorner(p, p);
-    Eigen::VectorXd gradient = folded.products.col(p).head(p);
+    const bool has_rows = fold_by_ == FoldBy::qr;
+    if (has_rows && folded.bend.size() == 0) return false;
+    Eigen::MatrixXd whole = folded.information();
+    Eigen::VectorXd gradient = folded.gradient();
     for (size_t k = 0; k < priors_.size(); ++k) {
       const int unknown = priors_[k].unknown;
       const double weight = 1.0 / priors_[k].deviation;
@@ -119,6 +120,7 @@ class FoldedCost : public ceres::CostFunction {
     for (const auto& [share, most] :
          {Part{1, 1e-3}, {0.75, 2e-3}, {0.5, 1e-2}, {0.25, 0.1}, {0, 1}}) {
       Eigen::MatrixXd second = whole;
+      if (share == 0 && has_rows) return false;
       if (folded.bend.size() > 0)
         second -= share * folded.bend;
       else if (share > 0)
@@ -131,8 +133,9 @@ class FoldedCost : public ceres::CostFunction {
       r.head(p) = residual;
       r[p] = std::sqrt(std::max(0.0, loss - residual.squaredNorm()));
       jacobian.topRows(p) = -triangle;
-      return;
+      return true;
     }
+    return false;
   }
 
   // Upper triangle C with C^T C = `upper` (upper half), or empty if that is not clearly positive
@@ -229,7 +232,7 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
                     std::max(0, static_cast<int>(summary.iterations.size()) - 1),
                     summary.message,
                     {}};
-  for (const auto& cost : costs) solution.folds.push_back(cost->last_fold());
+  for (const auto& cost : costs) solution.folds.push_back(cost->take_last_fold());
   return solution;
 }
 

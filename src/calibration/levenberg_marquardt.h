@@ -10,26 +10,18 @@
 
 namespace armtrue {
 
-/// A fold of one group of rows and what it was made at. The solver's last fold is at its solution
-/// if the last step was accepted, and need then not be repeated for the statistics.
+/// The solver's last fold of one group of rows and the x of it. It is at the solution if the last
+/// step was accepted, and need then not be repeated for the statistics.
 struct GroupFold {
   Eigen::VectorXd x;
-  ReadingSigma sigma;
-  ReadingLaw law;
   Fold folded;
-
-  bool is_at(const Eigen::VectorXd& other, const ObservationModel& model,
-             const ReadingLaw& other_law) const {
-    return x.size() == other.size() && x == other && sigma.position == model.sigma().position &&
-           sigma.orientation == model.sigma().orientation && law == other_law;
-  }
 };
 
 struct Solution {
   bool converged = false;
   int iterations = 0;
   std::string termination;       ///< the solver's own words
-  std::vector<GroupFold> folds;  ///< the last of each group
+  std::vector<GroupFold> folds;  ///< of each group, under the sigma and the law that were held
 };
 
 /// Whose second derivatives a step takes where first derivatives are kept. Those of the first step

@@ -29,6 +29,7 @@ Robot placed_on(const Robot& robot, const Campaign& campaign) {
 // Of the readings without the rows of blunders. `errors`: of the rows; `first_rows`: see Evaluation.
 double mean_error(const std::vector<double>& errors, const std::vector<int>& first_rows,
                   const std::vector<int>& blunders) {
+  if (first_rows.empty() && blunders.empty()) return summarize(errors).mean;
   Evaluation kept;
   kept.position.reserve(errors.size());
   size_t reading = 0;

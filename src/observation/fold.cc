@@ -57,6 +57,12 @@ Eigen::MatrixXd Fold::information() const {
   return triangle.transpose() * triangle;
 }
 
+Eigen::VectorXd Fold::gradient() const {
+  const Eigen::Index p = std::max(factor.cols(), products.cols()) - 1;
+  if (factor.size() == 0) return products.col(p).head(p);
+  return factor.topLeftCorner(p, p).transpose() * factor.col(p).head(p);
+}
+
 namespace {
 
 Fold folded(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
@@ -67,13 +73,13 @@ Fold folded(const ObservationModel::At& at, const ObservationModel& model, const
       [&](int begin, int end) { return BlockFolder(at, model, law, by, kept).of(begin, end); },
       [&](const Fold& block) {
         total.loss += block.loss;
-        if (by == FoldBy::qr) {
-          Eigen::MatrixXd rows = block.factor;
-          fold_rows(total.factor, rows);
+        if (total.bend.size() > 0) total.bend += block.bend;
+        if (by == FoldBy::normal_equations) {
+          total.products += block.products;
           return;
         }
-        total.products += block.products;
-        if (total.bend.size() > 0) total.bend += block.bend;
+        Eigen::MatrixXd rows = block.factor;
+        fold_rows(total.factor, rows);
       });
   return total;
 }

@@ -16,7 +16,7 @@ struct Fold {
   Eigen::MatrixXd factor{};
   /// By normal equations: [J r]^T W [J r], upper half.
   Eigen::MatrixXd products{};
-  /// By normal equations under Student's t: contribution of the changing weights to the second
+  /// Under Student's t: contribution of the changing weights to the second
   /// derivative of loss / 2, p x p, upper half. With s_i = |r_i|^2 and w_i = loss'(s_i),
   ///     H = J^T W J - bend,   bend = sum_i -2 w'(s_i) (J_i^T r_i)(J_i^T r_i)^T,
   /// for a linear model. Steps by H converge quadratically, by J^T W J only linearly.
@@ -25,6 +25,9 @@ struct Fold {
 
   /// J^T W J: p x p.
   Eigen::MatrixXd information() const;
+
+  /// J^T W r: p.
+  Eigen::VectorXd gradient() const;
 };
 
 /// Folds the rows in blocks over the threads of the machine, so that memory does not grow with the
