@@ -45,8 +45,8 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
                     const std::string& far_above) {
   std::vector<int> lines;
   for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
-  if (!beyond_any_arm(result.robot, campaign, evaluation).empty())
-    app::warn_of_all(command, {blunders_in_words(lines)});
+  if (!lines.empty() && !beyond_any_arm(result.robot, campaign, evaluation).empty())
+    command.warn("left out as blunders: " + lines_in_words(lines));
   for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
   std::ranges::sort(lines);
   app::warn_of_all(command, {left_out_together(all, lines),

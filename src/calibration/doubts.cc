@@ -102,11 +102,11 @@ std::string on_one_target(const Campaign& campaign, const std::vector<bool>& lef
 
 }  // namespace
 
-std::string blunders_in_words(const std::vector<int>& lines) {
+std::string lines_in_words(const std::vector<int>& lines) {
   constexpr size_t kMostShown = 12;
   if (lines.empty()) return "";
   const bool all = lines.size() <= kMostShown;
-  return fmt::format("left out as blunders: {} {} of the file{}: {}{}", lines.size(),
+  return fmt::format("{} {} of the file{}: {}{}", lines.size(),
                      lines.size() == 1 ? "line" : "lines", all ? "" : ", the first",
                      fmt::join(lines.begin(), all ? lines.end() : lines.begin() + kMostShown, ", "),
                      all ? "" : ", ...");

@@ -151,4 +151,67 @@ bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations)
          kNearer * median_norm(equations.residual, equations.row_size);
 }
 
+namespace {
+
+// A reading, and what of the squared residual falls without it.
+struct LeftOut {
+  int row = -1;
+  double fall = 0;
+};
+
+LeftOut worst_reading(const FitEquations& equations) {
+  constexpr double kLeastFreedom = 1e-6;  // of a number: one that alone shows something always fits
+  const int size = equations.row_size;
+  LeftOut worst;
+  for (int row = 0; row * size < equations.residual.size(); ++row) {
+    const auto own = equations.basis.middleRows(row * size, size);
+    const Eigen::LLT<Eigen::MatrixXd> freedom(Eigen::MatrixXd::Identity(size, size) -
+                                              own * own.transpose());
+    if (freedom.info() != Eigen::Success ||
+        freedom.matrixLLT().diagonal().minCoeff() < std::sqrt(kLeastFreedom))
+      continue;
+    const double fall =
+        freedom.matrixL().solve(equations.residual.segment(row * size, size)).squaredNorm();
+    if (fall > worst.fall) worst = {row, fall};
+  }
+  return worst;
+}
+
+// Adds the numbers of a reading to what is fitted, as unknowns of their own.
+void leave_out(int row, FitEquations& equations) {
+  const int size = equations.row_size;
+  Eigen::MatrixXd own = -equations.basis * equations.basis.middleRows(row * size, size).transpose();
+  own.middleRows(row * size, size) += Eigen::MatrixXd::Identity(size, size);
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(own);
+  own = qr.householderQ() * Eigen::MatrixXd::Identity(own.rows(), size);
+  equations.residual -= own * (own.transpose() * equations.residual);
+  equations.basis.conservativeResize(Eigen::NoChange, equations.basis.cols() + size);
+  equations.basis.rightCols(size) = own;
+}
+
+}  // namespace
+
+Blunders find_blunders(const FitEquations& equations, double poses) {
+  constexpr double kMostBlunders = 0.1;  // of the rows
+  const double whole = equations.residual.squaredNorm();
+  const double rows = static_cast<double>(equations.residual.size()) / equations.row_size;
+  FitEquations left = equations;
+  Blunders best, tried;
+  double choices = 1;  // of so many among all
+  for (int count = 1; count <= kMostBlunders * rows; ++count) {
+    const LeftOut worst = worst_reading(left);
+    if (worst.row < 0) break;
+    leave_out(worst.row, left);
+    tried.rows.push_back(worst.row);
+    choices *= (rows - count + 1) / count;
+    const JointFit joint{std::min(1 - 1e-12, 1 - left.residual.squaredNorm() / whole),
+                         Eigen::VectorXd::Zero(count * equations.row_size)};
+    tried.score = fall_of_bic(joint, equations, poses, choices);
+    if (tried.score <= best.score) break;
+    best = tried;
+  }
+  std::ranges::sort(best.rows);
+  return best;
+}
+
 }  // namespace armtrue

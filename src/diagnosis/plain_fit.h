@@ -62,6 +62,16 @@ inline constexpr double kClearFall = 20;
 /// not only those of a few blunders.
 bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations);
 
+/// The readings without which a fit is best, as blunders, and the fall of BIC without them.
+struct Blunders {
+  double score = 0;
+  std::vector<int> rows{};
+};
+
+/// Leaves out the worst reading, one after the other, while BIC falls. A blunder bends a plain fit,
+/// and a change in a part of the readings may then straighten it: this is its rival.
+Blunders find_blunders(const FitEquations& equations, double poses);
+
 /// What a mistake of the readings may be, in words, and the fall of BIC without it.
 struct Suspicion {
   double score = 0;

@@ -4,6 +4,7 @@
 
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/campaign/without_rows.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/early_angles.h"
 #include "diagnosis/impossible_change.h"
@@ -20,12 +21,22 @@ constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of
 constexpr size_t kMostSessions = 16;  // of the rows of a plain fit each has some
 
 // What explains the residual best of what is found in the order of the readings or of the sessions.
-std::optional<std::string> find_change(const PlainFit& fit) {
-  if (const auto constant = find_constant_of_range(fit)) return constant->words;
+std::optional<Suspicion> best_change(const PlainFit& fit) {
+  if (auto constant = find_constant_of_range(fit)) return constant;
   const auto by_place = find_set_up_change(fit), by_session = find_change_of_session(fit);
-  if (by_session && (!by_place || by_session->score > by_place->score)) return by_session->words;
-  if (by_place) return by_place->words;
-  return std::nullopt;
+  if (by_session && (!by_place || by_session->score > by_place->score)) return by_session;
+  return by_place;
+}
+
+// The same, where it explains more than a few blunders do, which are left out otherwise.
+std::optional<std::string> find_change(PlainFit fit) {
+  for (;;) {
+    const auto change = best_change(fit);
+    const Blunders blunders = find_blunders(fit_equations(fit, {}), fit.poses());
+    if (change && change->score > blunders.score) return change->words;
+    if (blunders.score < kClearFall) return std::nullopt;
+    fit.readings = without_rows(fit.readings, blunders.rows);
+  }
 }
 
 std::optional<std::string> find_change_of_any(const PlainFit& fit) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/tracing/description.h"
@@ -230,6 +231,11 @@ std::string stages_table(const Page& page, const LoopResult& result) {
   if (result.worst)
     html += paragraph("The worst held-out pose is " + page.value("worst_held_out/pose") + ": " +
                       page.value("worst_held_out/after_mm") + " mm with the final model.");
+  if (!result.contradicted_rows.empty())
+    html += paragraph("Readings that the others of their pose contradict, " +
+                      lines_in_words(result.contradicted_rows) +
+                      ": the errors count them, the verdict does without. Without them: " +
+                      page.value("contradicted/after_mm") + " mm.");
   if (result.applied)
     html += paragraph(
         "The last line is the arm as it is applied: what it does besides has no name and is no "

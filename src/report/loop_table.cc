@@ -68,8 +68,10 @@ std::string before_after_table(const LoopResult& result) {
   if (result.worst)
     table += fmt::format("worst held-out pose: '{}', {:.4f} mm after\n", result.worst->pose,
                          result.worst->error / kMillimetre);
-  if (const std::string blunders = blunders_in_words(result.excluded_rows); !blunders.empty())
-    table += blunders + "\n";
+  if (const std::string lines = lines_in_words(result.excluded_rows); !lines.empty())
+    table += "left out as blunders: " + lines + "\n";
+  if (const std::string lines = lines_in_words(result.contradicted_rows); !lines.empty())
+    table += "held out, and contradicted by the others of the pose: " + lines + "\n";
   table += shares_table(result.trace.effects);
   if (const auto& nested = result.nested)
     table += fmt::format(

@@ -265,6 +265,10 @@ std::string verdict_in_words(const LoopResult& result) {
   if (result.rejected) text += "; effects predict worse and are left out";
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
+  if (const size_t rows = result.contradicted_rows.size(); rows > 0)
+    text += fmt::format("; {:.3g} mm without {} held-out {} that the others of {} contradict",
+                        result.after_sound / kMillimetre, rows, rows == 1 ? "reading" : "readings",
+                        rows == 1 ? "its pose" : "their poses");
   if (result.after_arm && *result.after_arm > kMatters * result.after)
     text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
                         *result.after_arm / kMillimetre);

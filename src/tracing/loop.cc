@@ -9,11 +9,13 @@
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/campaign/without_rows.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/search/training.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
+#include "tracing/contradicted_rows.h"
 #include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
 
@@ -73,11 +75,17 @@ std::array<double, 2> removed_ci95(const LoopResult& result, const std::vector<i
           percentile_interval(std::move(most), poses)[1]};
 }
 
+// Several rows can be of one line, such as both numbers of a corner. Ascending lines.
+void keep_each_once(std::vector<int>& lines) {
+  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+}
+
 void set_excluded_rows(const Training& training, const Campaign& given, LoopResult& result) {
   for (int row : training.quality.blunders)
     result.excluded_rows.push_back(training.sound->line[row]);
   for (int row : rows_of(result.gross_poses)) result.excluded_rows.push_back(given.line[row]);
   std::ranges::sort(result.excluded_rows);
+  keep_each_once(result.excluded_rows);
   result.left_out_together = left_out_together(given, result.excluded_rows);
 }
 
@@ -148,7 +156,8 @@ double judge_held_out(const Uncertainty& if_complete, const Campaign& held_out,
 
 // The excess of the squared error over the floor falls with the number of poses.
 int poses_to_the_floor(const LoopResult& result, double floor_high) {
-  const double excess = result.after * result.after - result.floor * result.floor;
+  const double error = result.contradicted_rows.empty() ? result.after : result.after_sound;
+  const double excess = error * error - result.floor * result.floor;
   const double allowed = floor_high * floor_high - result.floor * result.floor;
   if (allowed <= 0) return 0;
   const double poses = result.training_poses * excess / allowed;
@@ -253,9 +262,23 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
   result.applied = std::move(applied);
 }
 
+// The held-out readings without those that the others of their pose contradict.
+Campaign sound_held_out(const Campaign& held_out, LoopResult& result) {
+  const Evaluation evaluation = evaluate(result.trace.fit.robot, held_out);
+  const std::vector<int> rows = contradicted_rows(evaluation, result.noise, held_out);
+  for (int row : rows) result.contradicted_rows.push_back(held_out.line[row]);
+  keep_each_once(result.contradicted_rows);
+  return without_rows(held_out, rows);
+}
+
 void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
-  const double raised =
-      held_out.rows() > 0 ? judge_held_out(*training.if_complete, held_out, result) : 1;
+  double raised = 1;
+  if (held_out.rows() > 0) {
+    const Campaign sound = sound_held_out(held_out, result);
+    raised = judge_held_out(*training.if_complete, sound, result);
+    result.after_sound =
+        summarize(evaluate(result.trace.fit.robot, sound).reading_errors()).mean;
+  }
   const double of_noise = highest_of_floor(result.noise, held_out.rows());
   // However uncertain the unknowns are: an error 30 % above the floor does not count as noise.
   constexpr double kMostOfUnknowns = 1.3;
@@ -270,7 +293,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
       conclude({.effects = result.trace.effects,
                 .lack_of_fit = result.lack_of_fit,
                 .knows_noise = result.noise.source != NoiseFloor::Source::none,
-                .after = result.after_named,
+                .after = result.after_sound,
                 .floor = result.floor,
                 .floor_high = floor_high,
                 .complete_high = complete_high,

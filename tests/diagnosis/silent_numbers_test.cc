@@ -505,6 +505,24 @@ TEST(SilentNumbers, ExchangedJointAnglesOfTwoPosesAreNoImpossibleArm) {
   }
 }
 
+// One wrong reading bends a fit by least squares, and another frame from some reading on
+// straightens it. Beside a frame that did move it hides nothing.
+TEST(SilentNumbers, OneBlunderIsNoMovedFrame) {
+  const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    SimulationOptions options{.poses = 40, .repeats = 2, .noise_position = 3e-5, .seed = seed};
+    options.orientation = false;
+    Campaign campaign = simulate(spindle(), truth, options);
+    const auto rows = static_cast<std::uint64_t>(campaign.rows());
+    campaign.position[static_cast<int>(7 * seed % rows)].x() += 0.015;
+    EXPECT_THAT(find_suspicions(spindle(), campaign).warnings, IsEmpty()) << seed;
+    for (int row = 40; row < campaign.rows(); ++row) campaign.position[row].y() += 2e-3;
+    EXPECT_THAT(find_suspicions(spindle(), campaign).warnings,
+                Contains(HasSubstr("lie in another frame")))
+        << seed;
+  }
+}
+
 // Gross poses are left out one by one: two alike are no mistake of the file.
 TEST(SilentNumbers, TwoPosesAreNoMistakeOfTheFile) {
   Campaign campaign = tutorial();

@@ -388,6 +388,27 @@ TEST(Nothing, IsSaidWhenNothingIsHidden) {
   }
 }
 
+// The other visit of its pose says that a held-out reading is wrong. A pose that is wrong as a
+// whole may be one that the model lacks something at.
+TEST(Nothing, IsMissingWhereAHeldOutReadingIsContradicted) {
+  for (unsigned seed : {55u, 56u}) {
+    armtrue_oracle::CampaignPlan plan;
+    plan.seed = seed;
+    HiddenCampaign campaign(kNominal, "null", 0, plan);
+    Campaign& held_out = campaign.held_out;
+    held_out.position[4].z() += 8e-3;
+    const LoopResult one = closed(campaign);
+    EXPECT_EQ(one.verdict, Verdict::nothing_to_explain) << seed;
+    EXPECT_EQ(one.contradicted_rows, std::vector{held_out.line[4]});
+    EXPECT_LT(one.after_sound, one.after - 1e-5);
+    for (int row = 0; row < held_out.rows(); ++row)
+      if (row != 4 && held_out.pose[row] == held_out.pose[4]) held_out.position[row].z() += 8e-3;
+    const LoopResult whole = closed(campaign);
+    EXPECT_NE(whole.verdict, Verdict::nothing_to_explain) << seed;
+    EXPECT_TRUE(whole.contradicted_rows.empty());
+  }
+}
+
 // Twelve poses give 72 equations, of which the geometry takes 30: what chance leaves in the other
 // 42 may not look like evidence.
 TEST(Nothing, IsEvidenceByChanceWhereTheGeometryTakesNearlyHalf) {

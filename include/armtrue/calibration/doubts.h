@@ -13,8 +13,8 @@
 
 namespace armtrue {
 
-/// Which lines of the file a fit leaves out as blunders, the first twelve of them; empty if none.
-std::string blunders_in_words(const std::vector<int>& lines);
+/// Number of these lines of a file, and the first twelve of them; empty if none.
+std::string lines_in_words(const std::vector<int>& lines);
 
 /// Where the readings that a fit leaves out stand together, as a sentence; empty if they lie as
 /// blunders do, at random. A fault that lasts for a while puts them close together in time, a bad

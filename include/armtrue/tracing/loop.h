@@ -91,6 +91,10 @@ struct LoopResult {
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
+  /// Lines of held-out readings that are wrong, as the others of their pose contradict them. Errors
+  /// count them; the verdict does without.
+  std::vector<int> contradicted_rows;
+  double after_sound = 0;  ///< as `after_named`, without them [m]
   std::optional<WorstReading> worst;                ///< of those held out
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
@@ -101,7 +105,7 @@ struct LoopResult {
   /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
   double outside_p = 1;
   double before = 0, after = 0;  ///< mean held-out position error, geometric and as applied [m]
-  double after_named = 0;        ///< that of the model of `trace`, on which the verdict stands [m]
+  double after_named = 0;        ///< that of the model of `trace` [m]
   /// That of the arm alone, as programs are corrected with it: without what the station does, base
   /// and tool placed anew on the training poses. Nothing where the station does nothing [m].
   std::optional<double> after_arm;

@@ -20,6 +20,12 @@ YAML::Node stage_node(const Stage& stage, bool held_out) {
   return node;
 }
 
+YAML::Node lines_node(const std::vector<int>& lines) {
+  YAML::Node node(YAML::NodeType::Sequence);
+  for (int line : lines) node.push_back(whole_number(line));
+  return flow(node);
+}
+
 YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
   YAML::Node data =
       flow_map({{"poses", whole_number(result.training_poses + result.held_out_poses)},
@@ -28,9 +34,7 @@ YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
                 {"seed", whole_number(options.seed)}});
   if (result.of_distances) data["measured"] = "distances";
   if (result.of_touches) data["measured"] = "touches";
-  YAML::Node excluded(YAML::NodeType::Sequence);
-  for (int line : result.excluded_rows) excluded.push_back(whole_number(line));
-  data["excluded_rows"] = flow(excluded);
+  data["excluded_rows"] = lines_node(result.excluded_rows);
   if (!result.gross_poses.empty()) data["gross_poses"] = gross_poses_node(result.gross_poses);
   return data;
 }
@@ -131,6 +135,10 @@ Document write_loop(const LoopResult& result, const TraceOptions& options,
   if (result.worst)
     root["worst_held_out"] = flow_map(
         {{"pose", result.worst->pose}, {"after_mm", rounded(result.worst->error / kMillimetre)}});
+  if (!result.contradicted_rows.empty()) {
+    root["contradicted"]["rows"] = lines_node(result.contradicted_rows);
+    root["contradicted"]["after_mm"] = rounded(result.after_sound / kMillimetre);
+  }
   if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
