@@ -234,9 +234,12 @@ void forget_measured(Robot& robot, int fitted_effects) {
     robot.effects[e].measured.reset();
 }
 
-// Whether a function of one joint angle says nothing of angles beyond those covered: a slope, a
-// curve, or less than one cycle, which readings of many causes resemble. Several cycles go on.
-bool ends_at_readings(const Shape& shape, double covered) {
+// Whether an effect says nothing of values of its driver beyond those covered: a slope, a curve, or
+// less than one cycle, which readings of many causes resemble. Several cycles go on. A law of time
+// or temperature goes on, too, unless there is more that moves the same parameter by the same.
+bool ends_at_readings(const Effect& effect, double covered, bool alone) {
+  if (!can_be_bounded(effect) || (alone && !is_of_one_angle(effect))) return false;
+  const Shape& shape = effect.shape;
   switch (shape.kind) {
     case ShapeKind::linear:
     case ShapeKind::kink:
@@ -250,17 +253,17 @@ bool ends_at_readings(const Shape& shape, double covered) {
 }
 
 // What this campaign has fitted ends where its readings do, with all that moves the same parameter
-// by the same angle: readings determine their sum, in which large parts may cancel.
+// by the same driver: readings determine their sum, in which large parts may cancel.
 void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
   const std::span fitted(robot.effects.begin(), fitted_effects);
   for (const Effect& ending : fitted) {
-    if (!is_of_one_angle(ending)) continue;
-    const int joint = ending.driver.joint;
-    const auto [low, high] =
-        std::ranges::minmax(campaign.q, {}, [&](const JointVector& q) { return q[joint]; });
-    if (!ends_at_readings(ending.shape, high[joint] - low[joint])) continue;
+    if (!can_be_bounded(ending)) continue;
+    const auto [low, high] = std::ranges::minmax(values_of(ending.driver, campaign));
+    const auto alike = std::ranges::count_if(
+        fitted, [&](const Effect& effect) { return same_place(effect, ending); });
+    if (!ends_at_readings(ending, high - low, alike == 1)) continue;
     for (Effect& effect : fitted)
-      if (same_place(effect, ending)) effect.measured = {low[joint], high[joint]};
+      if (same_place(effect, ending)) effect.measured = {low, high};
   }
 }
 

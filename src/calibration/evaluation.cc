@@ -121,7 +121,8 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
   const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - unknowns;
   if (freedom < 1) return std::nullopt;
   if (floor.source == NoiseFloor::Source::instrument) return chi_squared_above(ratio, freedom);
-  return fisher_f_above(ratio / freedom, freedom, floor.degrees_of_freedom);
+  return fisher_f_above(ratio / freedom, freedom * floor.even_axes / floor.axes,
+                        floor.degrees_of_freedom);
 }
 
 // Of the readings of some rows, those of which more than one coordinate is read; single ones do not
@@ -144,12 +145,30 @@ double share_of_points(const Campaign& campaign, const Evaluation& evaluation,
   return points / std::max(1.0, readings);
 }
 
+// Root of the mean variance of several axes, and how many of equal variance scatter as much:
+// (sum of variances)^2 / sum of their squares (Satterthwaite 1946).
+struct NoiseOfAxes {
+  double deviation = 0, even_axes = 1;
+};
+
+NoiseOfAxes noise_of_axes(std::span<const std::vector<double>> deviations) {
+  double sum = 0, squares = 0;
+  for (const std::vector<double>& of_axis : deviations) {
+    const double variance = std::pow(robust_deviation(of_axis), 2);
+    sum += variance;
+    squares += variance * variance;
+  }
+  const auto axes = static_cast<double>(deviations.size());
+  return {std::sqrt(sum / axes), squares > 0 ? sum * sum / squares : axes};
+}
+
 NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<int>& rows) {
   NoiseFloor floor;
   floor.axes = campaign.reading_size().position;
+  floor.even_axes = floor.axes;
   floor.points = share_of_points(campaign, evaluation, rows);
-  std::vector<double> position, orientation;
+  std::array<std::vector<double>, 6> deviations;  // of each axis: an instrument may be worse in one
   const MedianResiduals residuals(campaign, evaluation, rows);
   for_each_replicates(
       campaign, residuals, rows,
@@ -160,18 +179,22 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
         for (int row : group) {
           const Eigen::Matrix<double, 6, 1> deviation =
               std::sqrt(m / (m - 1)) * (residuals.at(row) - mean);
-          for (int i = 0; i < floor.axes; ++i) position.push_back(deviation[i]);
-          for (int i = 3; i < 6 && campaign.has_orientation(); ++i)
-            orientation.push_back(deviation[i]);
+          for (int i = 0; i < 6; ++i)
+            if (i < floor.axes || (i >= 3 && campaign.has_orientation()))
+              deviations[i].push_back(deviation[i]);
         }
       });
   constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
   if (floor.degrees_of_freedom >= kMinReplicates) {
+    const std::span all(deviations);
+    const NoiseOfAxes noise = noise_of_axes(all.first(floor.axes));
     floor.source = NoiseFloor::Source::replicates;
+    floor.position = noise.deviation;
+    floor.even_axes = noise.even_axes;
     floor.degrees_of_freedom =
-        static_cast<int>(kEfficiencyOfRobustDeviation * floor.degrees_of_freedom);
-    floor.position = robust_deviation(position);
-    if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
+        static_cast<int>(kEfficiencyOfRobustDeviation * floor.degrees_of_freedom *
+                         floor.even_axes / floor.axes);
+    if (campaign.has_orientation()) floor.orientation = noise_of_axes(all.last(3)).deviation;
     return floor;
   }
   floor.position = residuals.position().value_or(stated_position_noise(robot, campaign));

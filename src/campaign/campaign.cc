@@ -213,6 +213,17 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
   }
 }
 
+std::vector<double> values_of(const Driver& driver, const Campaign& campaign) {
+  if (driver.kind == DriverKind::time) return campaign.time_s;
+  std::vector<double> values(campaign.rows());
+  const auto sensor = std::ranges::find(campaign.temperature_names, driver.where) -
+                      campaign.temperature_names.begin();
+  for (size_t row = 0; row < values.size(); ++row)
+    values[row] = driver.kind == DriverKind::temperature ? campaign.temperature_c[row][sensor]
+                                                         : campaign.q[row][driver.joint];
+  return values;
+}
+
 void require_drivers(const Campaign& campaign, const Effect& effect) {
   if (campaign.rows() == 0) return;
   for (const Effect& member : effect.members) require_drivers(campaign, member);

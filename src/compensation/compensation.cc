@@ -53,7 +53,8 @@ class Compensation {
         options_(options),
         visits_(program.visits),
         arms_(arms_of(identified, controller, program, options)),
-        motion_(visits_) {
+        motion_(visits_),
+        programmed_motion_(visits_) {
     motion_matters_ =
         follows_motion(arms_[0].identified.robot()) || follows_motion(arms_[0].controller.robot());
     for (size_t row = 0; row < visits_.force_n.size(); ++row)
@@ -106,7 +107,8 @@ class Compensation {
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
-    motion_.arrive(context, target.q);
+    programmed_motion_.arrive(context, target.programmed);
+    programmed_motion_.go_to(target.programmed);
     context.q = target.programmed;
     const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
     settle(target, context, intended);
@@ -124,7 +126,9 @@ class Compensation {
     return target;
   }
 
-  // The arm moves from command to command: the commands, not the program, give its motion.
+  // The arm moves from command to command: the commands, not the program, give its motion. Where a
+  // joint reverses it moves less from point to point than the correction does, and commands of either
+  // direction agree with themselves: that of the program comes first, or they would go to and fro.
   void settle(CorrectedTarget& target, Context& context, const Pose& intended) const {
     correct(target, context, intended);
     if (!motion_matters_) return;
@@ -248,7 +252,7 @@ class Compensation {
   std::deque<Arms> arms_;           // they refer to their own members: they must not move
   const Arms* arms_now_ = nullptr;  // of the row
   bool motion_matters_ = false;
-  CommandedMotion motion_;
+  CommandedMotion motion_, programmed_motion_;
   std::vector<CorrectedTarget> targets_;
   std::optional<JointVector> reached_;  // joint angles of the last row that is reached
   std::optional<UnreachableTarget> unreachable_;

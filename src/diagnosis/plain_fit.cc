@@ -8,6 +8,7 @@
 
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
@@ -26,7 +27,8 @@ Campaign part_of(const Campaign& campaign) {
 }  // namespace
 
 double PlainFit::poses() const {
-  return static_cast<double>(std::set(readings.pose.begin(), readings.pose.end()).size());
+  const std::set poses(readings.pose.begin(), readings.pose.end());
+  return static_cast<double>(poses.size()) * (readings.has_pixels_only() ? kParametersPerPose : 1);
 }
 
 PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign) {

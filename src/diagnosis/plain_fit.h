@@ -17,7 +17,9 @@ struct PlainFit {
   Campaign readings;
   CalibrationResult result;
 
-  double poses() const;  ///< that the readings are of
+  /// Number of poses that the readings are of; of images six for each, as a row is one number there
+  /// and an image shows the six of a pose.
+  double poses() const;
 };
 
 /// Nothing if the readings are too few.

@@ -166,10 +166,12 @@ void BoundEffect::bind_members(const Effect& effect, const Robot& robot,
 
 double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, const Context& context,
                                  const ArmFrames* frames, const PoseJacobian* jacobian) const {
+  const auto as_measured = [&](double value) {
+    return measured_ ? std::clamp(value, (*measured_)[0], (*measured_)[1]) : value;
+  };
   switch (kind) {
     case DriverKind::joint_angle:
-      return measured_ ? std::clamp(context.q[joint], (*measured_)[0], (*measured_)[1])
-                       : context.q[joint];
+      return as_measured(context.q[joint]);
     case DriverKind::motor_torque:
       return context.motor_torque_nm[joint];
     case DriverKind::arrival:
@@ -177,14 +179,14 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
     case DriverKind::stroke:
       return context.stroke[joint];
     case DriverKind::time:
-      return context.time_s;
+      return as_measured(context.time_s);
     case DriverKind::session: {
       const std::vector<std::string>& known = driver_.sessions;
       const auto found = std::ranges::find(known, context.session);
       return static_cast<double>(std::min(found - known.begin(), std::ssize(known) - 1));
     }
     case DriverKind::temperature:
-      return context.temperature_c[temperature_];
+      return as_measured(context.temperature_c[temperature_]);
     case DriverKind::payload:
       return context.payload_kg;
     case DriverKind::force:

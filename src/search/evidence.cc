@@ -143,6 +143,38 @@ bool is_beaten(EffectModel& model, size_t chosen, const std::vector<CandidateSco
   return false;
 }
 
+// The values that a function of one driver takes at the readings, and their range [SI].
+std::vector<double> values_at_readings(const Effect& effect, const Campaign& campaign) {
+  std::vector<double> values = values_of(effect.driver, campaign);
+  Eigen::VectorXd of_shape(value_count(effect.shape));
+  for (double& value : values) {
+    evaluate(effect.shape, value, of_shape.data());
+    value = 0;
+    for (size_t k = 0; k < effect.coefficients.size(); ++k)
+      value += effect.coefficients[k].value * of_shape[static_cast<Eigen::Index>(k)];
+  }
+  return values;
+}
+
+double range_of(const std::vector<double>& values) {
+  const auto [low, high] = std::ranges::minmax(values);
+  return high - low;
+}
+
+// Whether the effect and others of the same driver and parameter cancel among the readings. Then
+// these show the sum, a curve, and no part of it is a cause.
+bool cancels(const Effect& effect, const std::vector<Effect>& effects, const Campaign& campaign) {
+  constexpr double kMostOfSum = 2;
+  if (!can_be_bounded(effect) || is_group(effect.parameter)) return false;
+  std::vector<double> sum(campaign.rows());
+  for (const Effect& other : effects) {
+    if (!same_place(other, effect)) continue;
+    const std::vector<double> values = values_at_readings(other, campaign);
+    for (size_t row = 0; row < sum.size(); ++row) sum[row] += values[row];
+  }
+  return range_of(values_at_readings(effect, campaign)) > kMostOfSum * range_of(sum);
+}
+
 // Sorts the effects by what they explain, not by the order of discovery. Effects of one parameter
 // and driver count together and stay together. Completes the fit; returns the shares in that order.
 std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::uint64_t seed) {
@@ -277,8 +309,9 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     traced.separated_by = chosen[k].separated_by;
     traced.in_words = chosen[k].in_words;
     const auto in_place = candidates_in_place_of(model, k);
-    if (is_beaten(model, k, in_place.scores)) {
-      traced.beaten_cause = traced.effect.name;
+    const bool is_part = cancels(fitted, result.fit.robot.effects, campaign);
+    if (is_part || is_beaten(model, k, in_place.scores)) {
+      if (!is_part) traced.beaten_cause = traced.effect.name;
       traced.from_catalogue = false;
       traced.in_words.clear();
       traced.effect.name = fitted.name = "unexplained";

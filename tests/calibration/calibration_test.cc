@@ -190,6 +190,36 @@ TEST(Calibration, EffectsOfAnAngleEndWhereItsReadingsDo) {
   EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].measured);
 }
 
+// A law of the time goes on after the readings. Beside a curve of the same parameter it does not: the
+// two may cancel among the readings, and nowhere else.
+TEST(Calibration, ASlopeOfTimeBesideACurveEndsWhereTheReadingsDo) {
+  Robot robot = shipped("kr360-spindle");
+  Campaign campaign = measured(shipped("kr360-table4"), 60, 3, 0.095, 0.15);
+  for (int row = 0; row < campaign.rows(); ++row) campaign.time_s.push_back(100 + 20.0 * row);
+  const std::array<double, 2> ends{100, campaign.time_s.back()};
+  const Driver time = *parse_driver("time");
+  const Effect slope{"e", "A1.theta", time, *parse_shape("linear"), {}};
+  const Effect curve{"e", "A1.theta", time, series_shape(SeriesBasis::cosine, 2, ends[0], ends[1]), {}};
+  const Effect other{"e", "A2.theta", time, *parse_shape("linear"), {}};
+  robot.effects = {slope, other};
+  const Robot alone = calibrate(robot, campaign).robot;
+  EXPECT_FALSE(alone.effects[0].measured);
+  EXPECT_FALSE(alone.effects[1].measured);
+  robot.effects = {slope, curve, other};
+  const Robot beside = calibrate(robot, campaign).robot;
+  EXPECT_EQ(beside.effects[0].measured, ends);
+  EXPECT_EQ(beside.effects[1].measured, ends);
+  EXPECT_FALSE(beside.effects[2].measured);
+  Context at_end{.q = campaign.q[0]}, later = at_end;
+  at_end.time_s = ends[1];
+  later.time_s = 2 * ends[1];
+  const auto first = [](const Robot& of, const Context& context) {
+    return RobotModel(of).offsets(context)[zero_offset(of.chain, 0)];
+  };
+  EXPECT_EQ(first(beside, later), first(beside, at_end));
+  EXPECT_NE(first(alone, later), first(alone, at_end));
+}
+
 TEST(Calibration, FindsABaseThatNobodyKnew) {
   const Robot robot = shipped("kr360-spindle");
   Robot truth = shipped("kr360-table4");

@@ -74,6 +74,28 @@ TEST(NoiseFloor, WeighsReadingsByTheirOwnDeviation) {
   EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
 }
 
+// A camera is worse along its line of sight. Two axes of 0.03 mm and one of 0.15 mm: the mean variance
+// is 0.0081 mm^2, and they scatter as much as (0.0243)^2 / 0.00050787 = 1.163 equal axes. The scatter
+// about the poses' means is noise alone, so its test rejects one null in a hundred at p = 0.01.
+TEST(NoiseFloor, OfUnevenAxesIsTheirMeanVariance) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  double variance = 0, axes = 0;
+  constexpr int kCampaigns = 200;
+  for (int k = 0; k < kCampaigns; ++k) {
+    ReadTwice readings(60, 0);
+    for (auto& residual : readings.evaluation.residuals)
+      residual.head<3>() = 1e-3 * Eigen::Vector3d(0.03 * normal(random), 0.03 * normal(random),
+                                                  0.15 * normal(random));
+    const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
+    variance += floor.position * floor.position / kCampaigns;
+    axes += floor.even_axes / kCampaigns;
+    EXPECT_LT(floor.degrees_of_freedom, 0.6 * 0.864 * 180);
+  }
+  EXPECT_NEAR(variance, 8.1e-9, 0.4e-9);
+  EXPECT_NEAR(axes, 1.163, 0.02);
+}
+
 // Below 20 degrees of freedom the readings' own statement counts, then that of the robot file.
 TEST(NoiseFloor, OfFewReplicatesIsWhatIsStated) {
   ReadTwice readings(6, 1e-4);

@@ -187,6 +187,10 @@ struct Campaign {
 /// columns they are zero.
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where);
 
+/// The values of one joint angle, of the time or of one temperature at the rows [SI]; the campaign
+/// has the column.
+std::vector<double> values_of(const Driver& driver, const Campaign& campaign);
+
 /// Throws std::invalid_argument, with file and remedy, if the campaign lacks the column that drives
 /// the effect: time, a temperature, motor torques or directions of arrival. Campaigns read from a
 /// file always have directions, stated or derived (derive_arrival).

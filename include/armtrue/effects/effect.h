@@ -52,7 +52,7 @@ struct Effect {
   /// If it may be the instrument's: mean of the effect over the poses of its calibration. Only
   /// constant + mean is the parameter of the arm then [SI].
   double mean = 0;
-  /// Of a function of one joint angle: the lowest and highest angle of its calibration [rad or m].
+  /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
   /// Beyond them it keeps the value that it has there; its coefficients would give any.
   std::optional<std::array<double, 2>> measured{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
@@ -78,6 +78,15 @@ inline bool same_form(const Effect& a, const Effect& b) {
 inline bool is_of_one_angle(const Effect& effect) {
   const Driver& driver = effect.driver;
   return driver.kind == DriverKind::joint_angle && !driver.is_pair() && !driver.factor;
+}
+
+/// Whether `measured` can bound the effect: a function of one joint angle, of the time or of one
+/// temperature alone.
+inline bool can_be_bounded(const Effect& effect) {
+  const Driver& driver = effect.driver;
+  return is_of_one_angle(effect) || (!driver.is_pair() && !driver.factor &&
+                                     (driver.kind == DriverKind::time ||
+                                      driver.kind == DriverKind::temperature));
 }
 
 /// Whether it is a lasting error of the instrument, which is as large as instruments err: none that

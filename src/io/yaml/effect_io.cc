@@ -192,10 +192,12 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     effect.mean = map.number("mean") * display_unit(chain, effect.parameter).si;
   }
   if (map.has("measured")) {
-    const std::vector<double> angles = map.numbers("measured", 2);
-    if (!is_of_one_angle(effect) || angles[0] > angles[1])
-      map.fail("measured", "is the lowest and highest angle of an effect of one joint angle");
-    effect.measured = {angles[0], angles[1]};
+    const std::vector<double> range = map.numbers("measured", 2);
+    if (!can_be_bounded(effect) || range[0] > range[1])
+      map.fail("measured",
+               "is the lowest and highest value of the driver of an effect of one joint angle, of "
+               "the time or of one temperature");
+    effect.measured = {range[0], range[1]};
   }
   std::vector<Entry> entries;
   for (YamlMap& entry : map.maps("coefficients")) {
