@@ -190,6 +190,9 @@ void add_campaign(const std::vector<Fixture>& fixtures, int poses, unsigned seed
   }
 }
 
+// Links off by 0.3 mm and 0.3 mrad, a noise of 0.03 mm along z. Sixty campaigns of 40 stops covered
+// 99.3 % on three planes and 97.5 % on two planes and a ball, twenty-five of 120 stops 97.1 % and
+// 97.8 %: deviations by stops are on the wide side, the more so the fewer stops there are.
 TEST(Profile, CalibratesTheArmAndItsIntervalsCover) {
   constexpr unsigned kCampaigns = 4;
   for (const auto& fixtures : {kPlates, {kPlates[0], kPlates[1], kBall}}) {
