@@ -352,6 +352,11 @@ std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign
         "'base' and 'tool' are held as the robot file has them, and the places of planes and beams "
         "are relative to them; the scale is that of the sensor, whose readings count as exact but "
         "for noise and a zero"};
+  if (campaign.has_profiles())
+    return {
+        "profiles do not show where the frame R_A is: 'base' is held as the robot file has it, and "
+        "the places of the contacts are relative to it; the scale is that of the sensor, whose "
+        "readings count as exact but for noise"};
   std::vector<std::string> sentences = {
       "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
       "has it, and the places of the contacts are relative to it"};

@@ -249,10 +249,11 @@ bool imitates_scale(const Contact& artefact, const std::set<int>& parts) {
 }
 
 // Touches in the same configurations are as well those of an arm that is larger, with the contacts,
-// by one factor. An encoder of lengths knows the factor, as does a beam, whose reading is a length,
-// and an artefact of which enough is touched.
+// by one factor. An encoder of lengths knows the factor, as do a beam and a profile, whose readings
+// are lengths, and an artefact of which enough is touched.
 bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
-  if (!campaign.has_touches_only() || campaign.has_pixels()) return false;
+  if (!campaign.has_touches_only() || campaign.has_pixels() || campaign.has_profiles())
+    return false;
   for (int j = 0; j < joint_count(chain); ++j)
     if (is_prismatic(joint_link(chain, j))) return false;
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
@@ -375,10 +376,15 @@ namespace {
 
 // So many rows, of which each quantity has as many.
 std::vector<int> every_touch(const Campaign& campaign, int count) {
+  std::vector<int> rows;
+  if (campaign.has_profiles()) {  // their points differ
+    for (int k = 0; k < count; ++k)
+      rows.push_back(static_cast<int>(static_cast<long>(k) * campaign.rows() / count));
+    return rows;
+  }
   std::map<int, int> first_rows;
   for (int row = 0; row < campaign.rows(); ++row)
     first_rows.try_emplace(campaign.quantity(row), row);
-  std::vector<int> rows;
   while (std::ssize(rows) < count)
     for (const auto& [quantity, row] : first_rows) rows.push_back(row);
   rows.resize(count);

@@ -45,6 +45,7 @@ Campaign as_points(Campaign campaign) {
   campaign.distance.clear();
   campaign.coordinate.clear();
   campaign.touch.clear();
+  campaign.profile.clear();
   campaign.anchor.clear();
   campaign.anchor_names.clear();
   campaign.contact_names.clear();

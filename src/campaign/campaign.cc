@@ -122,10 +122,14 @@ std::vector<int> Campaign::first_rows_of_readings() const {
 
 int Campaign::channel(int row) const {
   const int targets = std::max(1, static_cast<int>(target_names.size()));
-  return quantity(row) * targets + (target.empty() ? 0 : target[row]);
+  const int of_target = quantity(row) * targets + (target.empty() ? 0 : target[row]);
+  return of_target * longest_profile + (has_profiles() ? profile[row].number : 0);
 }
 
-int Campaign::pose_by_quantity(int row) const { return pose[row] * quantities() + quantity(row); }
+int Campaign::pose_by_quantity(int row) const {
+  return (pose[row] * quantities() + quantity(row)) * longest_profile +
+         (has_profiles() ? profile[row].number : 0);
+}
 
 std::vector<int> Campaign::pose_by_id() const {
   std::vector<int> order(pose_ids.size());
@@ -170,6 +174,8 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(distance, chosen.distance);
   pick(coordinate, chosen.coordinate);
   pick(touch, chosen.touch);
+  pick(profile, chosen.profile);
+  chosen.longest_profile = longest_profile;
   chosen.metre_per_pixel = metre_per_pixel;
   pick(repeat, chosen.repeat);
   pick(orientation, chosen.orientation);
@@ -283,6 +289,13 @@ void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_poin
     axis = (axis + 1) % axes;
   }
   campaign = std::move(all);
+}
+
+void number_profile_points(Campaign& campaign) {
+  std::vector<int> points(campaign.pose_ids.size(), 0);
+  for (size_t row = 0; row < campaign.profile.size(); ++row)
+    campaign.profile[row].number = points[campaign.pose[row]]++;
+  campaign.longest_profile = points.empty() ? 1 : std::max(1, *std::ranges::max_element(points));
 }
 
 double stated_position_noise(const Robot& robot, const Campaign& campaign) {

@@ -25,6 +25,8 @@ size_t reading_of(const Campaign& campaign, int row) {
     numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
   if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
   if (campaign.has_touches()) numbers.push_back(campaign.quantity(row));
+  if (campaign.has_profiles())
+    numbers.insert(numbers.end(), {campaign.profile[row].y, campaign.profile[row].z});
   const std::string_view bytes(reinterpret_cast<const char*>(numbers.data()),
                                numbers.size() * sizeof(double));
   return std::hash<std::string_view>()(bytes);

@@ -19,7 +19,7 @@ std::vector<std::string> columns_of_a_campaign(const std::vector<JointName>& joi
                                  "session", "payload_kg", "fx_n", "fy_n",   "fz_n",     "camera",
                                  "board",   "corner",     "u_px", "v_px",   "sigma_px", "beam"};
   for (const char* component : {"qw", "qx", "qy", "qz"}) known.emplace_back(component);
-  for (const char* length : {"x", "y", "z", "l", "sigma"})
+  for (const char* length : {"x", "y", "z", "l", "sigma", "profile_y", "profile_z"})
     for (const char* unit : {"_mm", "_m"}) known.push_back(std::string(length) + unit);
   for (const char* angle : {"a", "b", "c", "sigma"})
     for (const char* unit : {"_deg", "_rad"}) known.push_back(std::string(angle) + unit);
@@ -42,6 +42,7 @@ class ColumnFinder {
     find_needed();
     find_others();
     check_beside_pixels();
+    check_beside_profiles();
     find_covariances();
     columns_.context.emplace(table_, joints_);
     used_.insert(columns_.context->used().begin(), columns_.context->used().end());
@@ -77,12 +78,20 @@ class ColumnFinder {
     }
     columns_.distance = use(table_.find_length("l"));
     columns_.contact = use(table_.find("contact"));
+    columns_.profile = {use(table_.find_length("profile_y")), use(table_.find_length("profile_z"))};
+    const bool has_profiles = columns_.profile[0] || columns_.profile[1];
+    if (has_profiles) {
+      need(columns_.profile[0], "profile_y_mm");
+      need(columns_.profile[1], "profile_z_mm");
+      need(columns_.contact, "contact");
+    }
     if (columns_.contact || columns_.distance) columns_.beam = use(table_.find("beam"));
     if (columns_.beam && !columns_.contact) missing.emplace_back("contact");
     if (columns_.beam && !columns_.distance) missing.emplace_back("l_mm");
     for (int i = 0; i < 3; ++i) columns_.position[i] = table_.find_length(std::string(1, "xyz"[i]));
-    columns_.has_points = (!columns_.distance && !columns_.contact && !has_pixels) ||
-                          columns_.position[0] || columns_.position[1] || columns_.position[2];
+    columns_.has_points =
+        (!columns_.distance && !columns_.contact && !has_pixels && !has_profiles) ||
+        columns_.position[0] || columns_.position[1] || columns_.position[2];
     for (int i = 0; columns_.has_points && i < 3; ++i)
       need(columns_.position[i], std::string(1, "xyz"[i]) + "_mm");
     if (!missing.empty()) table_.fail_missing(missing, used_);
@@ -90,6 +99,16 @@ class ColumnFinder {
 
   bool has_others_than_pixels() const {
     return columns_.has_points || columns_.distance || columns_.contact;
+  }
+
+  void check_beside_profiles() const {
+    if (!columns_.profile[0]) return;
+    for (const char* other : {"x_mm", "x_m", "y_mm", "y_m", "z_mm", "z_m", "l_mm", "l_m", "beam",
+                              "u_px", "target", "a_deg", "a_rad", "qw", "sigma_deg", "sigma_rad"})
+      if (table_.find(other))
+        throw InputError(source_ + ": has profile_y_mm and the column '" + other +
+                         "'; profiles stand in a file of their own, without other readings, "
+                         "targets and orientations: leave the column out");
   }
 
   void check_beside_pixels() const {

@@ -19,6 +19,7 @@ struct CampaignColumns {
   std::optional<int> beam, camera, board, corner;
   std::array<std::optional<int>, 2> pixel;  ///< both or none
   std::optional<CsvTable::Quantity> distance;
+  std::array<std::optional<CsvTable::Quantity>, 2> profile;  ///< y and z, both or none
   bool has_points = true;
   std::vector<std::optional<CsvTable::Quantity>> q;  ///< one for each joint
   std::array<std::optional<CsvTable::Quantity>, 3> position, abc;

@@ -67,6 +67,7 @@ void JoinedCampaign::append(const CampaignPart& part) {
     all.touch.push_back(touch);
   }
   all.metre_per_pixel = std::max(all.metre_per_pixel, rows.metre_per_pixel);
+  append_column(all.profile, rows.profile);
   append_column(all.position, rows.position);
   append_column(all.distance, rows.distance);
   append_column(all.repeat, rows.repeat);

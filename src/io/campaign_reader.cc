@@ -56,7 +56,13 @@ class RowReader {
     return columns_.distance && !table_.is_empty(columns_.distance->column);
   }
 
-  bool has_touch() const { return columns_.contact && !table_.is_empty(*columns_.contact); }
+  // A point of a profile that the sensor did not see has neither y nor z.
+  bool has_touch() const {
+    if (columns_.profile[0])
+      return !table_.is_empty(columns_.profile[0]->column) ||
+             !table_.is_empty(columns_.profile[1]->column);
+    return columns_.contact && !table_.is_empty(*columns_.contact);
+  }
 
   bool has_pixel() const {
     return columns_.corner &&
@@ -184,6 +190,7 @@ class RowReader {
     if (fills_position()) c.position.emplace_back(0, 0, 0);
     if (columns_.anchor) c.anchor.push_back(0);
     c.distance.push_back(has_distance() ? table_.number(*columns_.distance) : 0.0);
+    if (columns_.profile[0]) read_profile_point();
     const std::string contact(table_.original(*columns_.contact));
     const bool names_beam = columns_.beam && !table_.is_empty(*columns_.beam);
     if (names_beam && !has_distance())
@@ -197,6 +204,15 @@ class RowReader {
                                        .text()
                                  : contact;
     c.touch.push_back({indices_.contacts.of(name), -1});
+  }
+
+  void read_profile_point() {
+    if (table_.is_empty(*columns_.contact))
+      table_.fail(*columns_.contact,
+                  "is empty; every point of a profile needs the plane or the sphere on which it "
+                  "lies: leave out rows of what else the sensor saw");
+    part_.rows.profile.push_back(
+        {table_.number(*columns_.profile[0]), table_.number(*columns_.profile[1])});
   }
 
   // Pixels wait in `position` for bind_touches().
@@ -294,6 +310,7 @@ class CampaignReader {
     if ((columns_.distance || columns_.contact || columns_.corner) && columns_.has_points)
       sort_kinds();
     check_weights();
+    check_profiles();
     check_repeats();
     if (chain_) moved_by_turns_ = move_into_travel(campaign_.q, campaign_.pose, *chain_);
     derive_arrival(campaign_);
@@ -373,6 +390,21 @@ class CampaignReader {
                      ": distances and contacts in one file also need the column "
                      "'sigma_mm', the standard deviation of each row, by which they "
                      "weigh against each other");
+  }
+
+  void check_profiles() {
+    Campaign& c = campaign_;
+    if (!c.has_profiles()) return;
+    number_profile_points(c);
+    constexpr double kLeast = 1e-3, kMost = 10;  // m, between them are the readings of any sensor
+    double largest = 0;
+    for (int row = 0; row < c.rows(); ++row) largest = std::max(largest, c.own_point(row).norm());
+    if (largest < kLeast || largest > kMost)
+      throw InputError(fmt::format(
+          "{}: profile_y_mm and profile_z_mm: the farthest point is {:.4g} mm from the sensor's "
+          "origin, as no profile is; are these numbers in another unit? Columns in metres are "
+          "named profile_y_m and profile_z_m",
+          c.source, largest / kMillimetre));
   }
 
   void check_repeats() const {

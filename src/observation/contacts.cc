@@ -276,7 +276,7 @@ class Approach {
     Pose frame = evaluator_.pose(q, of_pose);
     const ContactPoint& which = contacts_[campaign_.touch[row].contact];
     const By by = which.beam >= 0 ? By::beam : By::tool;
-    Eigen::Vector3d point{0, 0, 0};  // in the measured frame
+    Eigen::Vector3d point = campaign_.own_point(row);  // in the measured frame
     if (by == By::beam)
       point = end_of_beam(chain_.contacts[which.beam], campaign_.distance[row]);
     else if (!targets_.empty())

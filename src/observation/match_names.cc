@@ -318,6 +318,20 @@ void require_beams_on_planes(const Campaign& campaign, const KinematicChain& cha
   }
 }
 
+void require_profiles_on_surfaces(const Campaign& campaign, const KinematicChain& chain,
+                                  const std::vector<ContactPoint>& matched) {
+  if (!campaign.has_profiles()) return;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const int name = campaign.touch[row].contact;
+    const ContactKind kind = chain.contacts[matched[name].contact].kind;
+    if (kind != ContactKind::plane && kind != ContactKind::sphere)
+      fail_at(campaign, row,
+              "column 'contact': a profile lies on a plane or a sphere, and '" +
+                  campaign.contact_names[name] +
+                  "' is neither; name one of these, or give each part a contact of its own");
+  }
+}
+
 }  // namespace
 
 void bind_touches(Campaign& campaign, const KinematicChain& chain) {
@@ -335,6 +349,7 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
   require_arm_between(campaign, chain, matched);
   require_beams_on_planes(campaign, chain, matched);
+  require_profiles_on_surfaces(campaign, chain, matched);
   std::vector<bool> is_point;
   for (const ContactPoint& touched : matched)
     is_point.push_back(touched.board < 0 &&

@@ -122,15 +122,16 @@ ObservationModel::At::Prediction ObservationModel::At::predict(
   predicted.frame = a_from_measured;
   Pose& frame = predicted.frame;
   if (offset.size() > 0) predicted.scale += offset[layout_.instrument_scale];
-  if (!model_.targets_.empty()) {
-    const int target = model_.targets_[model_.campaign_.target[row]];
-    Eigen::Vector3d place = robot_.chain.targets[target].position;
-    if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
-    predicted.lever = frame.rotation * place;
-    frame.translation += predicted.lever;
-  }
-  predicted.position = frame.translation - model_.common_from_own_.translation;
   const Campaign& campaign = model_.campaign_;
+  Eigen::Vector3d place = campaign.own_point(row);
+  if (!model_.targets_.empty()) {
+    const int target = model_.targets_[campaign.target[row]];
+    place = robot_.chain.targets[target].position;
+    if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
+  }
+  predicted.lever = frame.rotation * place;
+  frame.translation += predicted.lever;
+  predicted.position = frame.translation - model_.common_from_own_.translation;
   const ReadingKind kind = campaign.kind(row);
   if (kind == ReadingKind::pixel) {
     predict_pixel(row, a_from_measured, offset, predicted);

@@ -137,7 +137,7 @@ double ReadingLaw::loss(double squared_norm, int dimension, double row_variance)
 
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension) {
-  const size_t poses = campaign.pose_ids.size() * static_cast<size_t>(campaign.quantities());
+  const size_t poses = campaign.poses_by_quantity();
   // All alone; not every pose need be read from every anchor.
   if (campaign.anchor.empty() && !campaign.has_coordinates() && !campaign.has_touches() &&
       poses >= norms.size())

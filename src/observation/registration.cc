@@ -36,8 +36,9 @@ Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
   const std::vector<int> targets = match_targets(campaign, robot.chain);
   Eigen::Matrix3Xd points(3, campaign.rows());
   for (int row = 0; row < campaign.rows(); ++row)
-    points.col(row) =
-        model.point(campaign.context(row), targets.empty() ? -1 : targets[campaign.target[row]]);
+    points.col(row) = targets.empty()
+                          ? model.pose(campaign.context(row)) * campaign.own_point(row)
+                          : model.point(campaign.context(row), targets[campaign.target[row]]);
   return points;
 }
 

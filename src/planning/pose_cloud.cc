@@ -66,6 +66,11 @@ bool is_above_floor(const PoseCloud& cloud, const JointVector& q) {
 }
 
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
+  if (given.has_profiles())
+    throw std::invalid_argument(
+        given.source +
+        ": poses of line profiles are not planned; choose them by hand: many postures, all tilts "
+        "and distances at which the sensor reads, three planes or a sphere");
   PoseCloud cloud{robot, options, given, {}, {}, {}, {}};
   const std::vector<std::vector<int>> sessions = rows_by_session(given);
   if (given.rows() > 0) cloud.robot = robot_at_row(robot, given, sessions.back().front());

@@ -4,6 +4,7 @@
     any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT... -o measured.csv
     any_arm_cell.py touch --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o touches.csv
     any_arm_cell.py beam --robot FILE --seed N --poses N --contact plane:NAME:NUMBERS... EFFECT... -o readings.csv
+    any_arm_cell.py profile --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o profiles.csv
     any_arm_cell.py look --robot FILE --seed N --poses N [--noise-px S] [--wrong-ids SHARE] [--at-rest] [--fisheye] EFFECT... -o images.csv
     any_arm_cell.py reach --robot FILE --seed N --commands FILE EFFECT... -o reached.csv
 
@@ -14,7 +15,8 @@ six numbers about the given size, and states it. `touch` touches each contact in
 by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. A cube X,Y,Z,A,B,C,EDGE stands for
 its faces NAME/+x to NAME/-z, the middle at X,Y,Z, turned by KUKA's angles; what touches has the radius --tip-mm, which moves
 planes and faces outwards. `beam` reads how far a laser on the tool, whose zero is 7 mm off, is from each plane in turn, 50 to
-600 mm and by at most 60 deg off the normal. `look` takes images of a board of
+600 mm and by at most 60 deg off the normal. `profile` takes 20 points of each plane or sphere in turn by a line scanner on the
+tool, whose mounting is off by 4 mm and 2 deg: rays in its plane of 15 deg to both sides of its z axis, noise along z. `look` takes images of a board of
 7 by 5 corners, 30 mm apart, by a camera on the arm, or at rest with the board on the arm; all corners are in the image, and the ids of a share of
 them are exchanged. Camera and board are in the same places for a seed, and with --other-poses too; with --commands the poses are
 those of a table. Of a robot file with a
@@ -259,6 +261,57 @@ def beam(cell, options):
         writer.writerow([pose, 20 * pose, *(f"{value:.9f}" for value in cell.shown(values)), plane["name"], f"{length:.6f}"])
 
 
+SENSOR = (rotation_times(about((0.0, 0.0, 1.0), 0.03), about((1.0, 0.0, 0.0), -0.02)), (3.0, -2.0, 2.0))  # from the tool
+
+
+def length_of_ray(contact, origin, along):
+    """How far along a ray a plane or a sphere is; None if the ray misses it or meets it too obliquely."""
+    away = [c - o for c, o in zip(contact["place"], origin)]
+    if contact["kind"] == "plane":
+        size = math.hypot(*contact["shape"])
+        cosine = sum(n * d for n, d in zip(contact["shape"], along)) / size
+        if abs(cosine) < 0.5:
+            return None
+        return sum(n * a for n, a in zip(contact["shape"], away)) / size / cosine
+    middle, radius = sum(a * d for a, d in zip(away, along)), contact["shape"][0]
+    beside = sum(a * a for a in away) - middle ** 2
+    return None if beside > 0.75 * radius ** 2 else middle - math.sqrt(radius ** 2 - beside)
+
+
+def profile_of(cell, values, contact):
+    """Points (y, z) of the profile; None unless all rays end on the contact."""
+    sensor, points = after(cell.frame(values), SENSOR), []
+    for k in range(20):
+        angle = math.radians(15) * (k - 9.5) / 9.5
+        along = moved((sensor[0], NONE[1]), (0.0, math.sin(angle), math.cos(angle)))
+        length = length_of_ray(contact, sensor[1], along)
+        if length is None or not 80 < length < 400:
+            return None
+        points.append((length * math.sin(angle), length * math.cos(angle) + cell.rng.gauss(0, cell.noise)))
+    return points
+
+
+def profile(cell, options):
+    """The middle of a sphere, or a place on a plane, is brought before the sensor."""
+    writer, pose, rng = csv.writer(options.output, lineterminator="\n"), 0, cell.rng
+    writer.writerow(["pose", "t_s", *cell.columns, "contact", "profile_y_mm", "profile_z_mm"])
+    frame, cell.noise = cell.frame, options.noise_mm
+    while pose < options.poses:
+        contact = options.contact[pose % len(options.contact)]
+        away = rng.uniform(120, 300) + (contact["shape"][0] if contact["kind"] == "sphere" else 0)
+        spread = 0 if contact["kind"] == "sphere" else 300
+        place = [x + rng.uniform(-spread, spread) for x in contact["place"]]
+        cell.frame = lambda values: after(frame(values), (NONE[0], (0.0, 0.0, away)))
+        values = approach(cell, {"kind": "point", "place": place}, (0, 0, 0))
+        cell.frame = frame
+        points = profile_of(cell, values, contact) if values else None
+        if not points:
+            continue
+        pose += 1
+        for y, z in points:
+            writer.writerow([pose, 20 * pose, *(f"{value:.9f}" for value in cell.shown(values)), contact["name"], f"{y:.6f}", f"{z:.6f}"])
+
+
 COLUMNS, ROWS, PITCH = 7, 5, 30.0
 IMAGE = (1280, 960)
 LENS = {"fx": 1200.0, "fy": 1205.0, "cx": 660.0, "cy": 470.0}
@@ -417,7 +470,7 @@ def grown(contact, tip):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["campaign", "touch", "beam", "look", "reach"])
+    parser.add_argument("what", choices=["campaign", "touch", "beam", "profile", "look", "reach"])
     parser.add_argument("--robot", required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--poses", type=int, default=60)
@@ -438,7 +491,7 @@ def main():
     options = parser.parse_args()
     cell = Cell(options)
     options.contact = [grown(contact, options.tip_mm) for contact in options.contact]
-    {"campaign": campaign, "touch": touch, "beam": beam, "look": look, "reach": reach}[options.what](cell, options)
+    {"campaign": campaign, "touch": touch, "beam": beam, "profile": profile, "look": look, "reach": reach}[options.what](cell, options)
 
 
 if __name__ == "__main__":

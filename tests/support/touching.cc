@@ -141,6 +141,66 @@ std::string laser_csv(const std::vector<LaserPose>& poses, const Laser& laser,
   return text.str();
 }
 
+namespace {
+
+// How far along the unit direction the fixture is; negative if the ray meets it too obliquely.
+double length_of_ray(const Fixture& fixture, const KDL::Vector& origin, const KDL::Vector& along) {
+  constexpr double kLeastCosine = 0.5;
+  const KDL::Vector away = fixture.place - origin;
+  if (fixture.kind == Fixture::Kind::plane) {
+    const double cosine = KDL::dot(fixture.normal, along) / fixture.normal.Norm();
+    if (std::abs(cosine) < kLeastCosine) return -1;
+    return KDL::dot(fixture.normal, away) / fixture.normal.Norm() / cosine;
+  }
+  const double middle = KDL::dot(away, along), r = fixture.radius;
+  const double half = r * r - (KDL::dot(away, away) - middle * middle);
+  return half < std::pow(kLeastCosine * r, 2) ? -1 : middle - std::sqrt(half);
+}
+
+}  // namespace
+
+std::vector<ProfilePose> read_profiles(const OracleArm& arm, const KDL::Frame& sensor,
+                                       const std::vector<Fixture>& fixtures, int poses, int rays,
+                                       double noise, Dice& dice) {
+  constexpr double kFan = 15 * kDeg, kNearest = 0.08, kFarthest = 0.4, kHalfWidth = 0.3;
+  std::vector<ProfilePose> all;
+  while (static_cast<int>(all.size()) < poses) {
+    const size_t number = all.size() % fixtures.size();
+    const Fixture& fixture = fixtures[number];
+    const double spread = fixture.kind == Fixture::Kind::plane ? kHalfWidth : 0;
+    // The place is brought before the sensor, which is then anywhere about it.
+    Fixture goal{"", Fixture::Kind::point, fixture.place};
+    for (int i = 0; i < 3; ++i) goal.place(i) += spread * dice.uniform(-1, 1);
+    OracleArm to_goal = arm;
+    to_goal.tool = arm.tool * sensor * KDL::Frame({0, 0, fixture.radius + dice.uniform(0.12, 0.3)});
+    const auto q = approach(to_goal, goal, {0, 0, 0}, dice);
+    if (!q) continue;
+    const KDL::Frame place = forward(arm, *q) * sensor;
+    ProfilePose pose{*q, number, {}};
+    for (int k = 0; k < rays; ++k) {
+      const double angle = rays == 1 ? 0 : kFan * (2.0 * k / (rays - 1) - 1);
+      const KDL::Vector along(0, std::sin(angle), std::cos(angle));
+      const double length = length_of_ray(fixture, place.p, place.M * along);
+      if (length < kNearest || length > kFarthest) break;
+      pose.points.push_back({length * along.y(), length * along.z() + noise * dice.normal()});
+    }
+    if (static_cast<int>(pose.points.size()) == rays) all.push_back(std::move(pose));
+  }
+  return all;
+}
+
+std::string profiles_csv(const std::vector<ProfilePose>& poses,
+                         const std::vector<Fixture>& fixtures) {
+  std::ostringstream text;
+  text.precision(16);
+  text << "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,contact,profile_y_mm,profile_z_mm\n";
+  for (size_t k = 0; k < poses.size(); ++k)
+    for (const auto& [y, z] : poses[k].points)
+      text << row_start(k, poses[k].q) << ',' << fixtures[poses[k].fixture].name << ',' << 1000 * y
+           << ',' << 1000 * z << '\n';
+  return text.str();
+}
+
 std::string points_csv(const OracleArm& arm, const std::vector<TouchedPose>& poses, double noise,
                        Dice& dice) {
   std::ostringstream text;

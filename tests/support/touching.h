@@ -59,6 +59,24 @@ std::vector<LaserPose> read_laser(const OracleArm& arm, const Laser& laser,
 std::string laser_csv(const std::vector<LaserPose>& poses, const Laser& laser,
                       const std::vector<Fixture>& planes);
 
+/// Points (y, z) of the line of a scanner in its plane [m], of random configurations, within 0.9 of
+/// the travel, in which it sees nothing but one fixture, each in turn: planes and spheres.
+struct ProfilePose {
+  std::array<double, 6> q{};
+  size_t fixture = 0;
+  std::vector<std::array<double, 2>> points;
+};
+/// `sensor`: its place on the tool. It casts `rays` rays in its plane up to 15 deg to both sides of
+/// its z axis, which end 80 to 400 mm away, by less than 60 deg off the normal; z has noise [m].
+std::vector<ProfilePose> read_profiles(const OracleArm& arm, const KDL::Frame& sensor,
+                                       const std::vector<Fixture>& fixtures, int poses, int rays,
+                                       double noise, Dice& dice);
+
+/// The same as a file of measurements: pose, q1_deg ... q6_deg, contact, profile_y_mm,
+/// profile_z_mm.
+std::string profiles_csv(const std::vector<ProfilePose>& poses,
+                         const std::vector<Fixture>& fixtures);
+
 /// What a tracker with this noise [m] reads in the same configurations: with x_mm, y_mm, z_mm.
 std::string points_csv(const OracleArm& arm, const std::vector<TouchedPose>& poses, double noise,
                        Dice& dice);

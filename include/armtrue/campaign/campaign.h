@@ -78,6 +78,12 @@ struct ReadingSize {
   double share_of_position() const { return static_cast<double>(position) / all(); }
 };
 
+/// A point of a line profile, (0, y, z) in the measured frame, which is that of the sensor.
+struct ProfilePoint {
+  double y = 0, z = 0;  ///< [m]
+  int number = 0;       ///< among the points of its pose
+};
+
 /// Measured poses, one row per reading, in the order of the visits. Each column is its own vector,
 /// so that a million rows take the memory of the present columns only. A column that the file does
 /// not have is empty.
@@ -100,6 +106,10 @@ struct Campaign {
   /// beam. The touch of a
   /// point becomes three rows. See touches_to_coordinates().
   std::vector<Touch> touch;
+  /// Only in a campaign of line profiles: the point that touches the contact, in place of the
+  /// origin of the measured frame; otherwise empty. Rows of one pose are points of one profile.
+  std::vector<ProfilePoint> profile;
+  int longest_profile = 1;  ///< one more than the largest ProfilePoint::number
   /// Only in a campaign with images: how much of the board one pixel shows, the median over the
   /// images. The `distance` of a pixel is its coordinate times this number, so it is a length at
   /// the board. See bind_touches(), before which it is 1 and `position` holds the pixels.
@@ -147,6 +157,12 @@ struct Campaign {
   }
   /// Whether all readings are touches or pixels: then there is no instrument.
   bool has_touches_only() const;
+  bool has_profiles() const { return !profile.empty(); }
+  /// What of the measured frame a row reads without targets: the point of a profile, or the origin.
+  Eigen::Vector3d own_point(int row) const {
+    return has_profiles() ? Eigen::Vector3d(0, profile[row].y, profile[row].z)
+                          : Eigen::Vector3d(0, 0, 0);
+  }
   /// Whether all readings are of beams.
   bool has_beams_only() const;
   ReadingKind kind(int row) const;
@@ -167,12 +183,15 @@ struct Campaign {
   /// that follow each other, of one pose and one contact, with rising axes. Empty if each row is a
   /// reading.
   std::vector<int> first_rows_of_readings() const;
-  /// Number of the target and quantity of a row. Rows with the same session, pose and channel are
-  /// replicates.
+  /// Number of the target, quantity and profile point of a row. Rows with the same session, pose
+  /// and channel are replicates.
   int channel(int row) const;
-  /// Number of the pose and quantity of a row, pose * quantities() + quantity. All rows with one
-  /// number have the same error of the model.
+  /// Number of the pose, quantity and profile point of a row, below poses_by_quantity(). All rows
+  /// with one number have the same error of the model.
   int pose_by_quantity(int row) const;
+  size_t poses_by_quantity() const {
+    return pose_ids.size() * static_cast<size_t>(quantities()) * longest_profile;
+  }
   /// For every row, the number of its pose in the order of the ids (`P2` before `P10`). Unlike
   /// `pose`, it does not depend on the order of the rows.
   std::vector<int> pose_by_id() const;
@@ -205,6 +224,9 @@ void points_to_coordinates(Campaign& campaign);
 /// Replaces each touch of a point by three rows, one per coordinate, and each pixel by two.
 /// `is_point`: for each name in contact_names, whether it is a point or a point of an artefact.
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point);
+
+/// Numbers the points of each profile, in the order of the rows.
+void number_profile_points(Campaign& campaign);
 
 /// The noise that a robot file states for the readings of a campaign, per axis [m]; 0 without any.
 /// Of images alone it is that of a pixel, at the board.
