@@ -622,8 +622,16 @@ TABLE = {
                                           "which is 90 deg in rad"),
     "program that calls what changes the tool": (
         krl(START, NEXT[0], "CHANGE_TOOL(2)", NEXT[0]), 0, "no text that is given has CHANGE_TOOL: if it sets $BASE or $TOOL"),
+    "program with many calls of texts that are not given": (
+        krl(START, NEXT[0], "DRILL(1)", "DRILL(2)", "CLAMP()", "MILL()", "CLEAN()", NEXT[0]), 0,
+        "no text that is given has DRILL, CLAMP, MILL and 1 more: if"),
     "program that is cut off": (arm_program("line.src", "DEF line()", START, *NEXT), 1, "has no END"),
     "program without set_tcp": (ur(UR_START, *UR_NEXT, tool=None), 0, "no set_tcp stands before this move"),
+    "URScript with joint angles in deg": (ur("movej([10,-60,80,5,40,-10])"), 0,
+                                          "a joint angle of 80 rad is 12.7 turns: are these degrees? A UR counts rad"),
+    "URScript with rotation vectors in deg": (
+        ur(UR_START, "movel(p[2.18,-0.47,1.44,40,-23,-57])"), 0,
+        "the rotation vector is 73.33 rad long, more than a turn: are these degrees? A UR counts rad"),
     "orientation of a map in rad": (
         lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm", "1400,2200,-400,400,800,1600",
                  "--grid", "2,2,2", "--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0", "--summary", "summary.yaml", "-o",
