@@ -583,6 +583,11 @@ TABLE = {
     "targets in m": (poses_of_targets(scale(POINT, 1e-3)), 0, "if the file gives x_mm, y_mm, z_mm in m"),
     "a and c of the targets exchanged": (poses_of_targets(exchange("a_deg", "c_deg")), 0,
                                          "reach their places, but not with their a_deg"),
+    "targets one row late, the first of elsewhere": (
+        poses_of_targets(in_turn(rows_late(1), add("x_mm", 50, lambda r: r["pose"] == "1"))), 0,
+        "at those of the row before: move the columns by one row"),
+    "targets one row early": (poses_of_targets(rows_late(-1)), 0,
+                              "at those of the row behind: move the columns by one row"),
     "targets in m without hints": (poses_of_targets(in_turn(without(*JOINTS), scale(POINT, 1e-3)), "--start=0,-90,90,0,0,0"),
                                    0, "are they in m?"),
     "commands in rad as targets": (commands_again(JOINTS, math.pi / 180, "_rad"), 1, "those that compensate writes"),
