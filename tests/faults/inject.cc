@@ -1,9 +1,10 @@
 // inject FOLDER CALL FAULT REPORT COMMAND [ARGUMENT]...: runs a command and makes one of its system
-// calls fail, by ptrace; a seccomp filter stops only at calls of the kinds counted. Counted are the calls that open,
-// read, write, synchronise, close, rename, make or remove something in FOLDER, and those that write to standard output
-// or error. FAULT: the number of an error, such as 28 (ENOSPC), which call CALL returns instead of being made; or 0:
-// the process is killed before it. CALL 0 lets all pass. The names of the calls are written to REPORT, one on each
-// line. Exit code: that of the command, 128 + n if a signal n ended it.
+// calls fail, by ptrace; a seccomp filter stops only at calls of the kinds counted. Counted are the
+// calls that open, read, write, synchronise, close, rename, make or remove something in FOLDER, and
+// those that write to standard output or error. FAULT: the number of an error, such as 28 (ENOSPC),
+// which call CALL returns instead of being made; or 0: the process is killed before it. CALL 0 lets
+// all pass. The names of the calls are written to REPORT, one on each line. Exit code: that of the
+// command, 128 + n if a signal n ended it.
 
 #include <linux/filter.h>
 #include <linux/seccomp.h>
@@ -94,14 +95,14 @@ class Tracer {
   }
 
  private:
-
   bool is_here(pid_t thread, const Call& call, const user_regs_struct& registers) const {
     if (call.of_file) return files_.contains(registers.rdi);
     const std::string path = text_at(thread, argument(registers, call.path));
     return path.starts_with(folder_) || (!path.empty() && path[0] != '/');
   }
 
-  /// Before a call of kCalls. True: an open whose end is awaited, because its descriptor counts from then on.
+  /// Before a call of kCalls. True: an open whose end is awaited, because its descriptor counts
+  /// from then on.
   bool enter(pid_t thread) {
     user_regs_struct registers{};
     ptrace(PTRACE_GETREGS, thread, nullptr, &registers);
@@ -137,7 +138,8 @@ class Tracer {
   std::set<Number> files_{STDOUT_FILENO, STDERR_FILENO};  // descriptors whose calls count
 };
 
-/// Of this process from here on: the calls of kCalls stop for the tracer, all others run at their speed.
+/// Of this process from here on: the calls of kCalls stop for the tracer, all others run at their
+/// speed.
 bool stop_at_calls() {
   std::vector<sock_filter> filter{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
   for (const auto& [number, call] : kCalls) {
@@ -146,7 +148,8 @@ bool stop_at_calls() {
   }
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
   const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
-  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
 }  // namespace
