@@ -109,5 +109,29 @@ TEST(InfluenceSums, OfFewUnknownsAreThoseOfAll) {
   EXPECT_LT((sums.covariance(0.8, 0.3) - expected).norm(), 1e-12 * expected.norm());
 }
 
+// The divergence of psi by differences, over the number of dimensions.
+TEST(MeanPsiDerivative, IsThatOfDifferences) {
+  constexpr double kFreedom = 4, kStep = 1e-5;
+  for (const int dimension : {3, 6}) {
+    const auto weight = [&](const Eigen::VectorXd& r) {
+      return (kFreedom + dimension) / (kFreedom + r.squaredNorm());
+    };
+    std::vector<double> weights;
+    double slopes = 0, sum = 0;
+    for (const double size : {0.1, 0.8, 2.0, 7.0}) {
+      const Eigen::VectorXd r = size * Eigen::VectorXd::Ones(dimension);
+      for (int k = 0; k < dimension; ++k) {
+        const Eigen::VectorXd more = r + kStep * Eigen::VectorXd::Unit(dimension, k);
+        const Eigen::VectorXd less = r - kStep * Eigen::VectorXd::Unit(dimension, k);
+        slopes += (weight(more) * more[k] - weight(less) * less[k]) / (2 * kStep) / dimension;
+      }
+      weights.push_back(weight(r));
+      sum += weights.back();
+    }
+    EXPECT_NEAR(mean_psi_derivative(weights, kFreedom, dimension), slopes / sum, 1e-8);
+    EXPECT_EQ(mean_psi_derivative(weights, 0, dimension), 1) << "Gaussian";
+  }
+}
+
 }  // namespace
 }  // namespace armtrue::pose_influence_test

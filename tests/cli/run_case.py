@@ -213,7 +213,8 @@ class Run:
 
     def bash(self, lines, path):
         """Exit code, output and errors of lines; `path` has the commands, before those in BIN."""
-        environment = dict(self.variables, PATH=f"{path}:{self.binaries}:{os.environ['PATH']}")
+        python = os.path.dirname(sys.executable)
+        environment = dict(self.variables, PATH=f"{path}:{self.binaries}:{python}:{os.environ['PATH']}")
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", lines], cwd=self.folder, env=environment,
                               capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
         return done.returncode if done.returncode >= 0 else 128 - done.returncode, done.stdout, done.stderr

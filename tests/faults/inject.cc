@@ -1,10 +1,14 @@
 // inject FOLDER CALL FAULT REPORT COMMAND [ARGUMENT]...: runs a command and makes one of its system
-// calls fail, by ptrace. Counted are the calls that open, read, write, synchronise, close, rename,
-// make or remove something in FOLDER, and those that write to standard output or error. FAULT: the
-// number of an error, such as 28 (ENOSPC), which call CALL returns instead of being made; or 0: the
-// process is killed before it. CALL 0 lets all pass. The names of the calls are written to REPORT,
-// one on each line. Exit code: that of the command, 128 + n if a signal n ended it.
+// calls fail, by ptrace; a seccomp filter stops only at calls of the kinds counted. Counted are the
+// calls that open, read, write, synchronise, close, rename, make or remove something in FOLDER, and
+// those that write to standard output or error. FAULT: the number of an error, such as 28 (ENOSPC),
+// which call CALL returns instead of being made; or 0: the process is killed before it. CALL 0 lets
+// all pass. The names of the calls are written to REPORT, one on each line. Exit code: that of the
+// command, 128 + n if a signal n ended it.
 
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
 #include <sys/ptrace.h>
 #include <sys/syscall.h>
 #include <sys/user.h>
@@ -12,11 +16,13 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstddef>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -66,8 +72,8 @@ class Tracer {
     int status = 0;
     waitpid(child, &status, 0);
     ptrace(PTRACE_SETOPTIONS, child, nullptr,
-           PTRACE_O_TRACESYSGOOD | PTRACE_O_TRACECLONE | PTRACE_O_EXITKILL);
-    ptrace(PTRACE_SYSCALL, child, nullptr, nullptr);
+           PTRACE_O_TRACESYSGOOD | PTRACE_O_TRACESECCOMP | PTRACE_O_TRACECLONE | PTRACE_O_EXITKILL);
+    ptrace(PTRACE_CONT, child, nullptr, nullptr);
     while (true) {
       const pid_t thread = waitpid(-1, &status, __WALL);
       if (thread < 0) return 99;
@@ -77,64 +83,51 @@ class Tracer {
         continue;
       }
       int signal = 0;
-      if (WSTOPSIG(status) == (SIGTRAP | 0x80))
-        at_call(thread);
+      bool is_awaited = false;
+      if (status >> 8 == (SIGTRAP | PTRACE_EVENT_SECCOMP << 8))
+        is_awaited = enter(thread);
+      else if (WSTOPSIG(status) == (SIGTRAP | 0x80))
+        leave_open(thread);
       else if (WSTOPSIG(status) != SIGTRAP && WSTOPSIG(status) != SIGSTOP)
         signal = WSTOPSIG(status);
-      ptrace(PTRACE_SYSCALL, thread, nullptr, signal);
+      ptrace(is_awaited ? PTRACE_SYSCALL : PTRACE_CONT, thread, nullptr, signal);
     }
   }
 
  private:
-  struct Running {
-    bool is_inside = false, opens_here = false, fails = false;
-    Number number = 0;
-  };
-
-  void at_call(pid_t thread) {
-    user_regs_struct registers{};
-    ptrace(PTRACE_GETREGS, thread, nullptr, &registers);
-    Running& running = running_[thread];
-    running.is_inside = !running.is_inside;
-    if (running.is_inside)
-      enter(thread, registers, running);
-    else
-      leave(thread, registers, running);
-  }
-
   bool is_here(pid_t thread, const Call& call, const user_regs_struct& registers) const {
     if (call.of_file) return files_.contains(registers.rdi);
     const std::string path = text_at(thread, argument(registers, call.path));
     return path.starts_with(folder_) || (!path.empty() && path[0] != '/');
   }
 
-  void enter(pid_t thread, user_regs_struct& registers, Running& running) {
-    running = {true, false, false, registers.orig_rax};
-    const auto known = kCalls.find(registers.orig_rax);
-    if (known == kCalls.end() || !is_here(thread, known->second, registers)) return;
-    std::fprintf(report_, "%s\n", known->second.name);
+  /// Before a call of kCalls. True: an open whose end is awaited, because its descriptor counts
+  /// from then on.
+  bool enter(pid_t thread) {
+    user_regs_struct registers{};
+    ptrace(PTRACE_GETREGS, thread, nullptr, &registers);
+    const Call& call = kCalls.at(registers.orig_rax);
+    if (!is_here(thread, call, registers)) return false;
+    std::fprintf(report_, "%s\n", call.name);
     if (++count_ == fault_at_) {
       std::fflush(report_);
       if (fault_ == 0) {
         kill(child_, SIGKILL);
-        return;
+        return false;
       }
-      running.fails = true;
-      registers.orig_rax = ~Number{0};  // no such call: the kernel does nothing
-      ptrace(PTRACE_SETREGS, thread, nullptr, &registers);
-      return;
-    }
-    running.opens_here = std::string(known->second.name) == "open";
-    if (registers.orig_rax == SYS_close) files_.erase(registers.rdi);
-  }
-
-  void leave(pid_t thread, user_regs_struct& registers, const Running& running) {
-    if (running.fails) {
+      registers.orig_rax = ~Number{0};  // no such call: the kernel does nothing, and returns rax
       registers.rax = static_cast<Number>(-fault_);
       ptrace(PTRACE_SETREGS, thread, nullptr, &registers);
-    } else if (running.opens_here && static_cast<long long>(registers.rax) >= 0) {
-      files_.insert(registers.rax);
+      return false;
     }
+    if (registers.orig_rax == SYS_close) files_.erase(registers.rdi);
+    return std::string(call.name) == "open";
+  }
+
+  void leave_open(pid_t thread) {
+    user_regs_struct registers{};
+    ptrace(PTRACE_GETREGS, thread, nullptr, &registers);
+    if (static_cast<long long>(registers.rax) >= 0) files_.insert(registers.rax);
   }
 
   std::string folder_;
@@ -142,9 +135,22 @@ class Tracer {
   std::FILE* report_;
   pid_t child_ = 0;
   int count_ = 0;
-  std::map<pid_t, Running> running_;
   std::set<Number> files_{STDOUT_FILENO, STDERR_FILENO};  // descriptors whose calls count
 };
+
+/// Of this process from here on: the calls of kCalls stop for the tracer, all others run at their
+/// speed.
+bool stop_at_calls() {
+  std::vector<sock_filter> filter{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr))};
+  for (const auto& [number, call] : kCalls) {
+    filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<unsigned>(number), 0, 1));
+    filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_TRACE));
+  }
+  filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW));
+  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
 
 }  // namespace
 
@@ -156,6 +162,7 @@ int main(int argc, char** argv) {
   if (child == 0) {
     ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
     raise(SIGSTOP);
+    if (!stop_at_calls()) _exit(96);
     execv(argv[5], argv + 5);
     _exit(97);
   }

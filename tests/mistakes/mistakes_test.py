@@ -583,6 +583,11 @@ TABLE = {
     "targets in m": (poses_of_targets(scale(POINT, 1e-3)), 0, "if the file gives x_mm, y_mm, z_mm in m"),
     "a and c of the targets exchanged": (poses_of_targets(exchange("a_deg", "c_deg")), 0,
                                          "reach their places, but not with their a_deg"),
+    "targets one row late, the first of elsewhere": (
+        poses_of_targets(in_turn(rows_late(1), add("x_mm", 50, lambda r: r["pose"] == "1"))), 0,
+        "at those of the row before: move the columns by one row"),
+    "targets one row early": (poses_of_targets(rows_late(-1)), 0,
+                              "at those of the row behind: move the columns by one row"),
     "targets in m without hints": (poses_of_targets(in_turn(without(*JOINTS), scale(POINT, 1e-3)), "--start=0,-90,90,0,0,0"),
                                    0, "are they in m?"),
     "commands in rad as targets": (commands_again(JOINTS, math.pi / 180, "_rad"), 1, "those that compensate writes"),
@@ -622,8 +627,16 @@ TABLE = {
                                           "which is 90 deg in rad"),
     "program that calls what changes the tool": (
         krl(START, NEXT[0], "CHANGE_TOOL(2)", NEXT[0]), 0, "no text that is given has CHANGE_TOOL: if it sets $BASE or $TOOL"),
+    "program with many calls of texts that are not given": (
+        krl(START, NEXT[0], "DRILL(1)", "DRILL(2)", "CLAMP()", "MILL()", "CLEAN()", NEXT[0]), 0,
+        "no text that is given has DRILL, CLAMP, MILL and 1 more: if"),
     "program that is cut off": (arm_program("line.src", "DEF line()", START, *NEXT), 1, "has no END"),
     "program without set_tcp": (ur(UR_START, *UR_NEXT, tool=None), 0, "no set_tcp stands before this move"),
+    "URScript with joint angles in deg": (ur("movej([10,-60,80,5,40,-10])"), 0,
+                                          "a joint angle of 80 rad is 12.7 turns: are these degrees? A UR counts rad"),
+    "URScript with rotation vectors in deg": (
+        ur(UR_START, "movel(p[2.18,-0.47,1.44,40,-23,-57])"), 0,
+        "the rotation vector is 73.33 rad long, more than a turn: are these degrees? A UR counts rad"),
     "orientation of a map in rad": (
         lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm", "1400,2200,-400,400,800,1600",
                  "--grid", "2,2,2", "--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0", "--summary", "summary.yaml", "-o",

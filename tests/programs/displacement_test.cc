@@ -15,6 +15,7 @@ namespace {
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 // From (400, 0, 500) mm 100 mm along x, a sample each millimetre; then a quarter of a circle about
 // (500, 50, 500) mm to (550, 50, 500).
@@ -122,6 +123,21 @@ TEST(Displacement, RapidKeepsTheConfdataOfTheEndAndFanucItsTurns) {
   EXPECT_THAT(displace_program(fanuc, path(), corrected).text.texts[0],
               HasSubstr("P[3]{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 1, 0',\n X = 450.0 mm, "
                         "Y = 0.0 mm, Z = 500.2 mm"));
+}
+
+// One that only begins on the path is named, one that has no point there is not.
+TEST(Displacement, AnArcThatLeavesThePathIsNamed) {
+  const std::string lines = "  movel(p[0.4,0,0.5,0,3,0])\n  movel(p[0.5,0,0.5,0,3,0])\n";
+  const auto warnings_of = [&](const std::string& moves) {
+    return displace_program(urscript(lines + moves), path(), path().position).warnings;
+  };
+  const std::string words = ": an arc that starts or ends off the path";
+  const std::string leaves =
+      "  movec(p[0.535355339,0.014644661,0.5,0,3,0], p[0.6,0.05,0.5,0,3,0])\n";
+  EXPECT_THAT(warnings_of(leaves), Contains(HasSubstr("p.script:5" + words)));
+  const std::string away = "  movel(p[0.4,0,0.9,0,3,0])\n";
+  EXPECT_THAT(warnings_of(away + "  movec(p[0.5,0,0.9,0,3,0], p[0.5,0.1,0.9,0,3,0])\n"),
+              Not(Contains(HasSubstr(words))));
 }
 
 TEST(Displacement, AProgramOfAnotherPathIsRefused) {
