@@ -510,7 +510,7 @@ std::string base_of(const std::string& path, const std::vector<ProgramText>& pro
   const Dialect& krl = *find_dialect("krl");
   const auto text = std::ranges::find(project, path, &ProgramText::name);
   const RobotProgram program =
-      parse_program(krl, {*text}, {}, TargetParts::pose, texts_of_others(krl, project, path),
+      parse_program(krl, {*text}, {}, TargetParts::pose, TextsOfOthers(krl, project).of(path),
                     neighbours_in(krl, project, {})[path]);
   const ProgramTarget& target = program.targets[0];
   return target.kind == TargetKind::joints ? "?"
@@ -554,7 +554,7 @@ std::string base_behind(const std::string& call, const std::string& called) {
   const std::vector<ProgramText> project{{"a.src", text + call + "\n" + kWhole + kEnd},
                                          {"b.src", called}};
   const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
-                                             texts_of_others(krl, project, "a.src"),
+                                             TextsOfOthers(krl, project).of("a.src"),
                                              neighbours_in(krl, project, {})["a.src"]);
   const ProgramTarget& target = program.targets[0];
   return target.kind == TargetKind::joints ? "?" : program.frames[target.base].name;
@@ -588,7 +588,7 @@ bool is_shared_point_known(const std::string& text, const std::string& other,
                                          {"s.sub", submit},
                                          {"d.src", "DEF d()\nx=1\nEND\n"}};
   const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
-                                             texts_of_others(krl, project, "a.src"),
+                                             TextsOfOthers(krl, project).of("a.src"),
                                              neighbours_in(krl, project, {})["a.src"]);
   return program.left_alone == 0;
 }
