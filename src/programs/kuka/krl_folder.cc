@@ -63,7 +63,7 @@ class KrlFolder : public FolderTexts {
   }
 
   std::vector<ProgramText> for_program(const std::vector<const ProgramText*>& own) const override {
-    std::set<std::string> words;
+    std::set<std::string> words{"TOOL_DATA", "BASE_DATA"};  // BAS and inline forms mean them, too
     for (const ProgramText* const text : own) {
       const std::string plain = masked(text->text, ';', "\"");
       each_word(plain, {0, 0, plain.size()},
