@@ -61,8 +61,11 @@ class Project {
       texts_ = command.read_program_archive(*archive_, files.folder);
     }
     refuse_corrected_texts(texts_);
-    for (const Dialect* dialect : dialects())
+    for (const Dialect* dialect : dialects()) {
       neighbours_.merge(neighbours_in(*dialect, texts_, known_));
+      others_.try_emplace(dialect, *dialect, texts_);
+    }
+    for (const ProgramText& text : texts_) by_name_[text.name] = &text;
   }
 
   bool correct(const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
@@ -91,7 +94,7 @@ class Project {
     try {
       refuse_cut_off(dialect, own);
       program = parse_program(dialect, own, known_, TargetParts::pose,
-                              texts_of_others(dialect, texts_, text.name), neighbours_[text.name]);
+                              others_.at(&dialect).of(text.name), neighbours_[text.name]);
     } catch (const NoTargets& error) {
       if (error.why_left_alone.empty()) return;  // it does not move the arm
       command_.warn(error.what());
@@ -126,8 +129,7 @@ class Project {
   const ProgramText* dat_of(const std::string& src) const {
     for (const char* ending : {".dat", ".DAT", ".Dat"}) {
       const std::string name = fs::path(src).replace_extension(ending).generic_string();
-      const auto dat = std::ranges::find(texts_, name, &ProgramText::name);
-      if (dat != texts_.end()) return &*dat;
+      if (const auto dat = by_name_.find(name); dat != by_name_.end()) return dat->second;
     }
     return nullptr;
   }
@@ -217,6 +219,8 @@ class Project {
   const KnownFrames known_;
   std::optional<Archive> archive_;  // in place of a folder
   std::vector<ProgramText> texts_;  // named from the folder on
+  std::map<std::string, const ProgramText*> by_name_;
+  std::map<const Dialect*, TextsOfOthers> others_;
   std::map<std::string, ProgramNeighbours> neighbours_;  // of the programs
   std::vector<ProjectProgram> programs_;
   std::vector<ProgramRow> rows_;

@@ -98,8 +98,9 @@ RobotProgram parse_with(const Dialect& dialect, std::vector<ProgramText> own,
   std::vector<ProgramText> project = own;
   project.insert(project.end(), others.begin(), others.end());
   ProgramNeighbours neighbours = neighbours_in(dialect, project, known)[own[0].name];
-  return parse_program(dialect, std::move(own), known, TargetParts::pose,
-                       what_others_declare(dialect, others), std::move(neighbours));
+  std::vector<ProgramText> declared = what_others_declare(dialect, own, others);
+  return parse_program(dialect, std::move(own), known, TargetParts::pose, std::move(declared),
+                       std::move(neighbours));
 }
 
 }  // namespace

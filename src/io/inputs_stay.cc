@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
 #include <system_error>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace armtrue {
@@ -17,10 +21,35 @@ namespace fs = std::filesystem;
 struct NamedFile {
   std::string given;  // for messages
   fs::path whole;     // without links, as far as it exists
+  std::optional<std::pair<dev_t, ino_t>> inode;  // if it exists
 };
 
+// Folders hold thousands of programs: an output is looked up among the inputs.
 struct Register {
   std::vector<NamedFile> inputs, outputs;
+  // The first input of each kind:
+  std::map<std::pair<dev_t, ino_t>, size_t> by_inode;
+  std::unordered_map<std::string, size_t> by_name;  // also of each folder around it
+
+  void add_input(const NamedFile& input) {
+    const size_t index = inputs.size();
+    inputs.push_back(input);
+    if (input.inode) by_inode.try_emplace(*input.inode, index);
+    fs::path path = input.whole;
+    // A folder that is known has its folders known.
+    while (by_name.try_emplace(path.string(), index).second && path.has_relative_path())
+      path = path.parent_path();
+  }
+
+  const NamedFile* input_lost_by(const NamedFile& output) const {
+    size_t first = inputs.size();
+    if (output.inode)
+      if (const auto found = by_inode.find(*output.inode); found != by_inode.end())
+        first = found->second;
+    if (const auto found = by_name.find(output.whole.string()); found != by_name.end())
+      first = std::min(first, found->second);
+    return first < inputs.size() ? &inputs[first] : nullptr;
+  }
 };
 
 // Sources are opened deep inside the readers, so that none can be forgotten.
@@ -34,13 +63,15 @@ std::optional<NamedFile> find(const std::string& path, const char* stream, const
   const bool is_stream = path.empty() || path == "-";
   const std::string file = is_stream ? stream : path;
   struct stat status {};
-  if (stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode))
-    return std::nullopt;
+  const bool exists = stat(file.c_str(), &status) == 0;
+  if (exists && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) return std::nullopt;
   std::error_code error;
   const fs::path absolute = fs::absolute(file, error);
   fs::path whole = fs::weakly_canonical(absolute, error);
   if (error) whole = absolute;  // of a descriptor whose file has lost its name
-  return NamedFile{is_stream ? name : path, whole};
+  NamedFile result{is_stream ? name : path, whole, {}};
+  if (exists) result.inode = {status.st_dev, status.st_ino};
+  return result;
 }
 std::optional<NamedFile> find_input(const std::string& path) {
   return find(path, "/dev/stdin", "<stdin>");
@@ -69,8 +100,7 @@ void refuse_input(const std::string& path) {
   if (!opened()) return;
   const std::optional<NamedFile> output = find_output(path);
   if (!output) return;
-  for (const NamedFile& input : opened()->inputs)
-    if (is_lost(input, *output)) refuse(input, *output);
+  if (const NamedFile* const input = opened()->input_lost_by(*output)) refuse(*input, *output);
 }
 
 void expect_output(const std::string& path) {
@@ -85,7 +115,7 @@ void note_input(const std::string& path) {
   if (!input) return;
   for (const NamedFile& output : opened()->outputs)
     if (is_lost(*input, output)) refuse(*input, output);
-  opened()->inputs.push_back(*input);
+  opened()->add_input(*input);
 }
 
 }  // namespace armtrue

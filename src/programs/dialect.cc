@@ -135,11 +135,11 @@ std::optional<OpenPart> Dialect::open_part(const std::string& text) const {
 
 bool Dialect::begins_program(const std::string&) const { return false; }
 
-std::optional<ProgramText> Dialect::declared_for_others(const ProgramText&) const {
-  return std::nullopt;
+std::unique_ptr<FolderTexts> Dialect::folder_texts(const std::vector<const ProgramText*>&) const {
+  return nullptr;
 }
 
-Dialect::SearchFolder Dialect::search_folder(const std::vector<ProgramText>&,
+Dialect::SearchFolder Dialect::search_folder(const std::vector<std::string>&,
                                              const std::string& path) const {
   const size_t slash = path.rfind('/');
   return {slash == std::string::npos ? "" : path.substr(0, slash + 1)};

@@ -40,7 +40,8 @@ class ProjectRewriter {
         program_of_text_[programs_[i].program.texts[k].name] = i;
     for (const ProgramText& text : project) {
       texts_[text.name] = &text.text;
-      names_[text.name] = names_in(text.name, text.text);
+      for (const std::string& name : names_in(text.name, text.text))
+        naming_[name].insert(text.name);
       in_capitals_.emplace(upper(text.name), text.name);
     }
   }
@@ -132,8 +133,8 @@ class ProjectRewriter {
                                             const Shared& shared) const {
     const std::string name = plain_name(shared.name);
     std::vector<std::string> others;
-    for (const auto& [text, names] : names_) {
-      if (text == declaring || is_of_controller(text) || !names.contains(name)) continue;
+    for (const std::string& text : texts_that_name(name)) {
+      if (text == declaring || is_of_controller(text)) continue;
       const auto program = program_of_text_.find(text);
       if (program != program_of_text_.end() && shared.programs.contains(program->second)) continue;
       if (!declares_itself(text, name, declaring)) others.push_back(text);
@@ -152,8 +153,14 @@ class ProjectRewriter {
     const auto [first, last] = in_capitals_.equal_range(
         upper(text.substr(0, text.size() - ending.size())) + facts.data_list);
     return std::any_of(first, last, [&](const auto& dat) {
-      return dat.second != declaring && names_.at(dat.second).contains(name);
+      return dat.second != declaring && texts_that_name(name).contains(dat.second);
     });
+  }
+
+  const std::set<std::string>& texts_that_name(const std::string& name) const {
+    static const std::set<std::string> kNone;
+    const auto found = naming_.find(name);
+    return found == naming_.end() ? kNone : found->second;
   }
 
   void take_edits(size_t index) {
@@ -174,7 +181,7 @@ class ProjectRewriter {
   std::optional<Corrector> by_;
   std::map<std::string, size_t> program_of_text_;
   std::map<std::string, const std::string*> texts_;
-  std::map<std::string, std::set<std::string>> names_;
+  std::map<std::string, std::set<std::string>> naming_;  // the texts that have a name
   std::multimap<std::string, std::string> in_capitals_;  // names of texts
   std::map<Place, Shared> shared_;
   std::map<std::string, std::map<Key, TextEdit>> edits_;  // of each text
@@ -190,30 +197,63 @@ bool is_of_controller(const std::string& path) {
   });
 }
 
-std::vector<ProgramText> what_others_declare(const Dialect& dialect,
-                                             const std::vector<ProgramText>& others) {
-  std::vector<ProgramText> result;
-  for (const ProgramText& text : others)
-    if (auto declared = dialect.declared_for_others(text)) result.push_back(*std::move(declared));
-  return result;
+std::vector<std::string> controller_marks(const Dialect& dialect,
+                                          const std::vector<ProgramText>& project) {
+  std::vector<std::string> marks;
+  for (const ProgramText& text : project)
+    if (name_in_folder(text.name) == dialect.facts().controller_mark) marks.push_back(text.name);
+  return marks;
 }
 
-std::vector<ProgramText> texts_of_others(const Dialect& dialect,
-                                         const std::vector<ProgramText>& project,
-                                         const std::string& path) {
-  const auto [folder, is_deep] = dialect.search_folder(project, path);
-  const std::string own = upper(path.substr(0, path.size() - ending_of(path).size()));
-  const DialectFacts& facts = dialect.facts();
-  std::vector<ProgramText> others;
-  for (const ProgramText& text : project) {
-    const std::string name = upper(text.name);
-    const bool is_own = facts.data_list.empty()
-                            ? text.name == path
-                            : name == own + facts.data_list || name == own + facts.endings.front();
-    if (text.name.starts_with(folder) && !is_own && (is_deep || folder_of(text.name) == folder))
-      others.push_back(text);
+std::vector<ProgramText> what_others_declare(const Dialect& dialect,
+                                             const std::vector<ProgramText>& own,
+                                             const std::vector<ProgramText>& others) {
+  std::vector<const ProgramText*> program, all;
+  for (const ProgramText& text : own) program.push_back(&text);
+  all = program;
+  for (const ProgramText& text : others) all.push_back(&text);
+  const auto folder = dialect.folder_texts(all);
+  return folder ? folder->for_program(program) : std::vector<ProgramText>{};
+}
+
+TextsOfOthers::TextsOfOthers(const Dialect& dialect, const std::vector<ProgramText>& project)
+    : dialect_(dialect), project_(project), marks_(controller_marks(dialect, project)) {
+  for (const ProgramText& text : project) by_name_.emplace(upper(text.name), &text);
+}
+
+std::vector<const ProgramText*> TextsOfOthers::own(const std::string& path) const {
+  const DialectFacts& facts = dialect_.facts();
+  const std::string stem = upper(path.substr(0, path.size() - ending_of(path).size()));
+  std::vector<const ProgramText*> texts;
+  if (facts.data_list.empty()) {
+    const auto [first, last] = by_name_.equal_range(upper(path));
+    for (auto text = first; text != last; ++text)
+      if (text->second->name == path) texts.push_back(text->second);
+    return texts;
   }
-  return what_others_declare(dialect, others);
+  for (const std::string& ending : {facts.endings.front(), facts.data_list}) {
+    const auto [first, last] = by_name_.equal_range(stem + ending);
+    for (auto text = first; text != last; ++text) texts.push_back(text->second);
+  }
+  return texts;
+}
+
+std::vector<ProgramText> TextsOfOthers::of(const std::string& path) {
+  const auto [folder, is_deep] = dialect_.search_folder(marks_, path);
+  const FolderTexts* const texts = texts_in({folder, is_deep});
+  return texts ? texts->for_program(own(path)) : std::vector<ProgramText>{};
+}
+
+const FolderTexts* TextsOfOthers::texts_in(const Folder& folder) {
+  const auto [known, is_new] = folders_.try_emplace(folder);
+  if (!is_new) return known->second.get();
+  std::vector<const ProgramText*> texts;
+  for (const ProgramText& text : project_)
+    if (text.name.starts_with(folder.first) &&
+        (folder.second || folder_of(text.name) == folder.first))
+      texts.push_back(&text);
+  known->second = dialect_.folder_texts(texts);
+  return known->second.get();
 }
 
 std::map<std::string, ProgramNeighbours> neighbours_in(const Dialect& dialect,

@@ -150,7 +150,7 @@ TEST(Inform, AVariableMayBeSetByAnyJobOfTheFolder) {
                                            named("THIRD", third)};
     try {
       return parse_program(inform(), {project[0]}, {}, TargetParts::pose,
-                           texts_of_others(inform(), project, "PART.JBI"))
+                           TextsOfOthers(inform(), project).of("PART.JBI"))
           .left_alone;
     } catch (const NoTargets& all) {
       return static_cast<int>(all.why_left_alone.size());

@@ -510,7 +510,7 @@ std::string base_of(const std::string& path, const std::vector<ProgramText>& pro
   const Dialect& krl = *find_dialect("krl");
   const auto text = std::ranges::find(project, path, &ProgramText::name);
   const RobotProgram program =
-      parse_program(krl, {*text}, {}, TargetParts::pose, texts_of_others(krl, project, path),
+      parse_program(krl, {*text}, {}, TargetParts::pose, TextsOfOthers(krl, project).of(path),
                     neighbours_in(krl, project, {})[path]);
   const ProgramTarget& target = program.targets[0];
   return target.kind == TargetKind::joints ? "?"
@@ -554,10 +554,29 @@ std::string base_behind(const std::string& call, const std::string& called) {
   const std::vector<ProgramText> project{{"a.src", text + call + "\n" + kWhole + kEnd},
                                          {"b.src", called}};
   const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
-                                             texts_of_others(krl, project, "a.src"),
+                                             TextsOfOthers(krl, project).of("a.src"),
                                              neighbours_in(krl, project, {})["a.src"]);
   const ProgramTarget& target = program.targets[0];
   return target.kind == TargetKind::joints ? "?" : program.frames[target.base].name;
+}
+
+// BAS(#TOOL,1) is TOOL_DATA[1], though the program does not name it.
+TEST(KrlFlowTest, ANumberedToolThatAnotherProgramSetsIsNotKnown) {
+  const auto is_known = [](const std::string& other) {
+    const Dialect& krl = *find_dialect("krl");
+    const std::string frame = "{X 0,Y 0,Z 100,A 0,B 0,C 0}";
+    const std::vector<ProgramText> project{
+        {"a.src", "DEF a()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP " + frame + "\nEND\n"},
+        {"$config.dat", "DEFDAT $CONFIG\nDECL FRAME TOOL_DATA[16]\nTOOL_DATA[1]=" + frame +
+                            "\nENDDAT\n"},
+        {"b.src", "DEF b()\n" + other + "\nEND\n"}};
+    const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
+                                               TextsOfOthers(krl, project).of("a.src"),
+                                               neighbours_in(krl, project, {})["a.src"]);
+    return program.frames.at(program.targets.at(0).tool).is_known;
+  };
+  EXPECT_TRUE(is_known("x=1"));
+  EXPECT_FALSE(is_known("TOOL_DATA[1].Z=120"));
 }
 
 TEST(KrlFlowTest, AProgramGoesOnWithTheFramesThatACalledOneLeaves) {
@@ -588,7 +607,7 @@ bool is_shared_point_known(const std::string& text, const std::string& other,
                                          {"s.sub", submit},
                                          {"d.src", "DEF d()\nx=1\nEND\n"}};
   const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
-                                             texts_of_others(krl, project, "a.src"),
+                                             TextsOfOthers(krl, project).of("a.src"),
                                              neighbours_in(krl, project, {})["a.src"]);
   return program.left_alone == 0;
 }

@@ -60,6 +60,7 @@ struct DialectFacts {
   std::string data_list;                      ///< its ending in capitals; empty: there is none
   std::vector<std::string> with_data_list;    ///< endings of texts that have one
   std::vector<std::string> controller_texts;  ///< file names that are nobody's program, in capitals
+  std::string controller_mark;  ///< a text that each controller has once, in capitals; or empty
 };
 
 /// Check digits of a changed number.
@@ -79,6 +80,21 @@ struct WrittenPoint {
 struct OpenPart {
   size_t at = 0;    ///< in the text, in the line that begins it
   std::string end;  ///< the word that is missing
+};
+
+/// The texts of a folder, read once, with what they are to the programs among them.
+class FolderTexts {
+ public:
+  FolderTexts() = default;
+  FolderTexts(const FolderTexts&) = delete;
+  FolderTexts& operator=(const FolderTexts&) = delete;
+  virtual ~FolderTexts() = default;
+
+  /// What of the folder counts for a program, whose own texts `own` are among those of the folder:
+  /// the texts of others that declare names which it uses, whole, and a short text of what others
+  /// do that matters to it.
+  virtual std::vector<ProgramText> for_program(
+      const std::vector<const ProgramText*>& own) const = 0;
 };
 
 /// The language of the robot programs of one maker. Each has a folder in src/programs and a line in
@@ -148,15 +164,18 @@ class Dialect {
 
   // Texts that belong together.
 
-  /// See what_others_declare() and texts_of_others(): of a text, what counts of it for others.
-  virtual std::optional<ProgramText> declared_for_others(const ProgramText& text) const;
+  /// See TextsOfOthers; the texts must outlive the result. By default null: nothing of others
+  /// counts.
+  virtual std::unique_ptr<FolderTexts> folder_texts(
+      const std::vector<const ProgramText*>& texts) const;
   /// The folder in which the controller looks up names of the program `path`, with the slash at its
   /// end, and whether it looks in the folders within it, too.
   struct SearchFolder {
     std::string folder;
     bool is_deep = true;
   };
-  virtual SearchFolder search_folder(const std::vector<ProgramText>& project,
+  /// `marks`: the texts called DialectFacts::controller_mark.
+  virtual SearchFolder search_folder(const std::vector<std::string>& marks,
                                      const std::string& path) const;
   /// See neighbours_in(); by default none.
   virtual std::map<std::string, ProgramNeighbours> neighbours(

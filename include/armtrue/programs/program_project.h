@@ -1,29 +1,53 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 
 namespace armtrue {
 
 // Programs that belong together: a backup of a controller, or a folder of programs.
 
-/// The texts in which the controller looks up names that the program `path` does not declare
-/// itself. `project`: all texts, their names with '/' between folders. KUKA: $config.dat and the
-/// PUBLIC data lists of the same controller, which is the nearest folder around the program with a
-/// $config.dat in it; of all, if there is none. ABB: the other modules of the same task (TASK1), or
-/// of the same folder.
-std::vector<ProgramText> texts_of_others(const Dialect& dialect,
-                                         const std::vector<ProgramText>& project,
-                                         const std::string& path);
+/// The texts in which a controller looks up names that a program does not declare itself. KUKA:
+/// $config.dat and the PUBLIC data lists of the same controller, which is the nearest folder around
+/// the program with a $config.dat in it; of all, if there is none. ABB: the other modules of the
+/// same task (TASK1), or of the same folder. FANUC: listings of registers, frames and tools. And a
+/// short text of what other programs do to the names of the program: each folder is read once.
+class TextsOfOthers {
+ public:
+  /// `project`: all texts, their names with '/' between folders. Both must outlive this.
+  TextsOfOthers(const Dialect& dialect, const std::vector<ProgramText>& project);
 
-/// What counts of the texts of others, given as they are: of KUKA data lists what is global, and of
-/// programs where they give values; of ABB modules all; of the other makers nothing.
+  /// Of the program `path`, which is one of the texts.
+  std::vector<ProgramText> of(const std::string& path);
+  /// The program and its data lists.
+  std::vector<const ProgramText*> own(const std::string& path) const;
+
+ private:
+  using Folder = std::pair<std::string, bool>;  // and whether those within it count, too
+  const FolderTexts* texts_in(const Folder& folder);
+
+  const Dialect& dialect_;
+  const std::vector<ProgramText>& project_;
+  std::vector<std::string> marks_;
+  std::multimap<std::string, const ProgramText*> by_name_;  // in capitals
+  std::map<Folder, std::unique_ptr<FolderTexts>> folders_;
+};
+
+/// The same of a program whose texts `own` belong together with `others`, wherever they lie.
 std::vector<ProgramText> what_others_declare(const Dialect& dialect,
+                                             const std::vector<ProgramText>& own,
                                              const std::vector<ProgramText>& others);
+
+/// The texts that DialectFacts::controller_mark names.
+std::vector<std::string> controller_marks(const Dialect& dialect,
+                                          const std::vector<ProgramText>& project);
 
 /// What calls between programs hand on, by the names of the programs that call others or that
 /// others call. KUKA: $BASE, $TOOL and whether the tool stands in the room; a program that others

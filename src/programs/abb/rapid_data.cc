@@ -121,12 +121,7 @@ void RapidData::note_uses_of_others(const std::string& text,
       if (!datum) return false;
       datum->is_of_others = true;
       TextCursor ahead = cursor;
-      while (ahead.next() == '.' || ahead.next() == '{')
-        if (ahead.take('.'))
-          ahead.take_name();
-        else
-          skip_indices(ahead);
-      if (ahead.take(':') && ahead.take('=')) {
+      if (takes_rapid_assignment(ahead)) {
         ++datum->values;
         is_assignment = true;
       } else if (!is_assignment && !is_move && !datum->is_constant && is_point_type(datum->type)) {
@@ -232,15 +227,7 @@ void RapidData::read_uses(const Statement& statement) {
 
 // NAME := .., NAME.trans.x := .., NAME{2} := ..
 bool RapidData::note_assignment(const std::string& word, size_t at, TextCursor cursor) {
-  while (true) {
-    if (cursor.take('.'))
-      cursor.take_name();
-    else if (cursor.take('{'))
-      skip_indices(cursor);
-    else
-      break;
-  }
-  if (!cursor.take(':') || !cursor.take('=')) return false;
+  if (!takes_rapid_assignment(cursor)) return false;
   Datum* const datum = find(word, at);
   ++(datum ? *datum : names_.declare(word, 0)).values;
   return true;

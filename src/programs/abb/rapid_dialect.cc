@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "programs/abb/rapid_folder.h"
 #include "programs/abb/rapid_program.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/dialects.h"
@@ -105,12 +106,16 @@ class RapidDialect : public Dialect {
     return open.empty() ? std::nullopt : std::optional(open.back());
   }
 
-  std::optional<ProgramText> declared_for_others(const ProgramText& text) const override {
-    return dialect_of_file(text.name) == this ? std::optional(text) : std::nullopt;
+  std::unique_ptr<FolderTexts> folder_texts(
+      const std::vector<const ProgramText*>& texts) const override {
+    std::vector<const ProgramText*> modules;
+    for (const ProgramText* const text : texts)
+      if (dialect_of_file(text->name) == this) modules.push_back(text);
+    return rapid_folder(modules);
   }
 
   // That of the task (TASK1), or that of the module alone.
-  SearchFolder search_folder(const std::vector<ProgramText>&,
+  SearchFolder search_folder(const std::vector<std::string>&,
                              const std::string& path) const override {
     for (size_t slash = path.find('/'); slash != std::string::npos;
          slash = path.find('/', slash + 1)) {

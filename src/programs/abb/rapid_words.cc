@@ -94,6 +94,17 @@ bool ends_rapid_routine(const std::string& word) {
   return word == "ENDPROC" || word == "ENDFUNC" || word == "ENDTRAP";
 }
 
+bool takes_rapid_assignment(TextCursor& cursor) {
+  while (cursor.next() == '.' || cursor.next() == '{')
+    if (cursor.take('.')) {
+      cursor.take_name();
+    } else {
+      cursor.skip_to("}");
+      cursor.take('}');
+    }
+  return cursor.take(':') && cursor.take('=');
+}
+
 ArcTurning rapid_turning(TextCursor cursor) {
   if (!cursor.take('\\')) return ArcTurning::with_path;
   const std::string mode = cursor.take_name();

@@ -59,6 +59,10 @@ void each_rapid_word(std::string_view text, const Statement& statement, With wit
   }
 }
 
+/// Whether a datum, whose name the cursor has taken, is given a value: NAME := ..,
+/// NAME.trans.x := .., NAME{2} := ..
+bool takes_rapid_assignment(TextCursor& cursor);
+
 /// What CirPathMode sets; `cursor`: behind its name. Without options, as from the start, the tool
 /// turns with the path (RAPID reference manual, CirPathMode, MoveC).
 ArcTurning rapid_turning(TextCursor cursor);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "programs/dialects.h"
+#include "programs/fanuc/fanuc_folder.h"
 #include "programs/fanuc/fanuc_program.h"
 #include "programs/fanuc/fanuc_registers.h"
 #include "programs/fanuc/fanuc_writer.h"
@@ -12,18 +13,6 @@
 
 namespace armtrue {
 namespace {
-
-// Of the others' lines, those with a word.
-ProgramText lines_with(const ProgramText& program, std::string_view word) {
-  ProgramText result{program.name, ""};
-  for (size_t begin = 0; begin < program.text.size();) {
-    const size_t end = std::min(program.text.find('\n', begin), program.text.size());
-    const std::string line = program.text.substr(begin, end - begin);
-    if (upper(line).find(word) != std::string::npos) result.text += line + "\n";
-    begin = end + 1;
-  }
-  return result;
-}
 
 class FanucDialect : public Dialect {
  public:
@@ -86,10 +75,9 @@ class FanucDialect : public Dialect {
     add_fanuc_remark(facts().comment + comment, text);
   }
 
-  // Registers, and what programs do to them.
-  std::optional<ProgramText> declared_for_others(const ProgramText& text) const override {
-    if (ending_of(text.name) == ".LS") return lines_with(text, "PR[");
-    return is_fanuc_listing(text.text) ? std::optional(text) : std::nullopt;
+  std::unique_ptr<FolderTexts> folder_texts(
+      const std::vector<const ProgramText*>& texts) const override {
+    return fanuc_folder(texts);
   }
 };
 

@@ -105,16 +105,25 @@ void FanucRegisters::read_listing(const std::string& text) {
 }
 
 // PR[1]=LPOS, PR[1:name]=.., PR[1,3]=.., PR[GP1:1,3:name]=..; PR[R[1]]=.. may be any.
+std::set<std::string> fanuc_registers_set_in(std::string_view program) {
+  std::set<std::string> registers;
+  each_word(program, {0, 0, program.size()},
+            [&](const std::string& word, size_t at, TextCursor cursor) {
+              if (word != "PR" || !cursor.take('[')) return;
+              int depth = 1;
+              while (!cursor.done() && depth > 0 && cursor.next() != '\n') {
+                depth += cursor.next() == '[' ? 1 : cursor.next() == ']' ? -1 : 0;
+                cursor.step();
+              }
+              const size_t end = cursor.at();
+              if (cursor.take('=')) registers.emplace(program.substr(at, end - at));
+            });
+  return registers;
+}
+
 void FanucRegisters::note_assignments(std::string_view text) {
-  each_word(text, {0, 0, text.size()}, [&](const std::string& word, size_t, TextCursor cursor) {
-    if (word != "PR" || !cursor.take('[')) return;
-    TextCursor inside = cursor;
-    int depth = 1;
-    while (!cursor.done() && depth > 0 && cursor.next() != '\n') {
-      depth += cursor.next() == '[' ? 1 : cursor.next() == ']' ? -1 : 0;
-      cursor.step();
-    }
-    if (!cursor.take('=')) return;
+  for (const std::string& name : fanuc_registers_set_in(text)) {
+    TextCursor inside(name, name.find('[') + 1, name.size());
     const std::string group = inside.take_name();
     if (!group.empty() && (!group.starts_with("GP") || !inside.take(':')))
       is_any_changed_ = true;  // R[1]
@@ -122,7 +131,7 @@ void FanucRegisters::note_assignments(std::string_view text) {
       is_any_changed_ = true;
     else if (group.empty() || group == "GP1")
       changed_.insert(*number);
-  });
+  }
 }
 
 const FanucRegister* FanucRegisters::find_frame(bool is_tool, double number) const {

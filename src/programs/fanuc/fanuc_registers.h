@@ -21,6 +21,10 @@ struct FanucRegister {
 /// Whether a text lists variables of a controller that count: POSREG.VA, SYSFRAME.VA.
 bool is_fanuc_listing(const std::string& text);
 
+/// The position registers to which a program, given by masked(), gives values, each as it stands:
+/// PR[1], PR[GP1:1,3:name].
+std::set<std::string> fanuc_registers_set_in(std::string_view program);
+
 /// The position registers of a controller, PR[1] and on, as far as nothing gives them values as the
 /// program runs, and its user frames and tools.
 class FanucRegisters {

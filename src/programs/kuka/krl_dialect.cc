@@ -9,6 +9,7 @@
 #include "armtrue/programs/program_project.h"
 #include "programs/dialects.h"
 #include "programs/joint_range.h"
+#include "programs/kuka/krl_folder.h"
 #include "programs/kuka/krl_neighbours.h"
 #include "programs/kuka/krl_program.h"
 #include "programs/kuka/krl_routines.h"
@@ -37,37 +38,6 @@ bool crosses_zero(int joint, bool is_below, const ProgramCommand& command) {
   return is_below ? leaves(-kInfinity, 0, joint, command) : leaves(0, kInfinity, joint, command);
 }
 
-bool is_config(const std::string& path) { return name_in_folder(path) == "$CONFIG.DAT"; }
-
-// DEFDAT $CONFIG, DEFDAT NAME PUBLIC
-bool gives_to_others(const ProgramText& text) {
-  if (is_config(text.name)) return true;
-  for (size_t begin = 0; begin < text.text.size();) {
-    const size_t end = std::min(text.text.find('\n', begin), text.text.size());
-    TextCursor cursor(text.text, begin, end);
-    begin = end + 1;
-    if (cursor.take_name() != "DEFDAT") continue;
-    return cursor.take_name() == "$CONFIG" || cursor.take_name() == "PUBLIC";
-  }
-  return false;
-}
-
-// What the source of another program gives values to, line by line: all that counts of it.
-ProgramText assignments_of(const ProgramText& source) {
-  ProgramText result{source.name, "DEF OTHER()\n"};
-  for (size_t begin = 0; begin < source.text.size();) {
-    const size_t end = std::min(source.text.find('\n', begin), source.text.size());
-    TextCursor cursor(source.text, begin, end);
-    const std::string word = cursor.take_name();
-    const bool is_of_inline_form = word == "PDAT_ACT" || word == "LDAT_ACT" || word == "FDAT_ACT";
-    if (!word.empty() && word[0] != '$' && !is_of_inline_form &&
-        (cursor.next() == '=' || cursor.next() == '[' || cursor.next() == '.'))
-      result.text += source.text.substr(begin, end - begin) + "\n";
-    begin = end + 1;
-  }
-  return result;
-}
-
 class KrlDialect : public Dialect {
  public:
   KrlDialect()
@@ -86,7 +56,8 @@ class KrlDialect : public Dialect {
                  .data_list = ".DAT",
                  .with_data_list = {".SRC", ".SUB"},
                  // It sets XHOME where nobody has taught it, of deltas and palletizers.
-                 .controller_texts = {"BAS.SRC"}}) {}
+                 .controller_texts = {"BAS.SRC"},
+                 .controller_mark = "$CONFIG.DAT"}) {}
 
   void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
     parse_krl_program(program, known, parts);
@@ -169,26 +140,18 @@ class KrlDialect : public Dialect {
     return text + "}";
   }
 
-  // $config.dat, PUBLIC data lists, and what programs give values to.
-  std::optional<ProgramText> declared_for_others(const ProgramText& text) const override {
-    const std::string ending = ending_of(text.name);
-    if (ending == facts().data_list && gives_to_others(text)) return text;
-    if ((ending == ".SRC" || ending == ".SUB") && !is_of_controller(text.name))
-      return assignments_of(text);
-    return std::nullopt;
+  std::unique_ptr<FolderTexts> folder_texts(
+      const std::vector<const ProgramText*>& texts) const override {
+    return krl_folder(texts);
   }
 
   // That of the controller: the nearest folder around the program with a $config.dat in it.
-  SearchFolder search_folder(const std::vector<ProgramText>& project,
+  SearchFolder search_folder(const std::vector<std::string>& marks,
                              const std::string& path) const override {
     std::string folder = folder_of(path);
-    while (!folder.empty()) {
-      const bool has_config = std::ranges::any_of(project, [&](const ProgramText& text) {
-        return is_config(text.name) && text.name.starts_with(folder);
-      });
-      if (has_config) break;
+    const auto is_within = [&](const std::string& mark) { return mark.starts_with(folder); };
+    while (!folder.empty() && std::ranges::none_of(marks, is_within))
       folder = folder_of(folder.substr(0, folder.size() - 1));
-    }
     return {folder};
   }
 

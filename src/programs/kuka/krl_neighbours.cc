@@ -66,11 +66,9 @@ KrlSource source_of(const ProgramText& text) {
 // ring are not followed.
 class KrlController {
  public:
-  KrlController(const Dialect& dialect, const std::vector<ProgramText>& project,
-                const KnownFrames& known, std::vector<KrlSource> sources,
+  KrlController(TextsOfOthers& others, const KnownFrames& known, std::vector<KrlSource> sources,
                 std::vector<std::string> submits)
-      : dialect_(dialect),
-        project_(project),
+      : others_(others),
         known_(known),
         sources_(std::move(sources)),
         submits_(std::move(submits)) {}
@@ -98,8 +96,10 @@ class KrlController {
 
   void find_owners() {
     for (size_t i = 0; i < sources_.size(); ++i) {
-      for (const std::string& name : sources_[i].exported)
+      for (const std::string& name : sources_[i].exported) {
         if (!owners_.try_emplace(name, static_cast<int>(i)).second) owners_[name] = kSeveral;
+        exporting_[name].push_back(i);
+      }
       interrupts_.insert(sources_[i].interrupts.begin(), sources_[i].interrupts.end());
     }
   }
@@ -151,9 +151,8 @@ class KrlController {
     for (const KrlCall& call : source.calls) {
       const HandedFrames handed = set_ups.handed_on(call.statement);
       const std::string caller = fmt::format("{}:{}", source.text->name, call.line);
-      for (KrlSource& callee : sources_)
-        if (callee.exported.contains(call.name))
-          hand_on(call.name, handed, caller, callee.neighbours);
+      for (const size_t callee : exporting_[call.name])
+        hand_on(call.name, handed, caller, sources_[callee].neighbours);
     }
   }
 
@@ -187,24 +186,21 @@ class KrlController {
   const KrlSyntax& syntax_of(KrlSource& source) {
     if (!source.syntax) {
       std::vector<ProgramText> texts{*source.text};
-      const std::string list = upper(source.text->name.substr(0, source.text->name.rfind('.'))) +
-                               dialect_.facts().data_list;
-      for (const ProgramText& text : project_)
-        if (upper(text.name) == list) texts.push_back(text);
+      for (const ProgramText* const text : others_.own(source.text->name))
+        if (ending_of(text->name) == ".DAT") texts.push_back(*text);
       const size_t own = texts.size();
-      std::ranges::move(texts_of_others(dialect_, project_, source.text->name),
-                        std::back_inserter(texts));
+      std::ranges::move(others_.of(source.text->name), std::back_inserter(texts));
       source.syntax = parse_krl(texts, own);
     }
     return *source.syntax;
   }
 
-  const Dialect& dialect_;
-  const std::vector<ProgramText>& project_;
+  TextsOfOthers& others_;
   const KnownFrames& known_;
   std::vector<KrlSource> sources_;
   std::vector<std::string> submits_;          // texts that run beside them, by masked()
   std::map<std::string, int> owners_;         // of exported routines: sources, or kSeveral
+  std::map<std::string, std::vector<size_t>> exporting_;  // sources, by these
   std::set<std::string> interrupts_;          // all names that they call
   std::set<std::string> not_followed_;        // routines: of several sources, or in a ring
   std::map<std::string, HandedFrames> left_;  // by the routines of one source
@@ -219,20 +215,21 @@ std::map<std::string, ProgramNeighbours> krl_neighbours(const Dialect& dialect,
                                                         const KnownFrames& known) {
   std::map<std::string, std::vector<KrlSource>> controllers;  // by their folders
   std::map<std::string, std::vector<std::string>> submits;
+  const std::vector<std::string> marks = controller_marks(dialect, project);
   for (const ProgramText& text : project) {
     const bool is_submit = ending_of(text.name) == ".SUB";
     if (!is_submit && (dialect_of_file(text.name) != &dialect || is_of_controller(text.name)))
       continue;
-    const std::string folder = dialect.search_folder(project, text.name).folder;
+    const std::string folder = dialect.search_folder(marks, text.name).folder;
     if (is_submit)
       submits[folder].push_back(masked(text.text, ';', "\""));
     else
       controllers[folder].push_back(source_of(text));
   }
   std::map<std::string, ProgramNeighbours> result;
+  TextsOfOthers others(dialect, project);
   for (auto& [folder, sources] : controllers)
-    KrlController(dialect, project, known, std::move(sources), std::move(submits[folder]))
-        .add_to(result);
+    KrlController(others, known, std::move(sources), std::move(submits[folder])).add_to(result);
   return result;
 }
 

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "programs/dialects.h"
-#include "programs/path_name.h"
+#include "programs/yaskawa/inform_folder.h"
 #include "programs/yaskawa/inform_program.h"
 #include "programs/yaskawa/inform_writer.h"
 
@@ -41,10 +41,9 @@ class InformDialect : public Dialect {
   void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const override {
     refuse_long_inform_job(program, inserted);
   }
-  // Which variables a job sets.
-  std::optional<ProgramText> declared_for_others(const ProgramText& text) const override {
-    if (ending_of(text.name) != facts().endings.front()) return std::nullopt;
-    return text;
+  std::unique_ptr<FolderTexts> folder_texts(
+      const std::vector<const ProgramText*>& texts) const override {
+    return inform_folder(texts);
   }
   void add_comment(const std::string& comment, std::string& text) const override {
     add_inform_comment(facts().comment + comment, text);

@@ -16,6 +16,7 @@
 #include "programs/move_reader.h"
 #include "programs/statement.h"
 #include "programs/yaskawa/inform_flow.h"
+#include "programs/yaskawa/inform_job.h"
 #include "programs/yaskawa/inform_positions.h"
 
 // Jobs of Yaskawa controllers, JBI files: "INFORM manual" and "Interface with an easy offline
@@ -63,13 +64,13 @@ class InformReader : MoveReader {
 
   void read() {
     find_name();
-    const size_t instructions = std::min(line_that_begins(text_, "//INST"), text_.size());
+    const size_t instructions = inform_instructions(text_);
     positions_ = inform_positions(std::string_view(text_).substr(0, instructions));
-    const std::vector<Statement> statements = lines_from(text_, instructions);
+    const std::vector<Statement> statements = inform_lines(text_, instructions);
     shift_ = follow_inform_shift(text_, statements);
     for (const Statement& statement : statements) {
-      note_changes(text_, statement, true);
-      if (!is_move(first_word(text_, statement))) keep_positions(statement);
+      note_inform_changes(text_, statement, true, changes_);
+      if (!is_inform_move(first_word(text_, statement))) keep_positions(statement);
     }
     read_others(statements);
     for (const Statement& statement : statements) read_statement(statement);
@@ -92,33 +93,6 @@ class InformReader : MoveReader {
     if (end > begin) program_.names.push_back({0, begin, end});
   }
 
-  // One for each instruction; a line that begins with + moves another group together with the line
-  // before.
-  static std::vector<Statement> lines_from(std::string_view text, size_t begin) {
-    std::vector<Statement> lines;
-    int line = line_at(text, begin);
-    for (size_t at = begin; at < text.size(); ++line) {
-      const size_t end = std::min(text.find('\n', at), text.size());
-      TextCursor cursor(text, at, end);
-      if (cursor.next() == '+' && !lines.empty())
-        lines.back().end = end;
-      else if (cursor.next() != '/')
-        lines.push_back({line, cursor.at(), end});
-      at = end + 1;
-    }
-    return lines;
-  }
-
-  static bool is_move(const std::string& word) {
-    return word == "MOVJ" || word == "MOVL" || word == "MOVC" || word == "MOVS";
-  }
-  // Motions that are not followed.
-  static bool is_other_motion(const std::string& word) {
-    static const std::set<std::string> kWords{"IMOV",   "SMOVL",  "SMOVC",  "SMOVS", "EIMOVL",
-                                              "EIMOVC", "SYMOVJ", "SYMOVL", "SYMOVC"};
-    return kWords.contains(word);
-  }
-
   static std::string first_word(std::string_view text, const Statement& statement) {
     return TextCursor(text, statement.begin, statement.end).take_name();
   }
@@ -136,68 +110,27 @@ class InformReader : MoveReader {
     std::multimap<std::string, OtherJob> others;  // by their names
     for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
       OtherJob other{masked(program_.texts[i].text, '\'', "\""), {}};
-      const size_t name = line_that_begins(other.text, "//NAME");
-      if (name == std::string::npos) continue;
-      other.statements = lines_from(
-          other.text, std::min(line_that_begins(other.text, "//INST"), other.text.size()));
-      std::string job = word_until_blank(other.text, name + 6);
-      others.emplace(std::move(job), std::move(other));
+      const auto name = inform_job_name(other.text);
+      if (!name) continue;
+      other.statements = inform_lines(other.text, inform_instructions(other.text));
+      others.emplace(*name, std::move(other));
     }
     note_calls(text_, statements, others);
     for (const auto& [name, other] : others)
       for (const Statement& statement : other.statements)
-        note_changes(other.text, statement, other.is_called);
+        note_inform_changes(other.text, statement, other.is_called, changes_);
   }
 
-  // CALL JOB:NAME ARGF1 IF B000=1
   void note_calls(std::string_view text, const std::vector<Statement>& statements,
                   std::multimap<std::string, OtherJob>& others) {
     for (const Statement& statement : statements)
-      each_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
-        if (word != "CALL" && word != "PSTART") return;
-        const size_t behind = text.find("JOB:", cursor.at());
-        const std::string name = behind < statement.end ? word_until_blank(text, behind + 4) : "";
+      for (const std::string& name : inform_calls(text, statement)) {
         const auto [begin, end] = others.equal_range(name);
         calls_ |= begin == end;
         for (auto other = begin; other != end; ++other)
           if (!std::exchange(other->second.is_called, true))
             note_calls(other->second.text, other->second.statements, others);
-      });
-  }
-
-  static std::string word_until_blank(std::string_view text, size_t begin) {
-    while (begin < text.size() && is_blank(text[begin])) ++begin;
-    size_t end = begin;
-    while (end < text.size() && !is_blank(text[end]) && text[end] != '\n') ++end;
-    return std::string(text.substr(begin, end - begin));
-  }
-
-  // What a job gives values to as it runs: variables, and if they count frames and tools.
-  void note_changes(std::string_view text, const Statement& statement, bool with_frames) {
-    const std::string first = first_word(text, statement);
-    // They only read a variable.
-    if (is_move(first) || is_other_motion(first) || first == "SFTON") return;
-    std::set<int>* frames = first == "MFRAME"    ? &changed_users_
-                            : first == "SETTOOL" ? &changed_tools_
-                                                 : nullptr;
-    if (frames && !with_frames) return;
-    bool is_set = first != "MFRAME";  // the first one that is named; the others are read
-    each_word(text, statement, [&](const std::string& word, size_t, TextCursor behind) {
-      if (frames && (word == "UF" || word == "TL")) {
-        behind.take('#');
-        behind.take('(');
-        const auto number = behind.take_number();
-        frames->insert(number && std::abs(*number) < kAnyFrame ? static_cast<int>(*number)
-                                                               : kAnyFrame);
       }
-      const bool is_all = word.starts_with("PX");
-      const std::string name = inform_position_name(is_all ? "P" + word.substr(2) : word);
-      const bool is_any = (word == "P" || word == "PX") && behind.next() == '[';
-      if (!is_any && !name.starts_with('P')) return;
-      if (is_set && is_any) is_any_changed_ = true;
-      if (is_set && !is_any) changed_.insert(name);
-      is_set = false;
-    });
   }
 
   // What else than a followed move uses must stay.
@@ -216,8 +149,8 @@ class InformReader : MoveReader {
       return;
     }
     const std::string word = cursor.take_name();
-    if (is_move(word)) return read_move(word, statement);
-    if (is_other_motion(word)) {
+    if (is_inform_move(word)) return read_move(word, statement);
+    if (is_other_inform_motion(word)) {
       leave(statement.line, word == "IMOV"             ? "a relative move (IMOV)"
                             : word.starts_with("SMOV") ? "its motion is coordinated (" + word +
                                                              "), which carries its frame"
@@ -278,7 +211,7 @@ class InformReader : MoveReader {
       } else if (part == "UNTIL") {
         ends_elsewhere = true;
         move.obstacle = "it has the option UNTIL";
-      } else if (!is_move(part) && !may_be_repeated(part)) {
+      } else if (!is_inform_move(part) && !may_be_repeated(part)) {
         move.obstacle = "it has the option " + part;
       }
     });
@@ -343,7 +276,7 @@ class InformReader : MoveReader {
     if (name[0] == 'P') {
       if (found == positions_.end())
         return "its point is a variable whose value does not stand in the job";
-      if (is_any_changed_ || changed_.contains(name))
+      if (changes_.is_any_variable || changes_.variables.contains(name))
         return "its point is a variable that is set as the job runs, by it or by another one of "
                "its folder";
       if (calls_) return "its point is a variable that a job which it calls may set";
@@ -352,9 +285,9 @@ class InformReader : MoveReader {
     InformPosition& position = found->second;
     if (!position.why_not.empty()) return position.why_not;
     if (position.kind == InformPosition::Kind::pose && parts_ == TargetParts::pose) {
-      if (position.user && is_changed(changed_users_, *position.user))
+      if (position.user && is_changed(changes_.users, *position.user))
         return fmt::format("USER[{}] is set as the job runs (MFRAME)", *position.user);
-      if (position.tool && is_changed(changed_tools_, *position.tool))
+      if (position.tool && is_changed(changes_.tools, *position.tool))
         return fmt::format("TOOL[{}] is set as the job runs (SETTOOL)", *position.tool);
     }
     if (position.point < 0) add_point(name, position);
@@ -362,7 +295,7 @@ class InformReader : MoveReader {
   }
 
   static bool is_changed(const std::set<int>& changed, int number) {
-    return changed.contains(number) || changed.contains(kAnyFrame);
+    return changed.contains(number) || changed.contains(InformChanges::kAnyFrame);
   }
 
   void add_point(const std::string& name, InformPosition& position) {
@@ -442,18 +375,14 @@ class InformReader : MoveReader {
     return rest;
   }
 
-  static constexpr int kAnyFrame = 1000;  // frames have numbers below 64
-
   const KnownFrames& known_;
   const TargetParts parts_;
   const std::string original_;
   const std::string text_;
   std::map<std::string, InformPosition> positions_;
   ProgramFlow::Values shift_;
-  std::set<std::string> changed_;  // variables that the job sets
-  std::set<std::string> kept_;     // positions that must stay
-  std::set<int> changed_users_, changed_tools_;
-  bool is_any_changed_ = false;   // P[..] is set
+  InformChanges changes_;         // of variables, and of frames and tools
+  std::set<std::string> kept_;    // positions that must stay
   bool calls_ = false;            // jobs that are not there
   std::vector<InformMove> arcs_;  // MOVC one after the other
   bool starts_arc_ = false;       // the arm stands at the end of an arc that FPT ended

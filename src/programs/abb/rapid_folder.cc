@@ -1,0 +1,219 @@
+#include "programs/abb/rapid_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include "programs/abb/rapid_words.h"
+#include "programs/statement.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+namespace {
+
+bool is_declaration(const std::string& word) {
+  return word == "CONST" || word == "PERS" || word == "VAR";
+}
+
+// What statements do to a datum.
+struct Uses {
+  int named = 0;
+  int assigned = 0;
+  int handed = 0;  // to routines, which may change what is no constant
+
+  void add(const Uses& other, int sign) {
+    named += sign * other.named;
+    assigned += sign * other.assigned;
+    handed += sign * other.handed;
+  }
+};
+
+// In a module that declares the name, and in one that does not: if a program has a name of its
+// own, a module that declares it means something else.
+using UsesOfName = std::array<Uses, 2>;
+
+struct Module {
+  const ProgramText* text = nullptr;
+  std::string plain;  // by masked()
+  std::vector<Statement> statements;
+  std::set<std::string> words, routines, parameters;
+  std::set<std::string> declared;   // anywhere
+  std::set<std::string> of_module;  // outside of routines
+  std::set<std::string> global;     // of these, those that are not LOCAL
+  std::unordered_map<std::string, Uses> uses;
+};
+
+class RapidFolder : public FolderTexts {
+ public:
+  explicit RapidFolder(const std::vector<const ProgramText*>& modules) {
+    for (const ProgramText* const text : modules) {
+      Module& module = modules_.emplace_back();
+      module.text = text;
+      read_names(module);
+    }
+    for (size_t i = 0; i < modules_.size(); ++i) {
+      for (const std::string& name : modules_[i].global) declaring_[name].insert(i);
+      for (const std::string& name : modules_[i].routines) having_routine_[name].insert(i);
+    }
+    for (Module& module : modules_) {
+      read_uses(module);
+      for (const auto& [name, uses] : module.uses)
+        uses_[name][module.declared.contains(name)].add(uses, 1);
+      module.plain.clear();
+      module.statements.clear();
+    }
+  }
+
+  std::vector<ProgramText> for_program(const std::vector<const ProgramText*>& own) const override {
+    const auto found = std::ranges::find_if(modules_, [&](const Module& module) {
+      return std::ranges::find(own, module.text) != own.end();
+    });
+    if (found == modules_.end()) return {};
+    const Module& program = *found;
+    const std::set<size_t> whole = modules_that_declare_for(program);
+    std::vector<ProgramText> result;
+    for (const size_t module : whole) result.push_back(*modules_[module].text);
+    result.push_back({"", what_others_do_to(program, whole)});
+    return result;
+  }
+
+ private:
+  using Places = std::map<std::string, std::set<size_t>>;  // modules, by names
+
+  // As RapidData reads a module of others.
+  static void read_names(Module& module) {
+    module.plain = masked(module.text->text, '!', "\"");
+    module.statements = split_statements(module.plain, ';');
+    each_word(
+        module.plain, {0, 0, module.plain.size()},
+        [&](const std::string& word, size_t, const TextCursor&) { module.words.insert(word); });
+    bool is_in_routine = false;
+    for (const Statement& statement : module.statements) {
+      std::string before;
+      each_rapid_word(
+          module.plain, statement, [&](const std::string& word, size_t, TextCursor cursor) {
+            is_in_routine =
+                (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
+            if (begins_rapid_routine(word)) read_head(statement, cursor, module);
+            const bool is_local = std::exchange(before, word) == "LOCAL";
+            if (!is_declaration(word)) return false;
+            cursor.take_name();
+            const std::string name = cursor.take_name();
+            if (name.empty()) return false;
+            module.declared.insert(name);
+            if (!is_in_routine) module.of_module.insert(name);
+            if (!is_in_routine && !is_local) module.global.insert(name);
+            return false;
+          });
+    }
+  }
+
+  // NAME(num n, PERS robtarget point): the cursor stands behind PROC.
+  static void read_head(const Statement& statement, TextCursor cursor, Module& module) {
+    std::string name;
+    for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name())
+      name = word;
+    module.routines.insert(name);
+    if (!cursor.take('(')) return;
+    const size_t begin = cursor.at();
+    cursor.skip_to(")");
+    each_word(module.plain, {statement.line, begin, cursor.at()},
+              [&](const std::string& word, size_t, const TextCursor&) {
+                module.parameters.insert(word);
+              });
+  }
+
+  void read_uses(Module& module) const {
+    for (const Statement& statement : module.statements) {
+      bool is_assignment = false, is_move = false;
+      each_rapid_word(module.plain, statement,
+                      [&](const std::string& word, size_t, TextCursor& cursor) {
+                        for (int i = 0; is_declaration(word) && i < 2; ++i) cursor.take_name();
+                        is_assignment |= is_declaration(word) || word == "RETURN";
+                        if (is_declaration(word)) return false;
+                        is_move |= cursor.next() != '(' && cursor.next() != ':' &&
+                                   (find_rapid_move(word) || is_other_rapid_move(word, cursor));
+                        if (module.parameters.contains(word)) return false;
+                        Uses& uses = module.uses[word];
+                        ++uses.named;
+                        if (TextCursor ahead = cursor; takes_rapid_assignment(ahead)) {
+                          ++uses.assigned;
+                          is_assignment |= declaring_.contains(word);
+                        } else if (!is_assignment && !is_move) {
+                          ++uses.handed;
+                        }
+                        return false;
+                      });
+    }
+  }
+
+  // The modules whose global data a program names and does not declare itself.
+  std::set<size_t> modules_that_declare_for(const Module& program) const {
+    std::set<size_t> whole;
+    for (const std::string& word : program.words) {
+      const auto found = declaring_.find(word);
+      if (found == declaring_.end() || program.of_module.contains(word)) continue;
+      for (const size_t module : found->second)
+        if (&modules_[module] != &program) whole.insert(module);
+    }
+    return whole;
+  }
+
+  // A module that does as much as the others, without those that the program has whole.
+  std::string what_others_do_to(const Module& program, const std::set<size_t>& whole) const {
+    const auto is_by_others = [&](const Places& places, const std::string& name) {
+      const auto found = places.find(name);
+      return found != places.end() && std::ranges::any_of(found->second, [&](size_t module) {
+               return &modules_[module] != &program && !whole.contains(module);
+             });
+    };
+    std::string text = "MODULE others\n";
+    for (const std::string& word : program.words) {
+      if (is_by_others(having_routine_, word)) text += "PROC " + word + "()\nENDPROC\n";
+      const bool is_own = program.of_module.contains(word);
+      const auto total = uses_.find(word);
+      if (total == uses_.end() || (!is_own && !declaring_.contains(word))) continue;
+      UsesOfName uses = total->second;
+      subtract(program, word, uses);
+      for (const size_t module : whole) subtract(modules_[module], word, uses);
+      if (!is_own) uses[0].add(uses[1], 1);
+      text += statements_of(word, uses[0]);
+    }
+    for (const size_t module : whole)
+      for (const auto& [name, uses] : modules_[module].uses)
+        if (uses.assigned > 0 && !program.words.contains(name) && declaring_.contains(name))
+          text += "VAR num " + name + ";\n";  // where it is assigned, nothing is handed on
+    return text + "ENDMODULE\n";
+  }
+
+  static void subtract(const Module& module, const std::string& name, UsesOfName& uses) {
+    if (const auto found = module.uses.find(name); found != module.uses.end())
+      uses[module.declared.contains(name)].add(found->second, -1);
+  }
+
+  // Twice is as often as more often.
+  static std::string statements_of(const std::string& name, const Uses& uses) {
+    std::string text;
+    if (uses.named > 0) text += "MoveJ " + name + ";\n";
+    for (int i = 0; i < std::min(uses.assigned, 2); ++i) text += name + ":=0;\n";
+    if (uses.handed > 0) text += "Incr " + name + ";\n";
+    return text;
+  }
+
+  std::vector<Module> modules_;
+  Places declaring_;  // global data
+  Places having_routine_;
+  std::map<std::string, UsesOfName> uses_;
+};
+
+}  // namespace
+
+std::unique_ptr<FolderTexts> rapid_folder(const std::vector<const ProgramText*>& modules) {
+  return std::make_unique<RapidFolder>(modules);
+}
+
+}  // namespace armtrue
