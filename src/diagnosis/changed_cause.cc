@@ -48,17 +48,6 @@ std::string describe_zero(const Cause& cause, double value, const KinematicChain
       parameter_name(chain, cause.parameter));
 }
 
-std::string describe_contact(const Cause& cause, const Eigen::VectorXd& value,
-                             const KinematicChain& chain, const ChangedPart& part) {
-  const int number = (cause.parameter - first_contact_parameter(chain)) / kParametersOfContact;
-  const Contact& contact = chain.contacts[number];
-  return fmt::format(
-      "{} {} '{}' sits {:.3g} mm and {:.3g} mrad elsewhere: was it knocked or moved? Then calibrate "
-      "the parts by themselves",
-      part.words, contact.kind == ContactKind::camera ? "camera" : "board", contact.name,
-      value.head<3>().norm() / kMillimetre, value.tail<3>().norm() / kMilliradian);
-}
-
 }  // namespace
 
 void Causes::add(Cause::Kind kind, int parameter, int count) {
@@ -72,20 +61,14 @@ Causes possible_causes(const PlainFit& fit, bool with_base) {
   const ParameterLayout layout = layout_of(robot.chain);
   const std::vector<int> own = own_parameters(robot);
   Causes causes;
-  const bool of_images = fit.readings.has_pixels_only();
-  for (int number = 0; of_images && number < std::ssize(robot.chain.contacts); ++number)
-    causes.add(Cause::Kind::contact,
-               first_contact_parameter(robot.chain) + kParametersOfContact * number,
-               kParametersPerPose);
-  if (with_base && !of_images) causes.add(Cause::Kind::base, kFirstBaseParameter, kParametersPerPose);
-  if (fit.readings.target_names.size() < 2 && !of_images)
+  if (with_base) causes.add(Cause::Kind::base, kFirstBaseParameter, kParametersPerPose);
+  if (fit.readings.target_names.size() < 2)
     causes.add(Cause::Kind::tool, layout.tool,
                fit.readings.has_orientation() ? kParametersPerPose : kPoint);
   // A zero that is not identified is one of base or tool: the likelier cause.
   for (const int parameter : fit.result.set.kept)
     if (is_zero_offset(robot.chain, parameter) && std::ranges::find(own, parameter) == own.end())
       causes.add(Cause::Kind::zero, parameter, 1);
-  if (of_images) return causes;
   causes.add(Cause::Kind::scale, layout.instrument_scale, 1);
   if (!fit.readings.has_distances()) causes.add(Cause::Kind::range, layout.instrument_range, 1);
   return causes;
@@ -106,8 +89,6 @@ std::string describe_change(const Cause& cause, const Eigen::VectorXd& value, co
           "{} the instrument reads lengths {:.2g} % {} than in the others: check its scale, its "
           "unit and its correction for the air",
           part.words, 100 * std::abs(value[0]), value[0] > 0 ? "longer" : "shorter");
-    case Cause::Kind::contact:
-      return describe_contact(cause, value, robot.chain, part);
     case Cause::Kind::range:
       break;
   }

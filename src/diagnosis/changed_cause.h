@@ -10,7 +10,7 @@ namespace armtrue {
 
 /// What may be another one in a part of the readings: consecutive parameters, tried together.
 struct Cause {
-  enum class Kind { base, tool, zero, scale, range, contact } kind;
+  enum class Kind { base, tool, zero, scale, range } kind;
   int first_column;  ///< of FitEquations::columns
   int count;
   int parameter;  ///< of the first column
@@ -25,8 +25,7 @@ struct Causes {
 
 /// The causes that a plain fit can tell: the base, if `with_base`; the tool, unless there are
 /// several targets; the zero of each joint that the fit identifies, unless each session has its
-/// own; the scale of the instrument and, of points, the constant of its range. Of images each camera
-/// and each board in place of base and tool.
+/// own; the scale of the instrument and, of points, the constant of its range.
 Causes possible_causes(const PlainFit& fit, bool with_base);
 
 /// The readings in which something is another one.

@@ -8,7 +8,6 @@
 
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
-#include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
@@ -27,8 +26,7 @@ Campaign part_of(const Campaign& campaign) {
 }  // namespace
 
 double PlainFit::poses() const {
-  const std::set poses(readings.pose.begin(), readings.pose.end());
-  return static_cast<double>(poses.size()) * (readings.has_pixels_only() ? kParametersPerPose : 1);
+  return static_cast<double>(std::set(readings.pose.begin(), readings.pose.end()).size());
 }
 
 PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign) {

@@ -17,9 +17,7 @@ struct PlainFit {
   Campaign readings;
   CalibrationResult result;
 
-  /// Number of poses that the readings are of; of images six for each, as a row is one number there
-  /// and an image shows the six of a pose.
-  double poses() const;
+  double poses() const;  ///< that the readings are of
 };
 
 /// Nothing if the readings are too few.

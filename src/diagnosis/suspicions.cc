@@ -40,8 +40,7 @@ std::optional<std::string> find_change(PlainFit fit) {
 }
 
 std::optional<std::string> find_change_of_any(const PlainFit& fit) {
-  const bool has_points = !fit.readings.has_distances() || fit.readings.has_pixels_only();
-  return has_points ? find_change(fit) : find_scale_of_anchor(fit);
+  return fit.readings.has_distances() ? find_scale_of_anchor(fit) : find_change(fit);
 }
 
 }  // namespace

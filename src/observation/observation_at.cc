@@ -123,13 +123,13 @@ ObservationModel::At::Prediction ObservationModel::At::predict(
   Pose& frame = predicted.frame;
   if (offset.size() > 0) predicted.scale += offset[layout_.instrument_scale];
   const Campaign& campaign = model_.campaign_;
-  Eigen::Vector3d place = campaign.own_point(row);
+  Eigen::Vector3d point = campaign.own_point(row);
   if (!model_.targets_.empty()) {
     const int target = model_.targets_[campaign.target[row]];
-    place = robot_.chain.targets[target].position;
-    if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
+    point = robot_.chain.targets[target].position;
+    if (offset.size() > 0) point += offset.segment<3>(layout_.targets + 3 * target);
   }
-  predicted.lever = frame.rotation * place;
+  predicted.lever = frame.rotation * point;
   frame.translation += predicted.lever;
   predicted.position = frame.translation - model_.common_from_own_.translation;
   const ReadingKind kind = campaign.kind(row);
