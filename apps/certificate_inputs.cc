@@ -72,7 +72,7 @@ void add_certificate_options(Command& command, CertificateArguments& arguments) 
   path.needs(pass);
   command
       .flag("--fit-frame", arguments.fit_frame,
-            "The instrument's frame is not that of the path: fit it to each pass")
+            "The instrument's frame is not that of the path: fit it, one for all passes")
       .needs(path);
   command.add_output("--page", arguments.page, "Write a page to print and to sign (HTML) here");
   command.file("--against", arguments.against,

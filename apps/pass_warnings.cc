@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
@@ -120,6 +121,20 @@ void warn_of_unlike(Command& command, const PathFile& programmed,
       passes[unlike->pass].source, unlike->apart / kMillimetre, unlike->mean / kMillimetre));
 }
 
+// A frame that is fitted to the path takes up what of the deviation looks like a motion of it.
+void warn_of_uncertain_frame(Command& command, const PathFile& pass, const MirrorResult& result) {
+  const double rms = result.frame.rms();
+  const bool is_most =
+      std::numbers::pi / 4 * result.frame.mean_square > 0.5 * std::pow(result.expected_after, 2);
+  constexpr double kNothing = 0.01e-3;  // [m]: no arm is corrected so finely
+  if (!is_most || rms < kNothing) return;
+  command.warn(fmt::format(
+      "{}: the frame that --fit-frame fits takes up a part of the deviation: across the path it is "
+      "uncertain by {:.3g} mm (rms), most of the {:.3g} mm that are expected after the correction; "
+      "measure the frame of the instrument, and leave --fit-frame out",
+      pass.source, rms / kMillimetre, result.expected_after / kMillimetre));
+}
+
 // A mirrored axis turns the frame of a straight path by half a turn, and that of a flat path over,
 // and fits.
 void check_frame(Command& command, const PathFile& programmed, const std::vector<PathFile>& passes,
@@ -230,7 +245,10 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
     warn_of_record(command, programmed, passes[p], result.passes[p], options.clock);
   warn_of_steps(command, passes, result);
   warn_of_unlike(command, programmed, passes, result);
-  if (options.clock.fit_frame) check_frame(command, programmed, passes, result);
+  if (options.clock.fit_frame) {
+    check_frame(command, programmed, passes, result);
+    warn_of_uncertain_frame(command, passes.front(), result);
+  }
   if (deviates_against_force(programmed.path, result, options))
     command.warn(
         passes.front().source +

@@ -98,8 +98,9 @@ void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
   if (path.rt && !path.rt_ci95) notes.emplace_back("Two passes do not show how uncertain RT is.");
   if (path.frame_is_fitted)
     notes.emplace_back(
-        "The frame of the instrument was fitted to each pass of the path; AT contains no error of "
-        "it.");
+        "The frame of the instrument was fitted to the passes of the path, one for all; AT "
+        "contains "
+        "no error of it, RT all that differs from pass to pass.");
   if (path.at < certificate.path_budget->expanded)
     notes.push_back(
         "AT is smaller than its uncertainty: errors of the measurement make it larger.");

@@ -9,8 +9,9 @@ namespace armtrue {
 PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
                          const ClockOptions& clock) {
   std::vector<Path> registered_passes;
-  for (const Path& pass : passes)
-    registered_passes.push_back(registered(pass, fit_clock(commanded, pass, clock)));
+  const std::vector<ClockFit> clocks = fit_clocks(commanded, passes, clock);
+  for (size_t p = 0; p < passes.size(); ++p)
+    registered_passes.push_back(registered(passes[p], clocks[p]));
   const PathAccuracy found = pass_accuracy(commanded, registered_passes).path;
   const auto n = static_cast<int>(passes.size());
   PathFigures figures;

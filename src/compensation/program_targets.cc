@@ -99,18 +99,21 @@ JointVector external_axes(const RobotProgram& program, const ProgramTarget& targ
 // External axes that the robot file does not have, and that move.
 void warn_of_other_axes(const RobotProgram& program, const ProgramJoints& joints,
                         std::vector<std::string>& warnings) {
-  std::vector<double> first(joints.external.size(), std::numeric_limits<double>::quiet_NaN());
-  for (const ProgramTarget& target : program.targets)
-    for (size_t i = 0; i < target.external.size(); ++i) {
-      if (joints.external[i].joint >= 0 || std::isnan(target.external[i])) continue;
-      if (std::isnan(first[i])) first[i] = target.external[i];
-      if (first[i] == target.external[i]) continue;
+  std::map<std::string, double> first;
+  for (const ProgramTarget& target : program.targets) {
+    std::map<std::string, double> stated = target.other_axes;
+    for (size_t i = 0; i < target.external.size(); ++i)
+      if (joints.external[i].joint < 0 && !std::isnan(target.external[i]))
+        stated[fmt::format("E{}", i + 1)] = target.external[i];
+    for (const auto& [name, value] : stated) {
+      if (first.try_emplace(name, value).first->second == value) continue;
       warnings.push_back(fmt::format(
-          "{}:{}: E{} moves, and the robot file does not have it; if it moves the robot or the "
+          "{}:{}: {} moves, and the robot file does not have it; if it moves the robot or the "
           "part, --base and the frames hold for one place of it only",
-          program.texts[0].name, target.line, i + 1));
+          program.texts[0].name, target.line, name));
       return;
     }
+  }
 }
 
 }  // namespace

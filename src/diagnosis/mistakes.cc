@@ -6,8 +6,10 @@
 #include <map>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "armtrue/campaign/scattered_poses.h"
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/diagnosis/diagnosis.h"
@@ -47,6 +49,8 @@ Findings find_mistakes(const Robot& robot, const Campaign& campaign) {
     return {{mistakes.front()}, {}};
   Findings found = find_suspicions(robot, campaign);
   if (!found.errors.empty()) return {{found.errors.front()}, {}};
+  if (std::string apart = scattered_poses(campaign); !apart.empty())
+    found.warnings.push_back(std::move(apart));
   return found;
 }
 

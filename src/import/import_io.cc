@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "armtrue/campaign/scattered_poses.h"
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -187,6 +188,8 @@ ImportedReadings built(const TableReader& points, const TableReader& joints,
   result.campaign = CampaignBuilder(points, joints, matches).build();
   result.joints = joints.joint_names();
   result.warnings = matches.warnings;
+  if (const std::string apart = scattered_poses(result.campaign); !apart.empty())
+    result.warnings.push_back(points.table().file + ": " + apart);
   if (result.campaign.skipped_rows > 0)
     result.warnings.push_back(fmt::format("{}: {} rows without a measured point are left out",
                                           points.table().file, result.campaign.skipped_rows));

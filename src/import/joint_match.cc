@@ -15,7 +15,8 @@
 namespace armtrue {
 namespace {
 
-constexpr double kStandsStill = 0.01 * kDegree;  // between two samples
+constexpr double kStandsStill = 0.01 * kDegree;  // or m: from sample to sample,
+constexpr double kStillFor = 0.02;               // [s]: and in this time where samples are closer
 constexpr double kRounding = 1e-6;               // [s] of a difference of times, even of UNIX times
 
 std::set<std::string> ids_of(const TableReader& reader) {
@@ -252,14 +253,29 @@ class TimeJoin {
 
   bool near(int a, int b) const {
     const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
-    return joint_s_[k] - joint_s_[i] <= options_.max_gap_s + kRounding &&
-           (q_[k] - q_[i]).cwiseAbs().maxCoeff() <= kStandsStill;
+    return (q_[k] - q_[i]).cwiseAbs().maxCoeff() <= kStandsStill;
+  }
+  double seconds(int a, int b) const {
+    return std::abs(joint_s_[static_cast<size_t>(b)] - joint_s_[static_cast<size_t>(a)]);
+  }
+  bool is_gap(int a, int b) const { return seconds(a, b) > options_.max_gap_s + kRounding; }
+
+  // From a sample to the next one in a direction, and on until kStillFor is over: at a high rate
+  // any motion is small from sample to sample.
+  bool stands_still_beside(int sample, int direction) const {
+    const int count = static_cast<int>(q_.size());
+    const int next = sample + direction;
+    if (next >= 0 && next < count && is_gap(sample, next)) return false;
+    for (int k = next; k >= 0 && k < count; k += direction) {
+      if (!near(sample, k)) return false;
+      if (seconds(sample, k) >= kStillFor - kRounding) break;
+    }
+    return true;
   }
 
-  // Between samples a and b, and to the sample before and after them.
+  // Between samples a and b, before and after them.
   bool stands_still(int a, int b) const {
-    const int last = static_cast<int>(q_.size()) - 1;
-    return near(a, b) && (a == 0 || near(a - 1, a)) && (b == last || near(b, b + 1));
+    return near(a, b) && !is_gap(a, b) && stands_still_beside(a, -1) && stands_still_beside(b, 1);
   }
 
   JointVector between(int a, int b, double t) const {

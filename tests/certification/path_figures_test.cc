@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <random>
+#include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "armtrue/certification/budget.h"
@@ -44,6 +48,72 @@ TEST(PathFigures, OfThreePassesAreThoseOfTheStandardsFormulas) {
   EXPECT_EQ(figures.planes, 151);
   EXPECT_FALSE(path_figures(line(), {moved(line(), 0.3, 0.4)}, clock).rt);
   EXPECT_NEAR(path_figures(line(), {moved(line(), 0.3, 0.4)}, clock).at, 0.5e-3, 1e-12);
+}
+
+// A closed path in space of 12 s, between standstills.
+Path contour() {
+  constexpr int kSamples = 900, kStand = 75;
+  Path path;
+  path.time.setLinSpaced(kSamples, 0, 0.016 * (kSamples - 1));
+  path.position.resize(3, kSamples);
+  for (int i = 0; i < kSamples; ++i) {
+    const double u = std::clamp((i - kStand) / (kSamples - 1.0 - 2 * kStand), 0.0, 1.0);
+    const double a = 2 * std::numbers::pi * u - std::sin(2 * std::numbers::pi * u);
+    path.position.col(i) =
+        Eigen::Vector3d(0.06 * std::cos(a), 0.045 * std::sin(a), 0.015 * std::sin(2 * a));
+  }
+  return path;
+}
+
+// The mean of l and three standard deviations of it where passes are `apart` across a direction.
+double repeatability_across(const Eigen::Vector3d& along,
+                            const std::vector<Eigen::Vector3d>& apart) {
+  const auto n = static_cast<double>(apart.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& one : apart) mean += one / n;
+  double sum = 0, squares = 0;
+  for (const Eigen::Vector3d& one : apart) {
+    const double l = (one - mean).cross(along).norm();
+    sum += l;
+    squares += l * l;
+  }
+  return sum / n + 3 * std::sqrt((squares - sum * sum / n) / (n - 1));
+}
+
+// One instrument records all passes, so what displaces a pass as a whole is the arm's, not a move
+// of the instrument.
+TEST(PathFigures, AFittedFrameTakesNothingFromTheRepeatability) {
+  const std::vector<Eigen::Vector3d> apart{{0.06e-3, -0.02e-3, 0.05e-3},
+                                           {-0.04e-3, 0.07e-3, -0.03e-3},
+                                           {0.01e-3, -0.06e-3, -0.06e-3},
+                                           {-0.05e-3, 0.01e-3, 0.02e-3}};
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.003e-3);
+  std::vector<Path> passes;
+  for (const Eigen::Vector3d& displaced : apart) {
+    Path pass = contour();
+    pass.time.array() += 0.7 + 0.1 * static_cast<double>(passes.size());
+    pass.position = turn * (pass.position.colwise() + displaced);
+    pass.position.colwise() += Eigen::Vector3d(1, -0.5, 0.2);
+    for (double& value : pass.position.reshaped()) value += noise(random);
+    passes.push_back(std::move(pass));
+  }
+  double largest = 0;
+  const Path path = contour();
+  for (int i = 1; i + 1 < path.samples(); ++i) {
+    const Eigen::Vector3d along = path.position.col(i + 1) - path.position.col(i - 1);
+    if (along.norm() > 1e-6)
+      largest = std::max(largest, repeatability_across(along.normalized(), apart));
+  }
+  ClockOptions clock;
+  clock.fit_frame = true;
+  const PathFigures figures = path_figures(path, passes, clock);
+  EXPECT_NEAR(*figures.rt, largest, 0.1 * largest);
+  EXPECT_LT(figures.at, 0.02e-3);
+  passes[2].position.row(0).array() += 5e-3;
+  EXPECT_THROW(path_figures(path, passes, clock), std::invalid_argument);
 }
 
 TEST(PathFigures, PassesOverAPartOfThePathAreNotWhole) {

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "armtrue/import/import_io.h"
 #include "armtrue/io/campaign_io.h"
@@ -426,6 +428,24 @@ TEST(ImportJoin, ByTimePointsTakeTheJointsOfTheirStop) {
   EXPECT_THAT(readings.mapping, HasSubstr("4 of 6 points"));
   ASSERT_EQ(readings.warnings.size(), 3u);
   EXPECT_THAT(readings.warnings[1], HasSubstr("the first in line 4"));
+}
+
+// A joint stands for 2 s, turns by 1 deg/s for 4 s and stands again: whatever the rate of the log,
+// only points at rest are taken.
+TEST(ImportJoin, ByTimeASlowMotionIsNoStandstillAtAnyRate) {
+  ImportOptions options = kMmDeg;
+  options.join = "time";
+  std::string points = "t_s,X,Y,Z\n";
+  for (int k = 1; k < 80; ++k)
+    points += std::to_string(0.1 * k + 0.005) + "," + std::to_string(k) + ",0,0\n";
+  for (const int rate : {50, 125, 500, 2000}) {
+    std::string log = "t_s,A1,A2,A3,A4,A5,A6\n";
+    for (int k = 0; k <= 8 * rate; ++k) {
+      const double t = static_cast<double>(k) / rate;
+      log += std::to_string(t) + "," + std::to_string(std::clamp(t - 2, 0.0, 4.0)) + ",0,0,0,0,0\n";
+    }
+    EXPECT_EQ(import_two(points, log, options).campaign.rows(), 19 + 19) << rate;
+  }
 }
 
 TEST(ImportJoin, ByTimeBothClocksAreOfOneForm) {

@@ -4,12 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <optional>
 #include <random>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/path/mirror/findings.h"
 #include "plant_pass.h"
 
 namespace armtrue::mirror_test {
@@ -96,6 +103,119 @@ TEST(Mirror, SeveralPassesShowTheSpreadAndForecastIt) {
   }
   EXPECT_NEAR(spread, 0.06e-3, 0.015e-3);
   EXPECT_NEAR(expected, after, 0.2 * after);
+}
+
+// A deviation of three axes that forgets itself in `memory` [s], standard deviation `sigma` [m].
+Eigen::Matrix3Xd wandering(const Eigen::VectorXd& time, double sigma, double memory,
+                           std::mt19937& random) {
+  std::normal_distribution<double> unit;
+  Eigen::Matrix3Xd values(3, time.size());
+  for (Eigen::Index i = 0; i < time.size(); ++i) {
+    const double kept = i == 0 ? 0 : std::exp((time[i - 1] - time[i]) / memory);
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      values(axis, i) = (i == 0 ? 0 : kept * values(axis, i - 1)) +
+                        sigma * std::sqrt(1 - kept * kept) * unit(random);
+  }
+  return values;
+}
+
+// A closed path in space of 20 s, between standstills.
+Path contour() {
+  constexpr Eigen::Index kSamples = 720, kStand = 50;
+  Path path;
+  path.time.setLinSpaced(kSamples, 0, 0.032 * (kSamples - 1));
+  path.position.resize(3, kSamples);
+  for (Eigen::Index i = 0; i < kSamples; ++i) {
+    const double u =
+        std::clamp(static_cast<double>(i - kStand) / (kSamples - 2 * kStand), 0.0, 1.0);
+    const double a = 2 * std::numbers::pi * u - 0.5 * std::sin(2 * std::numbers::pi * u);
+    path.position.col(i) =
+        Eigen::Vector3d(0.12 * std::cos(a), 0.09 * std::sin(a), 0.03 * std::sin(2 * a));
+  }
+  return path;
+}
+
+// Mean and mean square of the distance across the path, where it moves.
+std::array<double, 2> across(const Path& path, const Eigen::Matrix3Xd& off) {
+  double sum = 0, squares = 0, count = 0;
+  for (Eigen::Index i = 1; i + 1 < path.samples(); ++i) {
+    const Eigen::Vector3d along = path.position.col(i + 1) - path.position.col(i - 1);
+    if (along.norm() < 1e-6) continue;
+    const double distance = off.col(i).cross(along.normalized()).norm();
+    sum += distance;
+    squares += distance * distance;
+    count += 1;
+  }
+  return {sum / count, squares / count};
+}
+
+// Whatever share of the mean deviation is corrected, the next pass differs as these do.
+TEST(Mirror, TheNextOfSeveralPassesHasTheWholeSpread) {
+  constexpr int kCells = 5;
+  const Path programmed = contour();
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0, 0.02e-3);
+  for (const auto& [systematic, spread, count] : {std::tuple(0.0, 0.05e-3, 2),
+                                                  {0.02e-3, 0.05e-3, 5},
+                                                  {0.2e-3, 0.02e-3, 3},
+                                                  {0.1e-3, 0.1e-3, 6}}) {
+    double expected = 0, after = 0;
+    for (int k = 0; k < kCells; ++k) {
+      Eigen::Matrix3Xd arm(3, programmed.samples());
+      for (Eigen::Index i = 0; i < programmed.samples(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+          arm(axis, i) = systematic * std::sin(0.9 * programmed.time[i] + 2.0 * axis + k);
+      std::vector<Path> passes;
+      for (int p = 0; p < count; ++p) {
+        Path pass = programmed;
+        pass.position += arm + wandering(programmed.time, spread, 1.5, random);
+        for (double& value : pass.position.reshaped()) value += noise(random);
+        passes.push_back(std::move(pass));
+      }
+      const MirrorResult result = mirror_correct(programmed, passes, {});
+      expected += result.expected_after / kCells;
+      after += across(programmed, result.correction + arm +
+                                      wandering(programmed.time, spread, 1.5, random))[0] /
+               kCells;
+    }
+    std::printf("%d passes, systematic %.2f, spread %.2f mm: forecast over next pass %.3f\n", count,
+                1e3 * systematic, 1e3 * spread, expected / after);
+    EXPECT_NEAR(expected / after, 1, 0.1);
+  }
+}
+
+// A fitted frame takes up a part of the deviation; the forecast and the interval of the form know.
+TEST(Mirror, TheUncertaintyOfAFittedFrameIsForecast) {
+  constexpr int kCells = 8;
+  const Path programmed = contour();
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.02e-3);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 1).normalized()).toRotationMatrix();
+  MirrorOptions options;
+  options.clock.fit_frame = true;
+  double expected = 0, after = 0;
+  int held = 0;
+  for (int k = 0; k < kCells; ++k) {
+    const Eigen::Matrix3Xd arm = wandering(programmed.time, 0.2e-3, 3, random);
+    Path pass = programmed;
+    pass.position += arm;
+    pass.position = (turn * pass.position).eval();
+    pass.position.colwise() += Eigen::Vector3d(1, -0.5, 0.2);
+    for (double& value : pass.position.reshaped()) value += noise(random);
+    MirrorFindings findings;
+    findings.options = options;
+    findings.result = mirror_correct(programmed, {pass}, options);
+    describe_passes(findings, programmed, {pass}, {}, std::nullopt);
+    expected += std::pow(findings.result.expected_after, 2) / kCells;
+    after += std::pow(across(programmed, findings.result.correction + arm)[0], 2) / kCells;
+    const double form = std::sqrt(across(programmed, arm)[1]);
+    held += findings.form.ci95[0] <= form && form <= findings.form.ci95[1];
+  }
+  std::printf("with a fitted frame: forecast over next pass %.3f, form in %d of %d intervals\n",
+              std::sqrt(expected / after), held, kCells);
+  EXPECT_NEAR(std::sqrt(expected / after), 1, 0.3);
+  EXPECT_GE(held, 6);
 }
 
 // What is exact comes back exactly: a step at a corner is not rounded, a reversal not smeared.

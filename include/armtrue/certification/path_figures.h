@@ -38,8 +38,8 @@ struct PathFigures {
 };
 
 /// `passes`: as the instrument recorded them. The clock of each is fitted, and the frame of the
-/// instrument too if `clock` asks for it. Throws std::invalid_argument as fit_clock() and
-/// path_accuracy() do.
+/// instrument, one for all passes, if `clock` asks for it. Throws std::invalid_argument as
+/// fit_clocks() and path_accuracy() do.
 PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
                          const ClockOptions& clock);
 

@@ -10,8 +10,8 @@
 namespace armtrue {
 
 /// All that tells of a mistake before readings are used: check_travel(), diagnose(),
-/// find_suspicions(). The first error ends the check, because it makes the others: errors has one
-/// sentence at most. The diagnosis calibrates the robot.
+/// find_suspicions(), scattered_poses(). The first error ends the check, because it makes the
+/// others: errors has one sentence at most. The diagnosis calibrates the robot.
 Findings find_mistakes(const Robot& robot, const Campaign& campaign);
 
 /// Why a mean position error of a calibrated arm [m] cannot be an error of an arm; empty if it can.

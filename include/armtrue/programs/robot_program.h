@@ -126,6 +126,9 @@ struct ProgramTarget {
   Pose before, behind;
   bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
   std::vector<double> external;  ///< E1 to E6, as written; NaN: not known; or none
+  /// Axes beside the arm that a correction of this dialect cannot change, such as eax_a, as
+  /// written.
+  std::map<std::string, double> other_axes;
   /// Of joints: encoder angles of the model [rad].
   JointVector q = JointVector::Zero(kProgramAxes);
   std::optional<JointVector> near;  ///< angles near the solution that the program states [rad]

@@ -180,6 +180,7 @@ Document write_mirror(const MirrorFindings& findings, const Provenance& provenan
   if (result.uncorrected) root["uncorrected_mean_mm"] = millimetres(*result.uncorrected);
   root["expected_after_mean_mm"] = millimetres(result.expected_after);
   root["expected_after_if"] = result.expected_if();
+  if (options.clock.fit_frame) root["frame_uncertain_mm"] = millimetres(result.frame.rms());
   YAML::Node breaks(YAML::NodeType::Sequence);
   for (const Eigen::Index b : deviation.breaks)
     breaks.push_back(number_in_form("{:.3f}", deviation.time[b]));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "armtrue/path/low_pass.h"
+#include "path/mirror/frame_error.h"
 #include "path/mirror/mean_deviation.h"
 
 namespace armtrue {
@@ -34,15 +35,17 @@ void describe_passes(MirrorFindings& findings, const Path& programmed,
     good.push_back(without(passes[p], findings.result.passes[p].bad));
   const std::vector<Path> in_time = all_registered(good, findings.result.passes);
   findings.accuracy = pass_accuracy(programmed, in_time);
-  findings.form = form_error(programmed, in_time);
+  findings.form = with_frame(form_error(programmed, in_time), findings.result.frame);
   if (!earlier.empty()) {
     std::vector<Pass> clocks(earlier.size());
-    for (size_t p = 0; p < earlier.size(); ++p)
-      clocks[p].clock = fit_clock(programmed, earlier[p], findings.options.clock);
+    const std::vector<ClockFit> fits = fit_clocks(programmed, earlier, findings.options.clock);
+    for (size_t p = 0; p < earlier.size(); ++p) clocks[p].clock = fits[p];
     const std::vector<Path> earlier_in_time = all_registered(earlier, clocks);
     findings.before = pass_accuracy(programmed, earlier_in_time);
-    findings.form_before = form_error(programmed, earlier_in_time);
     findings.deviation_before = mean_deviation(programmed, earlier, clocks);
+    findings.form_before =
+        with_frame(form_error(programmed, earlier_in_time),
+                   frame_error(programmed, *findings.deviation_before, fits.front()));
   }
   const PathDeviation& deviation = findings.result.deviation;
   findings.force =

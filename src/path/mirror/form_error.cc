@@ -165,6 +165,16 @@ FormError form_error(const Path& programmed, const std::vector<Path>& passes) {
   return spectrum.form();
 }
 
+FormError with_frame(const FormError& form, const FrameError& frame) {
+  if (frame.mean_square == 0) return form;
+  const double square = form.rms * form.rms, of_frame = 1.96 * frame.form_deviation;
+  const double below = std::hypot(square - form.ci95[0] * form.ci95[0], of_frame);
+  const double above = std::hypot(form.ci95[1] * form.ci95[1] - square, of_frame);
+  return {
+      form.rms,
+      {std::sqrt(std::max(0.0, square - below)), std::sqrt(square + frame.mean_square + above)}};
+}
+
 std::optional<FormReduction> form_reduction(const FormError& before, const FormError& after) {
   if (before.rms == 0) return std::nullopt;
   const double ratio = after.rms / before.rms;

@@ -189,6 +189,12 @@ std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& rec
     } catch (const std::invalid_argument& error) {
       throw UnusablePass(p, error.what());
     }
+  if (options.fit_frame) {
+    std::vector<ClockFit> clocks;
+    for (const Pass& pass : passes) clocks.push_back(pass.clock);
+    share_frame(programmed, records, clocks);
+    for (size_t p = 0; p < passes.size(); ++p) passes[p].clock = clocks[p];
+  }
   return passes;
 }
 

@@ -9,9 +9,9 @@ namespace armtrue {
 /// The sample nearest in time, at `from` or after it.
 Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from);
 
-/// Registers the records, each by itself, and removes their bad samples: first those that could
-/// mislead the clock, then those that only the deviations show. Throws TooManyBadSamples, and
-/// UnusablePass where fit_clock() throws.
+/// Registers the records, each by itself but for a fitted frame, which they share, and removes
+/// their bad samples: first those that could mislead the clock, then those that only the deviations
+/// show. Throws TooManyBadSamples, and UnusablePass where fit_clock() throws.
 std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& records,
                                   const ClockOptions& options);
 

@@ -11,6 +11,7 @@
 #include "armtrue/statistics/intervals.h"
 #include "path/mirror/breaks.h"
 #include "path/mirror/corners.h"
+#include "path/mirror/frame_error.h"
 #include "path/mirror/mean_deviation.h"
 #include "path/mirror/straightening.h"
 #include "path/mirror/trend.h"
@@ -80,20 +81,23 @@ ErrorSummary lengths_in_motion(const Eigen::Matrix3Xd& vectors, const Eigen::Vec
   return summarize(std::move(lengths));
 }
 
-// Mean square of the smoothed difference of a pass from the mean of the passes, without its noise.
+// Mean square of the difference of a pass from the mean of the passes, without its noise.
 struct PassToPass {
-  double square = 0;
+  double square = 0;  // smoothed
+  double whole =
+      0;  // with what changes faster than the smoothed one, if it stands out of the noise
   std::array<double, 2> ci95{0, 0};
 };
 
 PassToPass pass_to_pass(const Path& programmed, const std::vector<Path>& measured,
                            const std::vector<Pass>& passes, const PathDeviation& mean,
                            const Smoother& low_pass) {
-  double square = 0;
+  double square = 0, whole = 0;
   for (size_t p = 0; p < measured.size(); ++p) {
     const Eigen::Matrix3Xd own =
         deviation_of_pass(programmed, measured, passes, p).normal - mean.normal;
     square += smooth(own, mean.breaks, low_pass).colwise().squaredNorm().mean();
+    whole += own.colwise().squaredNorm().mean();
   }
   const auto count = static_cast<double>(measured.size());
   const double noise = 2 * mean.noise * mean.noise * count * low_pass.noise_share;
@@ -106,7 +110,22 @@ PassToPass pass_to_pass(const Path& programmed, const std::vector<Path>& measure
     return std::sqrt((4 * truth + 2 * noise) * noise / freedom +
                      noise * noise * kNoiseVariance / samples);
   };
-  return {std::max(0.0, value), not_negative_ci95(value, deviation)};
+  const double of_samples = noise / low_pass.noise_share;
+  const double with_fast = whole / (count - 1) - of_samples;
+  const bool stands_out = with_fast - value > 2 * of_samples * std::sqrt(kNoiseVariance / samples);
+  return {std::max(0.0, value), std::max(0.0, stands_out ? with_fast : value),
+          not_negative_ci95(value, deviation)};
+}
+
+// MirrorResult::expected_after. What stays of the trend holds what the passes have for themselves
+// and left in their mean.
+double expected_distance(double stays, const MirrorResult& result, double missed, double between) {
+  const auto passes = static_cast<double>(result.passes.size());
+  const double of_mean = std::pow(1 - result.gain, 2) * between / passes;
+  const double square = kMeanOfRms * kMeanOfRms;
+  return std::sqrt(std::max(0.0, stays * stays - square * of_mean) +
+                   square *
+                       (std::pow(result.gain, 2) * missed + between + result.frame.mean_square));
 }
 
 // Samples of the program that follow each other.
@@ -204,6 +223,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   deviation = mean_deviation(programmed, measured, result.passes);
   deviation.noise = white_noise(deviation.normal);
   find_breaks(programmed, deviation);
+  result.frame = frame_error(programmed, deviation, result.passes.front().clock);
 
   result.cutoff = choose_cutoff(deviation, options);
   const Smoother low_pass = smoother(options, result.cutoff, 1 / deviation.period);
@@ -211,12 +231,14 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   const std::vector<Eigen::Index> points =
       straighten(deviation, options.points, deviation.noise * std::sqrt(low_pass.noise_share));
   double missed = expected_square(deviation, options.points, points.size(), low_pass.noise_share);
+  double between = 0;  // mean square of what a pass has for itself; no correction takes it off
   if (measured.size() > 1) {
     const PassToPass differ =
         pass_to_pass(programmed, measured, result.passes, deviation, low_pass);
     deviation.spread = std::sqrt(differ.square / 2);
     for (size_t k = 0; k < 2; ++k) deviation.spread_ci95[k] = std::sqrt(differ.ci95[k] / 2);
-    missed += differ.square * (1 + 1 / static_cast<double>(measured.size()));  // in the next pass
+    between = differ.whole;
+    missed += differ.square / static_cast<double>(measured.size());
   }
 
   const std::vector<Corner> corners = find_corners(programmed);
@@ -248,7 +270,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   const double stays =
       lengths_in_motion(without_along(programmed, corners, trend + result.correction - run), moves)
           .mean;
-  result.expected_after = std::sqrt(stays * stays + std::pow(kMeanOfRms * result.gain, 2) * missed);
+  result.expected_after = expected_distance(stays, result, missed, between);
   return result;
 }
 

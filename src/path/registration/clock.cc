@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "armtrue/kinematics/units.h"
 #include "linear_algebra/decompositions.h"
@@ -130,6 +131,30 @@ void check_overlap(const Path& programmed, const Path& measured, const ClockFit&
         formatted("%.6g", duration) + " s of the program; take the record of this pass");
 }
 
+// The record where a frame has it.
+Path placed(const Path& record, const Pose& program_from_instrument) {
+  Path path = record;
+  path.position = (program_from_instrument.rotation * record.position).colwise() +
+                  program_from_instrument.translation;
+  return path;
+}
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// The small motion from one frame to another: displacement of the pivot and rotation.
+Vector6d motion_between(const Pose& from, const Pose& to, const Eigen::Vector3d& pivot) {
+  const Pose motion = to * inverse(from);
+  Vector6d result;
+  result << motion * pivot - pivot, rotation_log(motion.rotation);
+  return result;
+}
+
+Pose moved(const Pose& frame, const Vector6d& motion, const Eigen::Vector3d& pivot) {
+  const Eigen::Matrix3d turn = rotation_exp(motion.tail<3>());
+  return Pose{turn, pivot + motion.head<3>() - turn * pivot} * frame;
+}
+
 }  // namespace
 
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options) {
@@ -167,6 +192,62 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   return fit;
 }
 
+std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
+                                 const ClockOptions& options) {
+  std::vector<ClockFit> clocks;
+  for (const Path& pass : passes) clocks.push_back(fit_clock(programmed, pass, options));
+  if (options.fit_frame) share_frame(programmed, passes, clocks);
+  return clocks;
+}
+
+void share_frame(const Path& programmed, const std::vector<Path>& passes,
+                 std::vector<ClockFit>& clocks) {
+  constexpr double kMaxApart = 2e-3;  // [m]: no arm repeats worse
+  if (passes.size() < 2) return;
+  const Pose start = clocks[0].program_from_instrument;
+  const Eigen::Vector3d pivot = clocks[0].frame_pivot;
+  Vector6d weighted = Vector6d::Zero();
+  Matrix6d information = Matrix6d::Zero();
+  for (size_t p = 0; p < passes.size(); ++p) {
+    // From one frame: a turn that a path does not show, such as about a line, is then the same.
+    clocks[p].program_from_instrument = start;
+    clocks[p] = refine_clock(programmed, passes[p], clocks[p], true);
+    Matrix6d to_pivot = Matrix6d::Identity();
+    to_pivot.topRows<3>() = clocks[p].by_frame(pivot);
+    const Matrix6d own = (to_pivot * clocks[p].frame_covariance * to_pivot.transpose()).inverse();
+    information += own;
+    weighted += own * motion_between(start, clocks[p].program_from_instrument, pivot);
+  }
+  const Eigen::LDLT<Matrix6d> solver(information);
+  const Pose common = moved(start, solver.solve(weighted), pivot);
+  const Matrix6d covariance =
+      static_cast<double>(passes.size()) * solver.solve(Matrix6d::Identity());
+  for (size_t p = 0; p < passes.size(); ++p) {
+    const Path here = placed(passes[p], common);
+    const Eigen::Matrix3Xd off =
+        here.position - placed(passes[p], clocks[p].program_from_instrument).position;
+    const double apart = std::sqrt(off.colwise().squaredNorm().mean());
+    if (!(apart <= kMaxApart))
+      throw std::invalid_argument(
+          "in the frame that all passes have in common, pass " + std::to_string(p + 1) + " of " +
+          std::to_string(passes.size()) + " lies " + formatted("%.3g", apart / kMillimetre) +
+          " mm (rms) from where its own frame has it: was the instrument moved between the "
+          "passes? Give the passes of one set-up of the instrument");
+    ClockFit own = clocks[p];
+    own.program_from_instrument = Pose{};
+    clocks[p] = refine_clock(programmed, here, own, false);
+    clocks[p].program_from_instrument = common;
+    clocks[p].frame_covariance = covariance;
+    clocks[p].frame_pivot = pivot;
+  }
+}
+
+Eigen::Matrix<double, 3, 6> ClockFit::by_frame(const Eigen::Vector3d& point) const {
+  Eigen::Matrix<double, 3, 6> result;
+  result << Eigen::Matrix3d::Identity(), -cross_matrix(point - frame_pivot);
+  return result;
+}
+
 std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
                                              const Eigen::Matrix2d& covariance) {
   const Eigen::Matrix2d root =
@@ -180,10 +261,8 @@ std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen
 }
 
 Path registered(const Path& measured, const ClockFit& clock) {
-  Path path = measured;
+  Path path = placed(measured, clock.program_from_instrument);
   path.time = (measured.time.array() - clock.offset) / (1 + clock.rate);
-  path.position = (clock.program_from_instrument.rotation * measured.position).colwise() +
-                  clock.program_from_instrument.translation;
   return path;
 }
 

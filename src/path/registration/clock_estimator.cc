@@ -241,6 +241,8 @@ class ClockEstimator {
     const Eigen::Vector3d pivot = frame.rotation * centre_;
     frame.translation += change.segment<3>(4) + pivot - turn * pivot;
     frame.rotation = turn * frame.rotation;
+    fit.frame_pivot = frame * centre_;
+    fit.frame_covariance = covariance.block<6, 6>(4, 4);
   }
 
   const Path& programmed_;

@@ -425,9 +425,8 @@ int RapidData::add_point(const ListItem& list, TargetKind kind, const std::strin
   if (kind == TargetKind::joints) {
     if (parts.size() != 2 || !parts[0].numbers(6)) return -1;
     add(point.numbers, parts[0]);
-    constexpr double kNoAxis = 1e8;  // 9E9
     for (const ProgramNumber& number : point.numbers)
-      if (!(std::abs(number.value) < kNoAxis)) return -1;
+      if (!is_rapid_axis(number.value)) return -1;
   } else {
     if (parts.size() != 4 || !parts[0].numbers(3) || !parts[2].numbers(4)) return -1;
     if (!is_rapid_quaternion(parts[1])) return -1;

@@ -233,7 +233,19 @@ class RapidReader : MoveReader {
       target.configuration = configuration_of(program_.points[index]);
       target.configuration.continues = is_auxiliary;
     }
+    target.other_axes = other_axes_of(index);
     add_target_at(std::move(target), index);
+  }
+
+  // eax_a to eax_f that are in use.
+  std::map<std::string, double> other_axes_of(int index) const {
+    std::map<std::string, double> axes;
+    const auto external = data_.external().find(index);
+    if (external == data_.external().end()) return axes;
+    for (size_t i = 0; i < external->second.size(); ++i)
+      if (is_rapid_axis(external->second[i]))
+        axes[std::string("eax_") + static_cast<char>('a' + i)] = external->second[i];
+    return axes;
   }
 
   // Without ConfJ or ConfL the controller does not read confdata. Where that is not certain, they

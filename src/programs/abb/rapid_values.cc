@@ -36,6 +36,11 @@ bool is_rapid_quaternion(const ListItem& list) {
   return std::abs(square - 1) < kUnit;
 }
 
+bool is_rapid_axis(double value) {
+  constexpr double kNoAxis = 1e8;
+  return std::abs(value) < kNoAxis;
+}
+
 std::optional<Pose> rapid_pose(const ListItem& list) {
   if (list.kind != ListItem::Kind::list || list.items.size() != 2) return std::nullopt;
   const auto position = list.items[0].numbers(3);

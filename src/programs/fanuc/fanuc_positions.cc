@@ -58,7 +58,7 @@ class FanucPositionReader {
       } else if (group == "GP1") {
         read_entry(name, cursor, position);
       } else if (cursor.take('=')) {
-        if (const auto value = cursor.take_number()) position.others[group + name] = *value;
+        if (const auto value = cursor.take_number()) position.others[group + " " + name] = *value;
       }
     }
   }

@@ -429,9 +429,13 @@ class FanucReader : MoveReader {
 
   ProgramTarget& add_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
     const FanucPosition& position = positions_[of_move.id];
-    return add(of_move, line, is_auxiliary, position.point, position.configuration,
-               frame_number(position, false, of_move.begin),
-               frame_number(position, true, of_move.begin));
+    ProgramTarget& target = add(of_move, line, is_auxiliary, position.point, position.configuration,
+                                frame_number(position, false, of_move.begin),
+                                frame_number(position, true, of_move.begin));
+    target.other_axes = position.others;
+    for (const auto& [name, number] : position.numbers)
+      if (name[0] == 'E') target.other_axes[name] = number.value;
+    return target;
   }
 
   ProgramTarget& add(const PointOfMove& of_move, int line, bool is_auxiliary, int point,

@@ -71,7 +71,9 @@ class InformPositionReader {
   void read_position(TextCursor& cursor, int line) {
     cursor.next();
     const size_t begin = cursor.at();
-    const std::string name = inform_position_name(cursor.take_name());
+    const std::string word = cursor.take_name();
+    const std::string station = inform_station_name(word);
+    const std::string name = station.empty() ? inform_position_name(word) : station;
     if (name.empty() || !cursor.take('=')) return;
     InformPosition position;
     size_t end = cursor.at();
@@ -145,6 +147,12 @@ std::string inform_position_name(std::string_view word) {
   if (!std::ranges::all_of(word.substr(1), is_digit)) return "";
   const size_t first = std::min(word.find_first_not_of('0', 1), word.size() - 1);
   return std::string(1, word[0]) + std::string(word.substr(first));
+}
+
+std::string inform_station_name(std::string_view word) {
+  if (!word.starts_with("EC")) return "";
+  const std::string number = inform_position_name(word.substr(1));
+  return number.empty() ? "" : "E" + number;
 }
 
 std::map<std::string, InformPosition> inform_positions(std::string_view text) {

@@ -20,7 +20,7 @@ struct InformHeads {
   std::string change_from(const InformHeads& now, const std::string& line_end) const;
 };
 
-/// A position of //POS: C00001=.. of a step, P00001=.. of a variable.
+/// A position of //POS: C00001=.. of a step, P00001=.. of a variable, EC00001=.. of a station.
 struct InformPosition {
   enum class Kind { pulses, joints, pose } kind = Kind::pulses;
   std::vector<ProgramNumber> numbers;  ///< X Y Z Rx Ry Rz [mm, deg], S L U R B T [deg] or pulses
@@ -37,7 +37,11 @@ struct InformPosition {
 /// C1 or P1 of C00001 or P001; empty if a word is neither.
 std::string inform_position_name(std::string_view word);
 
-/// The positions by inform_position_name(). `text`: the job by masked(), /JOB to //INST.
+/// EC1 of EC00001, the axes of a station; empty if a word is none.
+std::string inform_station_name(std::string_view word);
+
+/// The positions by inform_position_name(), those of stations by inform_station_name(). `text`: the
+/// job by masked(), /JOB to //INST.
 std::map<std::string, InformPosition> inform_positions(std::string_view text);
 
 /// What RCONF says (DX100, "Interface with an easy offline teaching system"): wrist not flipped,

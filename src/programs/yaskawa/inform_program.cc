@@ -46,6 +46,7 @@ struct InformMove {
   Statement statement;
   char kind = 'J';  // J, L, C, S
   std::string position;
+  std::string station;         // the position of a station that moves with it
   size_t begin = 0, end = 0;   // of the name of its position
   double blend = 0;            // [m], of CR
   bool is_end_of_arc = false;  // FPT
@@ -181,7 +182,7 @@ class InformReader : MoveReader {
   void leave(int line, const std::string& reason) { leave_move(line, reason, !is_dead_); }
 
   void read_move(const std::string& word, const Statement& statement) {
-    InformMove move{statement, word[3], "", 0, 0, 0, false, "", follows_};
+    InformMove move{statement, word[3], "", "", 0, 0, 0, false, "", follows_};
     bool is_external = false, ends_elsewhere = false;
     std::string why_not;
     const auto is_because = [&](const std::string& reason) {
@@ -201,6 +202,7 @@ class InformReader : MoveReader {
         is_because("the base moves with it (" + part + ")");
       } else if (is_numbered(part, "EC") || is_numbered(part, "EX")) {
         is_external = true;
+        move.station = inform_station_name(part);
       } else if (part == "CR" && cursor.take('=')) {
         move.blend = cursor.take_number().value_or(0) * kMillimetre;
       } else if (part == "PL") {
@@ -339,6 +341,9 @@ class InformReader : MoveReader {
       target.obstacle = "an arc of MOVC is not divided";
     else if (motion == MotionKind::line)
       prepare_insertion(move, position, target);
+    if (const auto station = positions_.find(move.station); station != positions_.end())
+      for (size_t i = 0; i < station->second.numbers.size(); ++i)
+        target.other_axes[fmt::format("station axis {}", i + 1)] = station->second.numbers[i].value;
     add_target_at(std::move(target), position.point);
   }
 

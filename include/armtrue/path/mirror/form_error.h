@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "armtrue/path/mirror/frame_error.h"
 #include "armtrue/path/path.h"
 
 namespace armtrue {
@@ -41,6 +42,10 @@ struct FormError {
 ///
 /// Throws std::invalid_argument if fewer than two samples are in motion.
 FormError form_error(const Path& programmed, const std::vector<Path>& passes);
+
+/// The form with what the uncertainty of a fitted frame leaves open of it. The squares of both add
+/// below and above the square of the form; above, the part that the frame hides is added, too.
+FormError with_frame(const FormError& form, const FrameError& frame);
 
 /// 1 - after / before of two form errors of independent records.
 struct FormReduction {

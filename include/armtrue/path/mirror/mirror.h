@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/path/mirror/force_law.h"
+#include "armtrue/path/mirror/frame_error.h"
 #include "armtrue/path/mirror/mirror_options.h"
 #include "armtrue/path/mirror/path_deviation.h"
 #include "armtrue/path/path.h"
@@ -26,15 +27,17 @@ struct MirrorResult {
   ErrorSummary before;  ///< length of the trend while the tool moves [m]
   /// Expected mean distance from the programmed path in the next pass [m], under the condition that
   /// expected_if() names. With s the mean distance that stays uncorrected (because of the gain,
-  /// `max` or the engagement) and M the mean square error of the trend, spread from pass to pass
+  /// `max` or the engagement), B the mean square of what each of n passes has for itself (0 for a
+  /// single pass), F the mean square of `frame`, and M the mean square error of the trend, B / n
   /// included,
-  ///     sqrt(s^2 + (pi / 4) gain^2 M).
+  ///     sqrt(max(0, s^2 - (pi / 4) (1 - gain)^2 B / n) + (pi / 4) (gain^2 M + B + F)).
   double expected_after = 0;
   /// The condition of expected_after; a single pass does not show how passes differ.
   const char* expected_if() const {
     return passes.size() > 1 ? "the next pass differs as these do from each other"
                              : "the next pass meets the same forces and reversals";
   }
+  FrameError frame;  ///< zero unless the frame was fitted
   /// Only with `executed`: mean distance that these passes would have had without the earlier
   /// correction [m].
   std::optional<double> uncorrected;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/path/path.h"
@@ -21,7 +22,13 @@ struct ClockFit {
   /// was given.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   Pose program_from_instrument;  ///< identity unless the frame was fitted
+  /// Covariance of a small motion of the fitted frame: the displacement of `frame_pivot` [m] and
+  /// the rotation about it [rad], along the axes of the program. Zero if the frame was not fitted.
+  Eigen::Matrix<double, 6, 6> frame_covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Vector3d frame_pivot = Eigen::Vector3d::Zero();
 
+  /// Derivative of the place of a point by that motion: [1, -[point - pivot]x].
+  Eigen::Matrix<double, 3, 6> by_frame(const Eigen::Vector3d& point) const;
   double program_time(double instrument_time) const {
     return (instrument_time - offset) / (1 + rate);
   }
@@ -54,6 +61,19 @@ struct ClockOptions {
 /// (the message names the rigid motion that joins them, if there is one); or if the standard
 /// deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
+
+/// The clocks of passes that one instrument recorded without being set up anew, each as by
+/// fit_clock(). A fitted frame is one for all of them, see share_frame().
+std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
+                                 const ClockOptions& options = {});
+
+/// Gives passes with fitted frames F_k one frame, so that what differs from pass to pass stays a
+/// deviation of the tool: their mean, weighted by their information. The deviation that all passes
+/// have in common misleads all alike, so the covariance is their mean, n (sum of C_k^-1)^-1. The
+/// clocks are fitted again in this frame. Throws std::invalid_argument if a pass lies more than 2
+/// mm (rms) from where the common frame has it: then the instrument was moved.
+void share_frame(const Path& programmed, const std::vector<Path>& passes,
+                 std::vector<ClockFit>& clocks);
 
 /// The record in the clock and the frame of the program.
 Path registered(const Path& measured, const ClockFit& clock);

@@ -1,0 +1,79 @@
+#include "armtrue/campaign/scattered_poses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <vector>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+namespace {
+
+// Rows of one pose, session and target.
+std::vector<std::vector<int>> standstills(const Campaign& campaign) {
+  std::map<std::array<int, 3>, std::vector<int>> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    rows[{campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
+          campaign.target.empty() ? 0 : campaign.target[row]}]
+        .push_back(row);
+  std::vector<std::vector<int>> several;
+  for (auto& [of, here] : rows)
+    if (here.size() > 1) several.push_back(std::move(here));
+  return several;
+}
+
+Eigen::Vector3d middle_of(const Campaign& campaign, const std::vector<int>& rows) {
+  Eigen::Vector3d middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const int row : rows) values.push_back(campaign.position[row][axis]);
+    middle[axis] = median(std::move(values));
+  }
+  return middle;
+}
+
+}  // namespace
+
+std::string scattered_poses(const Campaign& campaign) {
+  constexpr double kApart = 5e-3;  // [m]: no arm returns worse
+  constexpr double kTimesUsual = 10;
+  constexpr size_t kFewest = 3, kTenth = 10;
+  if (campaign.position.empty() || campaign.has_distances()) return "";
+  const std::vector<std::vector<int>> poses = standstills(campaign);
+  struct Farthest {
+    double off = 0;
+    int row = 0;
+  };
+  std::vector<Farthest> farthest;
+  std::vector<double> all;
+  for (const std::vector<int>& rows : poses) {
+    const Eigen::Vector3d middle = middle_of(campaign, rows);
+    Farthest most{-1, 0};
+    for (const int row : rows) {
+      const double off = (campaign.position[row] - middle).norm();
+      all.push_back(off);
+      if (off > most.off) most = {off, row};
+    }
+    farthest.push_back(most);
+  }
+  if (all.empty()) return "";
+  const double apart = std::max(kApart, kTimesUsual * median(std::move(all)));
+  const auto is_apart = [&](const Farthest& pose) { return pose.off > apart; };
+  const size_t count = std::ranges::count_if(farthest, is_apart);
+  if (count < kFewest || kTenth * count < poses.size()) return "";
+  const Farthest& worst = *std::ranges::max_element(farthest, {}, &Farthest::off);
+  return fmt::format(
+      "in {} of {} poses with several points these lie apart, by up to {:.4g} mm (line {}, "
+      "pose '{}'), and an arm that stands still does not do that: if the tables were joined by "
+      "time, check the offset of the clocks (import-readings --clock-offset-s, or --join stops), "
+      "else "
+      "the names of the poses",
+      count, poses.size(), worst.off / kMillimetre, campaign.line[worst.row],
+      campaign.pose_ids[campaign.pose[worst.row]]);
+}
+
+}  // namespace armtrue
