@@ -26,8 +26,8 @@
 namespace armtrue {
 namespace {
 
-// A larger campaign starts from an even choice of its rows, then goes on with more and more of them.
-// A step with sixteen times the rows leads to a quarter of the distance to the end.
+// A larger campaign starts from an even choice of its rows, then goes on with more and more of
+// them. A step with sixteen times the rows leads to a quarter of the distance to the end.
 constexpr int kRowsForStart = 4096, kMoreRows = 16;
 constexpr int kStepsOfRound = 2;     // of the solver, near the solution
 // Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,

@@ -191,9 +191,8 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
     floor.source = NoiseFloor::Source::replicates;
     floor.position = noise.deviation;
     floor.even_axes = noise.even_axes;
-    floor.degrees_of_freedom =
-        static_cast<int>(kEfficiencyOfRobustDeviation * floor.degrees_of_freedom *
-                         floor.even_axes / floor.axes);
+    floor.degrees_of_freedom = static_cast<int>(
+        kEfficiencyOfRobustDeviation * floor.degrees_of_freedom * floor.even_axes / floor.axes);
     if (campaign.has_orientation()) floor.orientation = noise_of_axes(all.last(3)).deviation;
     return floor;
   }

@@ -58,10 +58,9 @@ class FoldedCost : public ceres::CostFunction {
     }
     const bool is_whole =
         curvature_ == Curvature::of_each_step || last_.folded.products.size() == 0;
-    last_ = {x,
-             !kept_     ? fold(at, model_, law_, fold_by_)
-             : is_whole ? fold(at, model_, law_, *kept_)
-                        : fold(at, model_, law_, *kept_, last_.folded)};
+    last_ = {x, !kept_     ? fold(at, model_, law_, fold_by_)
+                : is_whole ? fold(at, model_, law_, *kept_)
+                           : fold(at, model_, law_, *kept_, last_.folded)};
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
     if (!by_second_derivative(of_priors, r, jacobian)) by_rows(of_priors, r, jacobian);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -127,8 +127,9 @@ class Compensation {
   }
 
   // The arm moves from command to command: the commands, not the program, give its motion. Where a
-  // joint reverses it moves less from point to point than the correction does, and commands of either
-  // direction agree with themselves: that of the program comes first, or they would go to and fro.
+  // joint reverses it moves less from point to point than the correction does, and commands of
+  // either direction agree with themselves: that of the program comes first, or they would go to
+  // and fro.
   void settle(CorrectedTarget& target, Context& context, const Pose& intended) const {
     correct(target, context, intended);
     if (!motion_matters_) return;

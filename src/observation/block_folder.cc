@@ -42,8 +42,7 @@ Fold BlockFolder::zero_fold(const ObservationModel& model, const ReadingLaw& law
   const int p = model.unknowns();
   Fold zero;
   (by == FoldBy::qr ? zero.factor : zero.products) = Eigen::MatrixXd::Zero(p + 1, p + 1);
-  if (law.degrees_of_freedom > 0)
-    zero.bend = Eigen::MatrixXd::Zero(p, p);
+  if (law.degrees_of_freedom > 0) zero.bend = Eigen::MatrixXd::Zero(p, p);
   return zero;
 }
 

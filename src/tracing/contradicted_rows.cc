@@ -27,8 +27,7 @@ std::vector<int> contradicted_rows(const Evaluation& evaluation, const NoiseFloo
   const GroupedRows poses = grouped_rows(held_out.pose);
   for (int pose = 0; pose < poses.groups(); ++pose) {
     const auto rows = poses.rows(pose);
-    const auto near =
-        std::ranges::count_if(rows, [&](int row) { return is_within(row, kNear); });
+    const auto near = std::ranges::count_if(rows, [&](int row) { return is_within(row, kNear); });
     if (2 * near < std::ssize(rows)) continue;
     std::ranges::copy_if(rows, std::back_inserter(contradicted),
                          [&](int row) { return !is_within(row, kFar); });

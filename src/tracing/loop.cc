@@ -276,8 +276,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
   if (held_out.rows() > 0) {
     const Campaign sound = sound_held_out(held_out, result);
     raised = judge_held_out(*training.if_complete, sound, result);
-    result.after_sound =
-        summarize(evaluate(result.trace.fit.robot, sound).reading_errors()).mean;
+    result.after_sound = summarize(evaluate(result.trace.fit.robot, sound).reading_errors()).mean;
   }
   const double of_noise = highest_of_floor(result.noise, held_out.rows());
   // However uncertain the unknowns are: an error 30 % above the floor does not count as noise.
@@ -289,18 +288,17 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                               result.after > result.stages.front().held_out.position.mean;
   result.common_backlash =
       common_backlash(result.trace.fit.robot.chain, result.trace.effects);
-  result.verdict =
-      conclude({.effects = result.trace.effects,
-                .lack_of_fit = result.lack_of_fit,
-                .knows_noise = result.noise.source != NoiseFloor::Source::none,
-                .after = result.after_sound,
-                .floor = result.floor,
-                .floor_high = floor_high,
-                .complete_high = complete_high,
-                .outside_p = result.outside_p,
-                .left_out_together = !result.left_out_together.empty(),
-                .is_explained = !result.explanation.empty(),
-                .angles_read_early = result.common_backlash.has_value()});
+  result.verdict = conclude({.effects = result.trace.effects,
+                             .lack_of_fit = result.lack_of_fit,
+                             .knows_noise = result.noise.source != NoiseFloor::Source::none,
+                             .after = result.after_sound,
+                             .floor = result.floor,
+                             .floor_high = floor_high,
+                             .complete_high = complete_high,
+                             .outside_p = result.outside_p,
+                             .left_out_together = !result.left_out_together.empty(),
+                             .is_explained = !result.explanation.empty(),
+                             .angles_read_early = result.common_backlash.has_value()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

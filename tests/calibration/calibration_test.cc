@@ -190,16 +190,18 @@ TEST(Calibration, EffectsOfAnAngleEndWhereItsReadingsDo) {
   EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].measured);
 }
 
-// A law of the time goes on after the readings. Beside a curve of the same parameter it does not: the
-// two may cancel among the readings, and nowhere else.
+// A law of the time goes on after the readings. Beside a curve of the same parameter it does not:
+// the two may cancel among the readings, and nowhere else.
 TEST(Calibration, ASlopeOfTimeBesideACurveEndsWhereTheReadingsDo) {
   Robot robot = shipped("kr360-spindle");
   Campaign campaign = measured(shipped("kr360-table4"), 60, 3, 0.095, 0.15);
-  for (int row = 0; row < campaign.rows(); ++row) campaign.time_s.push_back(100 + 20.0 * row);
+  for (size_t row = 0; row < campaign.pose.size(); ++row)
+    campaign.time_s[row] = 100 + 20.0 * static_cast<double>(row);
   const std::array<double, 2> ends{100, campaign.time_s.back()};
   const Driver time = *parse_driver("time");
   const Effect slope{"e", "A1.theta", time, *parse_shape("linear"), {}};
-  const Effect curve{"e", "A1.theta", time, series_shape(SeriesBasis::cosine, 2, ends[0], ends[1]), {}};
+  const Effect curve{
+      "e", "A1.theta", time, series_shape(SeriesBasis::cosine, 2, ends[0], ends[1]), {}};
   const Effect other{"e", "A2.theta", time, *parse_shape("linear"), {}};
   robot.effects = {slope, other};
   const Robot alone = calibrate(robot, campaign).robot;

@@ -70,7 +70,8 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
     CalibrationResult fit;
     fit.sigma.position = sigma;
     fit.determined[0] = determined;
-    return contradiction_of_noise(robot, campaign, fit, {source, 3, 1, floor, 0, 180});
+    const NoiseFloor noise{.source = source, .position = floor, .degrees_of_freedom = 180};
+    return contradiction_of_noise(robot, campaign, fit, noise);
   };
   constexpr auto kReplicates = NoiseFloor::Source::replicates;
   constexpr auto kInstrument = NoiseFloor::Source::instrument;

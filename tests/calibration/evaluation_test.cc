@@ -74,9 +74,10 @@ TEST(NoiseFloor, WeighsReadingsByTheirOwnDeviation) {
   EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
 }
 
-// A camera is worse along its line of sight. Two axes of 0.03 mm and one of 0.15 mm: the mean variance
-// is 0.0081 mm^2, and they scatter as much as (0.0243)^2 / 0.00050787 = 1.163 equal axes. The scatter
-// about the poses' means is noise alone, so its test rejects one null in a hundred at p = 0.01.
+// A camera is worse along its line of sight. Two axes of 0.03 mm and one of 0.15 mm: the mean
+// variance is 0.0081 mm^2, and they scatter as much as (0.0243)^2 / 0.00050787 = 1.163 equal axes.
+// The scatter about the poses' means is noise alone, so its test rejects one null in a hundred at p
+// = 0.01.
 TEST(NoiseFloor, OfUnevenAxesIsTheirMeanVariance) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;

@@ -359,6 +359,27 @@ TEST(Compensation, DirectionsOfArrivalFollowTheCommands) {
   EXPECT_TRUE(contrary[2].has(CommandNote::arrival));
 }
 
+// Where a joint with play reverses among close points, it moves less from point to point than the
+// correction does, and commands of either direction agree with themselves. The program turns once,
+// and so do the commands, with one step of twice the play.
+TEST(Compensation, CommandsReverseOnceWhereTheProgramDoes) {
+  const Robot nominal = nominal_arm();
+  Robot identified = nominal;
+  constexpr double kPlay = 4e-4;
+  identified.effects = {effect_on("A3.theta", "arrival 3", "sign", {-kPlay})};
+  std::vector<JointVector> targets;
+  for (int k = 0; k <= 40; ++k) {
+    JointVector& q = targets.emplace_back(6);
+    q << 0.1, -1.2, 1.5 - 2e-6 * (k - 20) * (k - 20), 0.4, 0.7, -0.3;
+  }
+  const auto found = compensate(identified, nominal, joint_program(targets), {});
+  for (size_t k = 1; k < targets.size(); ++k) {
+    const double direction = k <= 20 ? 1 : -1;
+    EXPECT_NEAR(found[k].q[2], targets[k][2] + direction * kPlay, 1e-9) << k;
+    EXPECT_FALSE(found[k].has(CommandNote::arrival)) << k;
+  }
+}
+
 // Friction turns round within the stroke, which is that of the commands.
 TEST(Compensation, StrokesFollowTheCommandsToo) {
   const Robot nominal = nominal_arm();

@@ -567,8 +567,8 @@ TEST(KrlFlowTest, ANumberedToolThatAnotherProgramSetsIsNotKnown) {
     const std::string frame = "{X 0,Y 0,Z 100,A 0,B 0,C 0}";
     const std::vector<ProgramText> project{
         {"a.src", "DEF a()\nBAS(#TOOL,1)\nBAS(#BASE,0)\nPTP " + frame + "\nEND\n"},
-        {"$config.dat", "DEFDAT $CONFIG\nDECL FRAME TOOL_DATA[16]\nTOOL_DATA[1]=" + frame +
-                            "\nENDDAT\n"},
+        {"$config.dat",
+         "DEFDAT $CONFIG\nDECL FRAME TOOL_DATA[16]\nTOOL_DATA[1]=" + frame + "\nENDDAT\n"},
         {"b.src", "DEF b()\n" + other + "\nEND\n"}};
     const RobotProgram program = parse_program(krl, {project[0]}, {}, TargetParts::pose,
                                                TextsOfOthers(krl, project).of("a.src"),

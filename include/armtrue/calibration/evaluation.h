@@ -82,8 +82,8 @@ struct NoiseFloor {
 
   Source source = Source::none;
   int axes = 3;       ///< numbers per row: 3 of a point, 1 of a distance or coordinate
-  /// Number of axes with equal noise that would scatter as much: `axes`, or fewer where the noise of
-  /// one is larger.
+  /// Number of axes with equal noise that would scatter as much: `axes`, or fewer where the noise
+  /// of one is larger.
   double even_axes = 3;
   /// Share of the readings that are points, in one row or three; of pixels the share whose mean
   /// error is that of two numbers.

@@ -84,9 +84,9 @@ inline bool is_of_one_angle(const Effect& effect) {
 /// temperature alone.
 inline bool can_be_bounded(const Effect& effect) {
   const Driver& driver = effect.driver;
-  return is_of_one_angle(effect) || (!driver.is_pair() && !driver.factor &&
-                                     (driver.kind == DriverKind::time ||
-                                      driver.kind == DriverKind::temperature));
+  return is_of_one_angle(effect) ||
+         (!driver.is_pair() && !driver.factor &&
+          (driver.kind == DriverKind::time || driver.kind == DriverKind::temperature));
 }
 
 /// Whether it is a lasting error of the instrument, which is as large as instruments err: none that

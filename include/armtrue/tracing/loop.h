@@ -94,7 +94,7 @@ struct LoopResult {
   /// Lines of held-out readings that are wrong, as the others of their pose contradict them. Errors
   /// count them; the verdict does without.
   std::vector<int> contradicted_rows;
-  double after_sound = 0;  ///< as `after_named`, without them [m]
+  double after_sound = 0;                           ///< as `after_named`, without them [m]
   std::optional<WorstReading> worst;                ///< of those held out
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
