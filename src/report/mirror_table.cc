@@ -42,6 +42,9 @@ std::string mirror_table(const MirrorFindings& findings) {
                        !held   ? "undecided"
                        : *held ? "held"
                                : "not held");
+  if (form.faster > 0)
+    table += fmt::format("{:<44}{:>9.3f}  (a vibration, or slow noise)\n",
+                         "faster than the form, RMS without noise, mm", form.faster / kMillimetre);
   if (before) {
     const Reduction gained = reduction(before->errors, accuracy.errors);
     const auto per_cent = [](const std::optional<double>& share) {

@@ -58,6 +58,7 @@ YAML::Node accuracy_node(const PassAccuracy& accuracy, const FormError& form, do
   node["whole_mm"] = error_node(accuracy.errors.whole, kMillimetre);
   node["form_rms_mm"] = millimetres(form.rms);
   node["form_rms_ci95_mm"] = interval_node(form.ci95, kMillimetre);
+  if (form.faster > 0) node["faster_rms_mm"] = millimetres(form.faster);
   node["goal_rms_mm"] = millimetres(goal);
   const std::optional<bool> held = form.holds(goal);
   node["goal_held"] = held ? boolean(*held) : YAML::Node("undecided");

@@ -21,6 +21,9 @@ constexpr double kHighest = 2 * kPaperCutoff;
 constexpr Eigen::Index kNoiseBand = 2;     // up to this multiple of it: noise near the form
 constexpr double kLongestStretch = 20;     // [s]: 125 coefficients of the form
 constexpr double kStandsOut = 1e-3;       // chance of as much power in a band by noise
+// Of white noise: of n samples the mean square of second differences is as uncertain as that of
+// this share of n. With covariances 6, -4 and 1: 36 / (36 + 2 (16 + 1)).
+constexpr double kEfficiencyOfDifferences = 0.514;
 constexpr double kHardlyUncertain = 0.1;  // of the square of the bands below
 
 // Deviations across the path of the samples at which the program moves.
@@ -120,6 +123,7 @@ class FormSpectrum {
       return pooled / variance * std::hypot(std::sqrt(crossed) / samples_, from_noise(all.count));
     });
     FormError error;
+    error.faster = faster(axes);
     for (size_t k = 0; k < 2; ++k) error.ci95[k] = std::sqrt(squared_ci95[k]);
     // The root of a square of variance 4 form^2 along / n is too small by along / (2 n form).
     error.rms = std::clamp(std::sqrt(std::max(0.0, least_biased + along / samples_)), error.ci95[0],
@@ -128,6 +132,17 @@ class FormSpectrum {
   }
 
  private:
+  // See FormError. `axes`: numbers of a coefficient that vary.
+  double faster(double axes) const {
+    if (differences_ == 0 || above_.count == 0) return 0;
+    const double of_sample = differences_ / difference_count_;
+    const double ratio = above_.power / (above_.count * of_sample);
+    if (fisher_f_above(ratio, axes * above_.count,
+                       axes * kEfficiencyOfDifferences * difference_count_) >= kStandsOut)
+      return 0;
+    return std::sqrt((above_.power - above_.count * of_sample) / samples_);
+  }
+
   void add_stretch(const Eigen::Ref<const Eigen::Matrix3Xd>& across, double period) {
     const Eigen::Index n = across.cols();
     if (n < 2) return;
@@ -140,6 +155,11 @@ class FormSpectrum {
     noise_ += z.rightCols(of_noise) * z.rightCols(of_noise).transpose();
     noise_count_ += static_cast<double>(of_noise);
     form_ += z.leftCols(of_form) * z.leftCols(of_form).transpose();
+    above_.power += across.squaredNorm() - z.leftCols(of_form).squaredNorm();
+    above_.count += static_cast<double>(n - of_form);
+    for (Eigen::Index i = 1; i + 1 < n; ++i)
+      differences_ += (across.col(i - 1) - 2 * across.col(i) + across.col(i + 1)).squaredNorm() / 6;
+    difference_count_ += static_cast<double>(n - 2);
     samples_ += static_cast<double>(n);
     size_t band = 0;
     for (Eigen::Index first = 0, end = 1; first < of_form; first = end, end *= 2, ++band) {
@@ -152,6 +172,8 @@ class FormSpectrum {
 
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Zero(), form_ = Eigen::Matrix3d::Zero();  // of z z'
   double noise_count_ = 0, samples_ = 0;
+  Band above_;                                      // all that the form does not have
+  double differences_ = 0, difference_count_ = 0;  // squares of second differences, as of a sample
   std::vector<Band> bands_;
 };
 
@@ -172,7 +194,8 @@ FormError with_frame(const FormError& form, const FrameError& frame) {
   const double above = std::hypot(form.ci95[1] * form.ci95[1] - square, of_frame);
   return {
       form.rms,
-      {std::sqrt(std::max(0.0, square - below)), std::sqrt(square + frame.mean_square + above)}};
+      {std::sqrt(std::max(0.0, square - below)), std::sqrt(square + frame.mean_square + above)},
+      form.faster};
 }
 
 std::optional<FormReduction> form_reduction(const FormError& before, const FormError& after) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -14,10 +15,14 @@ namespace armtrue {
 struct FormError {
   double rms = 0;
   std::array<double, 2> ci95{0, 0};
+  /// RMS of what changes faster than the form and that the noise from sample to sample does not
+  /// explain: a vibration of the tool, or slower noise of the instrument; 0 if nothing stands out.
+  double faster = 0;
 
-  /// Whether the form is at most `goal`; empty where the interval holds the goal.
+  /// Whether the tool deviates by at most `goal`; empty where the interval of the form holds the
+  /// goal, or what is faster may make the difference.
   std::optional<bool> holds(double goal) const {
-    if (ci95[1] <= goal) return true;
+    if (std::hypot(ci95[1], faster) <= goal) return true;
     if (ci95[0] > goal) return false;
     return std::nullopt;
   }
@@ -39,6 +44,9 @@ struct FormError {
 /// (0, then each twice as wide as the one before) counts only if its power stands out of the noise
 /// (p < 0.001), or if the standard deviation of its noise is below a tenth of the square of the
 /// bands below: noise of bands without form would bias the root of a small square.
+///
+/// The noise from sample to sample is that of second differences, sum of |x_{i-1} - 2 x_i +
+/// x_{i+1}|^2 / 6. What the coefficients above the form show more than it (p < 0.001) is `faster`.
 ///
 /// Throws std::invalid_argument if fewer than two samples are in motion.
 FormError form_error(const Path& programmed, const std::vector<Path>& passes);
