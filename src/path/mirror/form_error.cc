@@ -172,7 +172,7 @@ class FormSpectrum {
 
   Eigen::Matrix3d noise_ = Eigen::Matrix3d::Zero(), form_ = Eigen::Matrix3d::Zero();  // of z z'
   double noise_count_ = 0, samples_ = 0;
-  Band above_;                                      // all that the form does not have
+  Band above_;                                     // all that the form does not have
   double differences_ = 0, difference_count_ = 0;  // squares of second differences, as of a sample
   std::vector<Band> bands_;
 };
@@ -192,10 +192,9 @@ FormError with_frame(const FormError& form, const FrameError& frame) {
   const double square = form.rms * form.rms, of_frame = 1.96 * frame.form_deviation;
   const double below = std::hypot(square - form.ci95[0] * form.ci95[0], of_frame);
   const double above = std::hypot(form.ci95[1] * form.ci95[1] - square, of_frame);
-  return {
-      form.rms,
-      {std::sqrt(std::max(0.0, square - below)), std::sqrt(square + frame.mean_square + above)},
-      form.faster};
+  return {form.rms,
+          {std::sqrt(std::max(0.0, square - below)), std::sqrt(square + frame.mean_square + above)},
+          form.faster};
 }
 
 std::optional<FormReduction> form_reduction(const FormError& before, const FormError& after) {
