@@ -3,26 +3,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <map>
+#include <utility>
 #include <vector>
 
+#include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {
 
-// Rows of one pose, session and target.
+// Rows of one pose, session and target, of those that have several.
 std::vector<std::vector<int>> standstills(const Campaign& campaign) {
-  std::map<std::array<int, 3>, std::vector<int>> rows;
-  for (int row = 0; row < campaign.rows(); ++row)
-    rows[{campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
-          campaign.target.empty() ? 0 : campaign.target[row]}]
-        .push_back(row);
+  const auto of = [&](int row) {
+    return std::pair(campaign.session.empty() ? 0 : campaign.session[row],
+                     campaign.target.empty() ? 0 : campaign.target[row]);
+  };
   std::vector<std::vector<int>> several;
-  for (auto& [of, here] : rows)
-    if (here.size() > 1) several.push_back(std::move(here));
+  const GroupedRows poses = grouped_rows(campaign.pose);
+  for (int pose = 0; pose < poses.groups(); ++pose) {
+    const auto all = poses.rows(pose);
+    if (all.size() < 2) continue;
+    std::vector<int> rows(all.begin(), all.end());
+    std::ranges::stable_sort(rows, {}, of);
+    for (auto begin = rows.begin(); begin != rows.end();) {
+      const auto end =
+          std::find_if(begin, rows.end(), [&](int row) { return of(row) != of(*begin); });
+      if (end - begin > 1) several.emplace_back(begin, end);
+      begin = end;
+    }
+  }
   return several;
 }
 
@@ -70,8 +80,7 @@ std::string scattered_poses(const Campaign& campaign) {
       "in {} of {} poses with several points these lie apart, by up to {:.4g} mm (line {}, "
       "pose '{}'), and an arm that stands still does not do that: if the tables were joined by "
       "time, check the offset of the clocks (import-readings --clock-offset-s, or --join stops), "
-      "else "
-      "the names of the poses",
+      "else the names of the poses",
       count, poses.size(), worst.off / kMillimetre, campaign.line[worst.row],
       campaign.pose_ids[campaign.pose[worst.row]]);
 }
