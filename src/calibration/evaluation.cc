@@ -145,22 +145,58 @@ double share_of_points(const Campaign& campaign, const Evaluation& evaluation,
   return points / std::max(1.0, readings);
 }
 
-// Root of the mean variance of several axes, and how many of equal variance scatter as much:
-// (sum of variances)^2 / sum of their squares (Satterthwaite 1946).
+// Root of the mean variance of several axes and sessions, and how many axes of equal variance
+// scatter as much: axes (mean variance)^2 / mean square of the variances (Satterthwaite 1946).
 struct NoiseOfAxes {
   double deviation = 0, even_axes = 1;
 };
 
-NoiseOfAxes noise_of_axes(std::span<const std::vector<double>> deviations) {
-  double sum = 0, squares = 0;
-  for (const std::vector<double>& of_axis : deviations) {
-    const double variance = std::pow(robust_deviation(of_axis), 2);
-    sum += variance;
-    squares += variance * variance;
+// Deviations of replicates from their mean. An instrument may be worse along one axis, and in one
+// session: a variance of several robust ones is that of all, a robust one of their mixture is less.
+class Deviations {
+ public:
+  explicit Deviations(const Campaign& campaign)
+      : campaign_(campaign),
+        axes_(campaign.reading_size().position),
+        of_session_(std::max<size_t>(1, campaign.session_names.size())) {}
+
+  void add(int row, const Eigen::Matrix<double, 6, 1>& deviation) {
+    Axes& own = of_session_[campaign_.session.empty() ? 0 : campaign_.session[row]];
+    for (int i = 0; i < 6; ++i)
+      if (i < axes_ || (i >= 3 && campaign_.has_orientation())) own[i].push_back(deviation[i]);
   }
-  const auto axes = static_cast<double>(deviations.size());
-  return {std::sqrt(sum / axes), squares > 0 ? sum * sum / squares : axes};
-}
+
+  // Of the axes from `first` on. Sessions of fewer than kFewest deviations count as one.
+  NoiseOfAxes noise(int first, int axes) const {
+    double all = 0, sum = 0, squares = 0;
+    const auto add = [&](const Axes& deviations) {
+      for (int i = first; i < first + axes; ++i) {
+        const double count = std::ssize(deviations[i]);
+        const double variance = std::pow(robust_deviation(deviations[i]), 2);
+        all += count;
+        sum += count * variance;
+        squares += count * variance * variance;
+      }
+    };
+    Axes small;
+    for (const Axes& own : of_session_)
+      if (std::ssize(own[first]) >= kFewest)
+        add(own);
+      else
+        for (int i = first; i < first + axes; ++i)
+          small[i].insert(small[i].end(), own[i].begin(), own[i].end());
+    add(small);
+    return {std::sqrt(sum / all), squares > 0 ? axes * sum * sum / (all * squares) : axes};
+  }
+
+ private:
+  using Axes = std::array<std::vector<double>, 6>;
+  static constexpr int kFewest = 30;  // a robust deviation of 30 errs by some 15 %
+
+  const Campaign& campaign_;
+  int axes_;  // of the position
+  std::vector<Axes> of_session_;
+};
 
 NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<int>& rows) {
@@ -168,7 +204,7 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
   floor.axes = campaign.reading_size().position;
   floor.even_axes = floor.axes;
   floor.points = share_of_points(campaign, evaluation, rows);
-  std::array<std::vector<double>, 6> deviations;  // of each axis: an instrument may be worse in one
+  Deviations deviations(campaign);
   const MedianResiduals residuals(campaign, evaluation, rows);
   for_each_replicates(
       campaign, residuals, rows,
@@ -176,24 +212,18 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
         const double m = static_cast<double>(group.size());
         if (m < 2) return;
         floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
-        for (int row : group) {
-          const Eigen::Matrix<double, 6, 1> deviation =
-              std::sqrt(m / (m - 1)) * (residuals.at(row) - mean);
-          for (int i = 0; i < 6; ++i)
-            if (i < floor.axes || (i >= 3 && campaign.has_orientation()))
-              deviations[i].push_back(deviation[i]);
-        }
+        for (int row : group)
+          deviations.add(row, std::sqrt(m / (m - 1)) * (residuals.at(row) - mean));
       });
   constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
   if (floor.degrees_of_freedom >= kMinReplicates) {
-    const std::span all(deviations);
-    const NoiseOfAxes noise = noise_of_axes(all.first(floor.axes));
+    const NoiseOfAxes noise = deviations.noise(0, floor.axes);
     floor.source = NoiseFloor::Source::replicates;
     floor.position = noise.deviation;
     floor.even_axes = noise.even_axes;
     floor.degrees_of_freedom = static_cast<int>(
         kEfficiencyOfRobustDeviation * floor.degrees_of_freedom * floor.even_axes / floor.axes);
-    if (campaign.has_orientation()) floor.orientation = noise_of_axes(all.last(3)).deviation;
+    if (campaign.has_orientation()) floor.orientation = deviations.noise(3, 3).deviation;
     return floor;
   }
   floor.position = residuals.position().value_or(stated_position_noise(robot, campaign));

@@ -97,6 +97,32 @@ TEST(NoiseFloor, OfUnevenAxesIsTheirMeanVariance) {
   EXPECT_NEAR(axes, 1.163, 0.02);
 }
 
+// The instrument stood farther away on the second day. Noise of 0.05 and 0.15 mm: the mean variance is
+// 0.0125 mm^2, and three axes scatter as much as 3 x 0.0125^2 / 0.00025625 = 1.829 equal ones. The
+// robust deviation of the mixture would be less: it takes the far readings for blunders.
+TEST(NoiseFloor, OfUnevenSessionsIsTheirMeanVariance) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  double variance = 0, axes = 0;
+  constexpr int kCampaigns = 200, kPoses = 60;
+  for (int k = 0; k < kCampaigns; ++k) {
+    ReadTwice readings(kPoses, 0);
+    Campaign& campaign = readings.campaign;
+    campaign.session_names = {"near", "far"};
+    for (int row = 0; row < campaign.rows(); ++row) {
+      campaign.session.push_back(campaign.pose[row] % 2);
+      const double deviation = campaign.session.back() == 0 ? 5e-5 : 15e-5;
+      readings.evaluation.residuals[row].head<3>() =
+          deviation * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    }
+    const NoiseFloor floor = noise_floor({}, campaign, readings.evaluation);
+    variance += floor.position * floor.position / kCampaigns;
+    axes += floor.even_axes / kCampaigns;
+  }
+  EXPECT_NEAR(variance, 12.5e-9, 0.4e-9);
+  EXPECT_NEAR(axes, 1.829, 0.03);
+}
+
 // Below 20 degrees of freedom the readings' own statement counts, then that of the robot file.
 TEST(NoiseFloor, OfFewReplicatesIsWhatIsStated) {
   ReadTwice readings(6, 1e-4);

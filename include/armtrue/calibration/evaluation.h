@@ -83,7 +83,7 @@ struct NoiseFloor {
   Source source = Source::none;
   int axes = 3;       ///< numbers per row: 3 of a point, 1 of a distance or coordinate
   /// Number of axes with equal noise that would scatter as much: `axes`, or fewer where the noise
-  /// of one is larger.
+  /// of one axis or session is larger.
   double even_axes = 3;
   /// Share of the readings that are points, in one row or three; of pixels the share whose mean
   /// error is that of two numbers.
@@ -98,8 +98,8 @@ struct NoiseFloor {
 /// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of
 /// freedom or more: the robust_deviation() of
 ///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
-/// with r the residual of a row times (median sigma / own sigma), of each axis; of several axes the
-/// root of the mean square. Otherwise it is the median
+/// with r the residual of a row times (median sigma / own sigma), of each axis and session; of
+/// several the root of the mean square. Otherwise it is the median
 /// `sigma_mm` of the rows, else the noise that the robot file states. Replicates read one after the
 /// other at standstill show the noise of the instrument only, not how well the arm returns to a
 /// pose.
