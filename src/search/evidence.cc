@@ -368,6 +368,13 @@ bool is_other_cause(const Effect& effect, const Rival& rival) {
          (rival.effect.name != effect.name || rival.effect.parameter != effect.parameter);
 }
 
+bool is_unlisted_cause(const KinematicChain& chain, const Effect& effect, const Rival& rival) {
+  const auto parameter = find_parameter(chain, rival.effect.parameter);
+  return !rival.from_catalogue && rival.effect.parameter != effect.parameter &&
+         rival.effect.driver == effect.driver && rival.delta_ebic <= kSameEvidence && parameter &&
+         is_zero_offset(chain, *parameter);
+}
+
 bool is_of_instrument(const Effect& effect) {
   return !effect.driver.follows_course() &&
          (effect.may_be_instrument || owner_of(effect) == Owner::instrument);

@@ -248,6 +248,11 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
                            ? "'" + rival.effect.name + "' of " + to_string(rival.effect.parameter)
                            : moved_in_words(rival.effect) + " (" +
                                  to_string(rival.effect.parameter) + ")");
+  for (const Rival& rival : traced.indistinguishable)
+    if (!traced.in_words.empty() && others.empty() &&
+        is_unlisted_cause(robot.chain, traced.effect, rival))
+      others.push_back(to_string(rival.effect.parameter) + " follows " +
+                       to_string(rival.effect.driver) + " for a cause that is not listed");
   if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";
   if (traced.effect.may_be_instrument) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";

@@ -104,7 +104,7 @@ TEST(NoiseFloor, OfUnevenSessionsIsTheirMeanVariance) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
   double variance = 0, axes = 0;
-  constexpr int kCampaigns = 200, kPoses = 60;
+  constexpr int kCampaigns = 100, kPoses = 300;
   for (int k = 0; k < kCampaigns; ++k) {
     ReadTwice readings(kPoses, 0);
     Campaign& campaign = readings.campaign;

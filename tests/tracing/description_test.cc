@@ -110,6 +110,31 @@ TEST(Description, SaysWhereTheInstrumentMayErr) {
   EXPECT_TRUE(said("A2.theta", angle));
 }
 
+// What turns joint 5 once per turn of axis 4 moves the tool as a wobble of axis 4 does.
+TEST(Description, AJointThatFollowsForNoListedCauseIsToldBesideAName) {
+  LoopResult loop = found(true, {});
+  const Driver angle{DriverKind::joint_angle, 3, -1, ""};
+  TracedEffect traced;
+  traced.in_words = "axis {k} wobbles";
+  traced.effect.name = "axis wobble";
+  traced.effect.parameter = "A5.alpha";
+  traced.effect.driver = angle;
+  Rival rival{.effect = traced.effect, .correlation = 1, .delta_ebic = 2.8};
+  rival.effect.name = "unexplained";
+  const auto said = [&](const std::string& parameter, double behind) {
+    rival.effect.parameter = parameter;
+    rival.delta_ebic = behind;
+    traced.indistinguishable = {rival};
+    return for_the_cell(traced, nullptr, loop.trace.fit.robot);
+  };
+  EXPECT_THAT(said("A5.theta", 2.8), HasSubstr("axis 4 wobbles; or A5.theta follows joint-angle 4 for a "
+                                               "cause that is not listed"));
+  for (const std::string& plain : {said("A5.theta", 7), said("A5.beta", 2.8), said("A5.alpha", 2.8)})
+    EXPECT_EQ(plain, "axis 4 wobbles");
+  rival.from_catalogue = true;  // one of the list is told by its name
+  EXPECT_THAT(said("A5.theta", 2.8), Not(HasSubstr("not listed")));
+}
+
 // Errors in floors: a perfect model has 1.
 Verdict concluded(const std::vector<TracedEffect>& effects, double after, bool together = false) {
   return conclude({effects, 0.5, true, after, 1, 1.3, 1.5, 1, together});

@@ -37,6 +37,10 @@ Moved moved_by(const Effect& effect);
 /// the weight of the tool, is one cause.
 bool is_other_cause(const Effect& effect, const Rival& rival);
 
+/// Whether a rival without a name could take the place of a named effect: another joint turns or
+/// shifts along the same driver, as likely by the readings (odds below 20 to 1).
+bool is_unlisted_cause(const KinematicChain& chain, const Effect& effect, const Rival& rival);
+
 /// The figures by which an effect was added.
 struct Evidence {
   /// Fall of EBIC (gamma 1) when the effect is added to all the others; positive is better. See
