@@ -108,23 +108,24 @@ class Groups {
     return values;
   }
 
-  // Coefficients by which values in these contexts have a usual RMS: values x random numbers.
-  static Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& values, double size) {
+  // Coefficients by which values in these contexts have a usual RMS: values x random numbers. Values
+  // of a smaller mean square than `least` are taken for as large.
+  static Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& values, double size, double least = 0) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
         values.transpose() * values / static_cast<double>(values.rows()));
-    const Eigen::VectorXd& squares = axes.eigenvalues();
+    const Eigen::VectorXd squares = axes.eigenvalues().cwiseMax(least);
     std::vector<Eigen::Index> kept;
     for (Eigen::Index k = 0; k < squares.size(); ++k)
-      if (squares[k] > kMinNew * squares.maxCoeff()) kept.push_back(k);
-    if (squares.maxCoeff() <= 0) kept.clear();
+      if (axes.eigenvalues()[k] > kMinNew * squares.maxCoeff()) kept.push_back(k);
     return axes.eigenvectors()(Eigen::all, kept) *
            squares(kept).cwiseSqrt().cwiseInverse().asDiagonal() * size /
            std::sqrt(static_cast<double>(kept.size()));
   }
 
-  // `weights` of the values; empty: an orthonormal basis of the values takes their place.
+  // `weights` of the values; empty: an orthonormal basis of the values takes their place, those of a
+  // smaller mean square than `least` taken for as large.
   void add(int parameter, const Driver& driver, const Shape& shape, double angle,
-           const std::vector<double>& weights = {}) {
+           const std::vector<double>& weights = {}, double least = 0) {
     if (!is_driven(driver, campaign_, span_)) return;
     RandomEffect random{{"", parameter_of(robot_.chain, parameter), driver, shape, {}}, {}};
     if (is_of_one_angle(random.effect)) {
@@ -137,7 +138,7 @@ class Groups {
         parameter_unit(robot_.chain, parameter) == ParameterUnit::metre ? angle * kLever : angle;
     const Eigen::Index count = bound.value_count();
     if (weights.empty()) {
-      random.root = orthonormal(values_of(bound), size);
+      random.root = orthonormal(values_of(bound), size, least);
       if (random.root.cols() == 0) return;
     } else {
       random.root = Eigen::MatrixXd::Zero(count, count);
@@ -176,16 +177,37 @@ class Groups {
 
   static Driver angle_of(int joint) { return {DriverKind::joint_angle, joint, -1, ""}; }
 
+  double mean_square(int parameter, const Driver& driver) const {
+    const Effect effect{"", parameter_of(robot_.chain, parameter), driver, Shape{}, {}};
+    return values_of(BoundEffect(effect, robot_, campaign_.temperature_names)).squaredNorm() /
+           static_cast<double>(contexts_.size());
+  }
+
+  // What turns or bends under gravity is as stiff as its part of the arm demands, and no part is
+  // more than a hundred times softer than the one that carries most. So the torque on a flange whose
+  // mass lies on its axis does not tell the size of its coefficient, which a payload would multiply.
+  void add_of_gravity(const std::vector<std::pair<int, Driver>>& places, double size) {
+    constexpr double kSofter = 100;
+    double largest = 0;
+    for (const auto& [parameter, driver] : places)
+      largest = std::max(largest, mean_square(parameter, driver));
+    for (const auto& [parameter, driver] : places)
+      add(parameter, driver, Shape{}, size, {}, largest / (kSofter * kSofter));
+  }
+
   void gravity() {
-    begin("gravity");
+    std::vector<std::pair<int, Driver>> turned, bent;
     for (int j = 0; j < joints_; ++j)
-      add(zero_offset(robot_.chain, j), {DriverKind::gravity_torque, j, -1, ""}, Shape{},
-          kOfGravity);
-    begin("bending");
+      turned.emplace_back(zero_offset(robot_.chain, j),
+                          Driver{DriverKind::gravity_torque, j, -1, ""});
     for (int k = kFirstLinkParameter; k < layout_.tool; ++k)
       if (!is_zero_offset(robot_.chain, k) &&
           parameter_unit(robot_.chain, k) == ParameterUnit::radian)
-        add(k, {DriverKind::moment, -1, -1, ""}, Shape{}, kOfBending);
+        bent.emplace_back(k, Driver{DriverKind::moment, -1, -1, ""});
+    begin("gravity");
+    add_of_gravity(turned, kOfGravity);
+    begin("bending");
+    add_of_gravity(bent, kOfBending);
     begin("foot");
     if (!robot_.ground_link)
       for (int k = 3; k < 6; ++k) add(k, {DriverKind::moment, -1, -1, ""}, Shape{}, kOfFoot);
@@ -253,11 +275,13 @@ class Groups {
       add(zero_offset(robot_.chain, j), {DriverKind::arrival, j, -1, ""}, sign_shape(), kOfArrival);
   }
 
+  // A campaign at an even temperature tells no size either: a metre of steel grows by 12 um per kelvin.
   void conditions() {
+    constexpr double kKelvin = 1;
     begin("temperature");
     for (const std::string& where : campaign_.temperature_names)
       for (int k = kFirstLinkParameter; k < layout_.tool; ++k)
-        add(k, {DriverKind::temperature, -1, -1, where}, Shape{}, kOfTemperature);
+        add(k, {DriverKind::temperature, -1, -1, where}, Shape{}, kOfTemperature, {}, kKelvin * kKelvin);
   }
 
   void station() {
