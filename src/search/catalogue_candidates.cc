@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/units.h"
@@ -105,6 +106,18 @@ void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& sh
   }
 }
 
+namespace {
+
+// To a tenth of a degree. The model fits no constants of the instrument, so what the temperature
+// does to it has its zero where it does not change the lengths of the arm.
+double mean_temperature(const Driver& driver, const Campaign& campaign) {
+  const std::vector<double> values = values_of(driver, campaign);
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  return std::round(10 * sum / static_cast<double>(values.size())) / 10;
+}
+
+}  // namespace
+
 std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
                                             const Campaign& campaign) {
   const Span span = time_span(campaign);
@@ -145,6 +158,9 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           candidate.effect.shape = shape;
           if (driver.kind == DriverKind::time && counts_from(shape.kind))
             candidate.effect.shape.at = begin_of_time(span);
+          if (driver.kind == DriverKind::temperature && counts_from(shape.kind) &&
+              candidate.effect.parameter.owner == Owner::instrument)
+            candidate.effect.shape.at = mean_temperature(driver, campaign);
           if (is_polynomial(shape)) set_range_of_places(robot, campaign, candidate.effect.shape);
           candidate.degree = degree;
           candidate.in_words = entry.in_words;

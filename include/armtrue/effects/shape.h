@@ -37,7 +37,7 @@ enum class SeriesBasis {
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
-  double at = 0;        ///< of a step or kink [s, rad]; where what counts_from() it begins [s]
+  double at = 0;        ///< of a step or kink [s, rad]; where what counts_from() it begins [s, degC]
   double tau = 0;       ///< exponential [s], pre_sliding [rad]
 
   SeriesBasis basis = SeriesBasis::cosine;
@@ -61,7 +61,7 @@ Shape series_shape(SeriesBasis basis, int count, const std::array<double, 3>& lo
 
 /// Whether a shape of this kind has the inner value `at`, or `tau`.
 constexpr bool has_at(ShapeKind kind) { return kind == ShapeKind::step || kind == ShapeKind::kink; }
-/// Whether a shape of this kind may count the time from `at` on, in place of the clock's zero.
+/// Whether a shape of this kind may count a time or a temperature from `at` on, in place of zero.
 constexpr bool counts_from(ShapeKind kind) {
   return kind == ShapeKind::linear || kind == ShapeKind::exponential;
 }

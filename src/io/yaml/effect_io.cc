@@ -15,6 +15,18 @@ std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicC
   return is_angle(driver.kind) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
 }
 
+const char* key_of_begin(const Effect& effect) {
+  if (!counts_from(effect.shape.kind)) return nullptr;
+  switch (effect.driver.kind) {
+    case DriverKind::time:
+      return "from_s";
+    case DriverKind::temperature:
+      return "from_degc";
+    default:
+      return nullptr;
+  }
+}
+
 Shape read_shape(YamlMap& map) {
   const auto shape = parse_shape(map.text("shape"));
   if (!shape)
@@ -109,8 +121,8 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     read_sessions(map, effect);
   else if (has_at(effect.shape.kind))
     effect.shape.at = map.number("at" + suffix) * unit;
-  else if (driver->kind == DriverKind::time && counts_from(effect.shape.kind))
-    effect.shape.at = map.number("from_s", 0.0);
+  else if (const char* key = key_of_begin(effect))
+    effect.shape.at = map.number(key, 0.0);
   if (has_tau(effect.shape.kind)) {
     effect.shape.tau = map.number("tau" + suffix) * unit;
     if (effect.shape.tau <= 0) map.fail("tau" + suffix, "must be above zero");

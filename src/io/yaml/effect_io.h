@@ -20,6 +20,9 @@ inline constexpr const char* kDriverForms =
 /// Ending of the keys `at` and `tau` of an effect with this driver, and their unit in SI.
 std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain);
 
+/// Key of the time or temperature from which an effect counts; null if its shape counts from zero.
+const char* key_of_begin(const Effect& effect);
+
 Shape read_shape(YamlMap& map);
 
 /// Reads basis, count and ranges of a series.

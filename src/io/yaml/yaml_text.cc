@@ -140,8 +140,8 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
     node["sessions"] = flow(node["sessions"]);
   } else if (has_at(shape.kind)) {
     node["at" + suffix] = number_text(shape.at, unit);
-  } else if (counts_from(shape.kind) && shape.at != 0) {
-    node["from_s"] = number_text(shape.at);
+  } else if (const char* key = key_of_begin(effect); key && shape.at != 0) {
+    node[key] = number_text(shape.at);
   }
   if (has_tau(shape.kind)) node["tau" + suffix] = number_text(shape.tau, unit);
   if (shape.kind == ShapeKind::series) {
