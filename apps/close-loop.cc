@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "armtrue/calibration/doubts.h"
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/calibration_io.h"
 #include "armtrue/io/products/loop_io.h"
@@ -23,6 +24,10 @@ LoopResult search(app::Command& command, const app::LoopArguments& arguments, co
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
   app::warn_of_all(command, off_as_wholes(result.gross_poses));
+  // A pose that is held out or left out may be the first after a change: all show its place.
+  if (!result.explanation.empty() && command.warned_of_change)
+    result.explanation =
+        explanation_of_rest(result.trace.fit, measured.all).value_or(result.explanation);
   if (arguments.nested_folds > 0) {
     command.progress(fmt::format("repeating the search in {} folds", arguments.nested_folds));
     const Campaign sound = without_gross(measured.all, measured.split.training, result.gross_poses);

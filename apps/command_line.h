@@ -71,6 +71,7 @@ class Command : public OptionGroup {
   std::vector<double> new_sessions_s;
   bool verbose = false, quiet = false;
   bool arm_in_doubt = false;  ///< refuse_mistakes() doubts that the robot file is of the arm
+  bool warned_of_change = false;  ///< refuse_mistakes() warned of a change among the readings
 
   /// Parses the arguments, then runs `work`. Returns the exit code of the process. An exception
   /// becomes a message on stderr and an exit code.

@@ -70,7 +70,7 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
                          : split_by_pose(measured.all, arguments.held_out, command.seed);
     measured.training = measured.all.select(measured.split.training);
     measured.held_out = measured.all.select(measured.split.held_out);
-    if (!arguments.uses_all_poses()) measured.all = {};
+    if (!arguments.uses_all_poses() && !command.warned_of_change) measured.all = {};
   } else {
     measured.training = measured.all;
     measured.held_out = command.read_campaign(arguments.test, robot);

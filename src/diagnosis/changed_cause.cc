@@ -19,21 +19,13 @@ std::string describe_base(const Eigen::VectorXd& value, const PlainFit& fit,
   const Eigen::Vector3d turned = value.tail<3>();
   const Eigen::Vector3d moved =
       value.head<3>() + turned.cross(middle - fit.result.robot.chain.base.translation);
-  return fmt::format(
-      "{} the readings lie in another frame, {:.3g} mm and {:.3g} mrad away: was the instrument "
-      "moved? Then give {}",
-      part.words, moved.norm() / kMillimetre, turned.norm() / kMilliradian, part.session);
+  return moved_frame_in_words(moved.norm(), turned.norm(), part);
 }
 
 std::string describe_tool(const Eigen::VectorXd& value, const ChangedPart& part) {
-  std::string turned;
-  if (value.size() > 3)
-    turned = fmt::format(" and {:.3g} mrad", value.tail<3>().norm() / kMilliradian);
-  return fmt::format(
-      "{} the reflector is elsewhere on the tool, {:.3g} mm{} away: was the tool changed or the "
-      "reflector seated anew? Then give a column 'target' with another name there, or calibrate "
-      "the parts by themselves",
-      part.words, value.head<3>().norm() / kMillimetre, turned);
+  const bool is_pose = value.size() > 3;
+  return moved_tool_in_words(value.head<3>().norm(),
+                             is_pose ? std::optional(value.tail<3>().norm()) : std::nullopt, part);
 }
 
 std::string describe_zero(const Cause& cause, double value, const KinematicChain& chain,
@@ -72,6 +64,23 @@ Causes possible_causes(const PlainFit& fit, bool with_base) {
   causes.add(Cause::Kind::scale, layout.instrument_scale, 1);
   if (!fit.readings.has_distances()) causes.add(Cause::Kind::range, layout.instrument_range, 1);
   return causes;
+}
+
+std::string moved_frame_in_words(double moved, double turned, const ChangedPart& part) {
+  return fmt::format(
+      "{} the readings lie in another frame, {:.3g} mm and {:.3g} mrad away: was the instrument "
+      "moved? Then give {}",
+      part.words, moved / kMillimetre, turned / kMilliradian, part.session);
+}
+
+std::string moved_tool_in_words(double moved, std::optional<double> turned,
+                                const ChangedPart& part) {
+  return fmt::format(
+      "{} the reflector is elsewhere on the tool, {:.3g} mm{} away: was the tool changed or the "
+      "reflector seated anew? Then give a column 'target' with another name there, or calibrate "
+      "the parts by themselves",
+      part.words, moved / kMillimetre,
+      turned ? fmt::format(" and {:.3g} mrad", *turned / kMilliradian) : "");
 }
 
 std::string describe_change(const Cause& cause, const Eigen::VectorXd& value, const PlainFit& fit,

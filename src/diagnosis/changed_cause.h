@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,5 +38,11 @@ struct ChangedPart {
 /// A change in words.
 std::string describe_change(const Cause& cause, const Eigen::VectorXd& value, const PlainFit& fit,
                             const ChangedPart& part);
+
+/// A frame that is another one by so much at the middle of the readings [m, rad], in words.
+std::string moved_frame_in_words(double moved, double turned, const ChangedPart& part);
+/// The same of a tool; `turned`: if orientations were read.
+std::string moved_tool_in_words(double moved, std::optional<double> turned,
+                                const ChangedPart& part);
 
 }  // namespace armtrue

@@ -25,6 +25,7 @@
 #include "armtrue/observation/registration.h"
 #include "armtrue/statistics/summary.h"
 #include "diagnosis/depth_check.h"
+#include "diagnosis/far_set_up_change.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/mixed_rows.h"
 
@@ -367,10 +368,14 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   const bool few = poses < kFewestPoses;
   const double miss = median_miss(robot, campaign);
   const bool fits = miss <= kImplausibleMiss;
+  const bool has_turns = !few && campaign.has_orientation();
+  const bool turns_fit = !has_turns || median_turn(robot, campaign) <= kImplausibleTurn;
+  // First of all: readings in two frames fit no arm, whatever is changed in all of them.
+  if (!fits || !turns_fit)
+    if (const auto moved = find_far_set_up_change(robot, all.select(rows))) return {{*moved}, fits};
   if (!fits) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
-    if (campaign.has_orientation() && !few)
-      std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
+    if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
     if (!few && std::ssize(rows) == campaign.rows() && campaign.touch.empty())
       std::ranges::copy(row_hypotheses(), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
@@ -386,8 +391,7 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);
   if (findings.empty() && !fits) try_calibration(robot, campaign, findings);
-  if (findings.empty() && campaign.has_orientation() &&
-      median_turn(robot, campaign) > kImplausibleTurn) {
+  if (findings.empty() && !turns_fit) {
     const Robot calibrated = calibrated_to_points(robot, campaign);
     const double turn = median_turn(calibrated, campaign);
     if (turn > kImplausibleTurn)

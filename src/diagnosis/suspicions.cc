@@ -7,6 +7,7 @@
 #include "armtrue/campaign/without_rows.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/early_angles.h"
+#include "diagnosis/far_set_up_change.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
@@ -48,6 +49,11 @@ std::optional<std::string> find_change_of_any(const PlainFit& fit) {
 Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   Findings found;
   if (rows_by_session(campaign).size() > kMostSessions) return found;
+  if (auto moved = find_far_set_up_change(robot, campaign)) {
+    found.warnings.push_back(std::move(*moved));
+    found.of_change = true;
+    return found;
+  }
   auto fit = fit_plainly(robot, campaign);
   if (!fit) return found;
   if (fit->result.spread.position < kResolution) return found;
@@ -64,6 +70,7 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
     return found;
   }
   auto suspicion = find_change_of_any(*fit);
+  found.of_change = suspicion.has_value();
   if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
   if (!suspicion) suspicion = find_early_angles(*fit, campaign);
@@ -81,6 +88,7 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
 std::optional<std::string> explanation_of_rest(const CalibrationResult& fit,
                                                const Campaign& campaign) {
   if (rows_by_session(campaign).size() > kMostSessions) return std::nullopt;
+  if (auto moved = find_far_set_up_change(fit.robot, campaign)) return moved;
   if (fit.spread.position < kResolution) return std::nullopt;
   return find_change_of_any(beside_fit(fit, campaign));
 }

@@ -134,6 +134,7 @@ std::vector<std::string> with_likely_columns(const CsvTable& table,
                                              const std::vector<std::string>& known) {
   std::vector<std::string> texts;
   for (const std::string& header : unknown) {
+    if (header.empty()) continue;
     const std::string likely = likely_column(header, known);
     // Temperatures, whose names are the user's, are read where payloads are.
     const std::string read = likely.starts_with("temp_") ? "payload_kg" : likely;

@@ -19,7 +19,8 @@ void refuse_mistaken_columns(const CsvTable& table, const std::vector<std::strin
                              const std::vector<std::string>& known, const AbsentQuantities& absent);
 
 /// For each of `unknown`: itself or, if it seems to stand for a column that is read and that the
-/// file lacks, such as payload for payload_kg, itself with the question whether it does.
+/// file lacks, such as payload for payload_kg, itself with the question whether it does. A column
+/// without a name, as a comma at the end of each line makes one, is left out.
 std::vector<std::string> with_likely_columns(const CsvTable& table,
                                              const std::vector<std::string>& unknown,
                                              const std::vector<std::string>& known);

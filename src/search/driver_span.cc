@@ -58,6 +58,21 @@ double begin_of_time(const Span& span) {
   return std::abs(first) > span.length() ? first : 0;
 }
 
+bool shows_bump(const Shape& bump, const Span& readings) {
+  constexpr double kLeastShown = 0.25;
+  const double middle = 0.5 * (bump.low[0] + bump.high[0]);
+  const auto value_at = [&](double x) {
+    double value = 0;
+    evaluate(bump, x, &value);
+    return value;
+  };
+  double shown = 0;
+  for (const double x : readings.values) shown = std::max(shown, value_at(x));
+  // Outside the travel the highest place is one of its ends, which are readings.
+  const bool is_within = middle >= readings.values.front() && middle <= readings.values.back();
+  return !is_within || shown >= kLeastShown * value_at(middle);
+}
+
 std::vector<double> step_places(const Span& span, int count) {
   std::vector<double> steps;
   const size_t n = span.values.size();

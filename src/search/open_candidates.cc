@@ -208,12 +208,13 @@ class OpenSearch {
         *find_parameter(robot_.chain, parameter) == zero_offset(robot_.chain, driver.joint);
     const double degree = degree_of(robot_, driver.joint);
     const auto [low, high] = travel_covered(driver.joint);
+    const Span readings = span_of(driver, campaign_);
     for (double width : {80 * degree, 40 * degree, 20 * degree, 10 * degree}) {
       const bool narrow = width < 40 * degree;
       if (!own && narrow) continue;
       for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
-        add(parameter, driver,
-            series_shape(SeriesBasis::bump, 1, (k - 0.5) * width, (k + 0.5) * width), narrow);
+        const Shape bump = series_shape(SeriesBasis::bump, 1, (k - 0.5) * width, (k + 0.5) * width);
+        if (shows_bump(bump, readings)) add(parameter, driver, bump, narrow);
       }
     }
   }

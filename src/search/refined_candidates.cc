@@ -63,7 +63,7 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
         Shape inner = shape;
         inner.low[0] = k * step - 0.5 * wide;
         inner.high[0] = k * step + 0.5 * wide;
-        add(inner);
+        if (shows_bump(inner, span)) add(inner);
       }
     }
   } else if (has_tau(shape.kind)) {

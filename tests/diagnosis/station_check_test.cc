@@ -10,6 +10,7 @@
 
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/conventions.h"
@@ -18,9 +19,13 @@
 namespace armtrue::station_check_test {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
+using testing::Each;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
 
 Robot spindle() { return read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot; }
 
@@ -205,6 +210,88 @@ TEST(StationCheck, AZeroThatJumpsIsNamed) {
   campaign.session_names.clear();
   EXPECT_THAT(all_findings(spindle(), campaign),
               Contains(HasSubstr("the zero of A3 is 0.0993 deg away")));
+}
+
+// The readings from a share of them on are those of another campaign of the same poses.
+void go_on_with(const Campaign& other, double share, Campaign& campaign) {
+  for (int row = static_cast<int>(share * campaign.rows()); row < campaign.rows(); ++row) {
+    campaign.position[row] = other.position[row];
+    if (campaign.has_orientation()) campaign.orientation[row] = other.orientation[row];
+  }
+}
+
+Campaign poses_of(const Robot& truth, bool orientation) {
+  SimulationOptions options;
+  options.noise_position = 0.05 * kMillimetre;
+  options.noise_orientation = 0.1 * kMilliradian;
+  options.orientation = orientation;
+  return simulate(spindle(), truth, options);
+}
+
+// Where no part has most of the readings, no fit to all is near one of them.
+TEST(StationCheck, AnInstrumentThatWasMovedIsNamedWhereverItWas) {
+  std::vector<Robot> moved(3, real_arm());
+  moved[0] = from_another_station(real_arm());
+  moved[1].chain.base.translation += Eigen::Vector3d(0.05, 0.03, 0);
+  moved[2].chain.base.rotation = rotation_from_abc(0.3 + 3, 0.02, -0.01);
+  for (const Robot& after : moved)
+    for (const bool orientation : {false, true})
+      for (const double share : {0.2, 0.4, 0.5, 0.55, 0.7}) {
+        Campaign campaign = poses_of(real_arm(), orientation);
+        go_on_with(poses_of(after, orientation), share, campaign);
+        const int time = 20 * static_cast<int>(share * campaign.rows());
+        EXPECT_THAT(all_findings(spindle(), campaign),
+                    Each(AllOf(HasSubstr("from t_s = " + std::to_string(time) + " on"),
+                               HasSubstr("in another frame"),
+                               HasSubstr("--new-session-at-s " + std::to_string(time) + " or"))))
+            << share << (orientation ? " poses" : " points");
+        EXPECT_THAT(all_findings(spindle(), campaign), Not(IsEmpty()));
+      }
+}
+
+TEST(StationCheck, AnInstrumentThatWasMovedTwiceIsNamed) {
+  Robot third = real_arm();
+  third.chain.base.translation.x() -= 1;
+  Campaign campaign = poses_of(real_arm(), false);
+  go_on_with(poses_of(from_another_station(real_arm()), false), 0.3, campaign);
+  go_on_with(poses_of(third, false), 0.65, campaign);
+  EXPECT_THAT(all_findings(spindle(), campaign),
+              Contains(HasSubstr("--new-session-at-s 360 --new-session-at-s 780 or")));
+}
+
+TEST(StationCheck, AToolThatIsChangedAtHalfIsNamed) {
+  Robot later = real_arm();
+  later.chain.tool.translation += Eigen::Vector3d(0.06, 0, 0.08);
+  Campaign campaign = poses_of(real_arm(), true);
+  go_on_with(poses_of(later, true), 0.5, campaign);
+  EXPECT_THAT(all_findings(spindle(), campaign),
+              Contains(HasSubstr("from t_s = 600 on, in the order of the times, the reflector is "
+                                 "elsewhere on the tool, 100 mm")));
+}
+
+// No frame and no tool makes right readings of these.
+TEST(StationCheck, WrongColumnsOfHalfTheRowsAreNoMovedInstrument) {
+  std::vector<std::function<void(Campaign&, int)>> mistakes;
+  for (const int j : {0, 2, 5}) {
+    mistakes.emplace_back([j](Campaign& c, int row) { c.q[row][j] *= -1; });
+    mistakes.emplace_back(
+        [j](Campaign& c, int row) { std::swap(c.q[row][j], c.q[row][(j + 2) % 6]); });
+  }
+  for (const double factor : {1e-3, 1 / 25.4, 1000.0})
+    mistakes.emplace_back([factor](Campaign& c, int row) { c.position[row] *= factor; });
+  mistakes.emplace_back([](Campaign& c, int row) { c.q[row] *= kDegree; });
+  mistakes.emplace_back([](Campaign& c, int row) { c.position[row].x() *= -1; });
+  mistakes.emplace_back(
+      [](Campaign& c, int row) { std::swap(c.position[row].y(), c.position[row].z()); });
+  for (size_t k = 0; k < mistakes.size(); ++k) {
+    Campaign campaign = points_of(real_arm());
+    for (int row = campaign.rows() / 2; row < campaign.rows(); ++row) mistakes[k](campaign, row);
+    const Findings found = find_mistakes(spindle(), campaign);
+    EXPECT_THAT(found.errors, SizeIs(1)) << k;
+    EXPECT_THAT(found.errors,
+                Each(AllOf(Not(HasSubstr("another frame")), Not(HasSubstr("elsewhere")))))
+        << k;
+  }
 }
 
 // Twelve points leave hardly more freedom than another base has unknowns.

@@ -2,7 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/units.h"
+#include "search/candidates.h"
 
 namespace armtrue {
 namespace {
@@ -89,6 +96,44 @@ TEST(DriverSpan, SessionsStandInTheirOrderWhereTimesShowNone) {
   EXPECT_EQ(span_of(*driver, c).values, (std::vector<double>{0, 1}));
   EXPECT_EQ(step_places(span_of(*driver, c), kStepGrid), std::vector<double>{0.5});
   EXPECT_TRUE(is_driven(*driver, c, {}));
+}
+
+// exp(-(x - middle)^2 / (2 sigma^2)) at the nearest reading, by hand; 1 outside their travel.
+double shown(const Shape& bump, const std::vector<double>& readings) {
+  const double sigma = (bump.high[0] - bump.low[0]) / 2, middle = bump.low[0] + sigma;
+  if (middle < std::ranges::min(readings) || middle > std::ranges::max(readings)) return 1;
+  double nearest = 1e9;
+  for (const double x : readings) nearest = std::min(nearest, std::abs(x - middle));
+  return std::exp(-0.5 * std::pow(nearest / sigma, 2));
+}
+
+// A bump that stands between readings, far from all of them, could have any height.
+TEST(DriverSpan, ABumpIsSearchedWhereReadingsShowIt) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr10-r1100.yaml").robot;
+  SimulationOptions options;
+  options.poses = 60;
+  const Campaign all = simulate(robot, robot, options);
+  std::vector<int> rows;
+  for (int row = 0; row < all.rows(); ++row)
+    if (std::abs(all.q[row][3] - 52 * kDegree) > 16 * kDegree) rows.push_back(row);
+  const Campaign with_gap = all.select(rows);
+  std::vector<double> angles;
+  for (const JointVector& q : with_gap.q) angles.push_back(q[3]);
+  int searched = 0, in_gap = 0;
+  for (const Candidate& found : open_candidates(robot, with_gap)) {
+    if (found.effect.shape.basis != SeriesBasis::bump || found.effect.driver.joint != 3) continue;
+    std::vector<Candidate> bumps = refined_candidates(found, with_gap);
+    bumps.push_back(found);
+    for (const Candidate& bump : bumps) {
+      const Shape& shape = bump.effect.shape;
+      EXPECT_GE(shown(shape, angles), 0.25) << shape.low[0] << " to " << shape.high[0];
+      ++searched;
+      const double middle = 0.5 * (shape.low[0] + shape.high[0]);
+      in_gap += std::abs(middle - 52 * kDegree) < 10 * kDegree;
+    }
+  }
+  EXPECT_GT(searched, 1000);
+  EXPECT_GT(in_gap, 0);  // wide ones, which the readings beside it show
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ inline constexpr double kImplausibleMiss = 0.02;
 ///
 /// First, base and tool are fitted completely, because they may be anywhere. If the median error is
 /// then at most 20 mm (and the rotation of the tool from pose to pose at most 0.1 rad, if need be
-/// with the geometry calibrated to the points), all is plausible. Otherwise each possible mistake
+/// with the geometry calibrated to the points), all is plausible. Otherwise readings that lie in
+/// another frame, or of another tool, from some place on are looked for. Then each possible mistake
 /// is corrected in turn, with base and tool fitted again. The best correction is reported with its
 /// remedy if it lowers the median error to a tenth. A mistake that only some poses have, three or
 /// more, is reported too. If no mistake is found, a calibration is tried: if its median error stays

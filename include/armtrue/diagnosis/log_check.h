@@ -14,6 +14,7 @@ struct Findings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely
   std::string other_arm;  ///< that of the warnings which doubts that the robot file is of this arm
+  bool of_change = false;  ///< one of the warnings is of a change among the readings
 };
 
 /// Errors: a reading that stands twice, time included; one number but 0 in place of points of
