@@ -14,12 +14,12 @@
 namespace armtrue {
 namespace {
 
-constexpr double kFewestInPart = 0.1;  // of the rows, on either side
+constexpr double kFewestInPart = 0.1;  // of the readings, on either side
 constexpr double kShareThatMatters = 0.25;
 
 struct SetUpChange {
   double score = 0;       // fall of BIC
-  int first_row = -1;     // of the later part, in the order
+  int first = -1;         // reading of the later part, in the order
   Eigen::VectorXd moved{};  // the value of the cause
 };
 
@@ -52,7 +52,7 @@ Eigen::VectorXd explained_by(const SetUpChange& change, const FitEquations& equa
                              const Cause& cause, const std::vector<int>& order) {
   const int size = equations.row_size;
   Eigen::VectorXd later = Eigen::VectorXd::Zero(equations.residual.size());
-  for (size_t k = change.first_row; k < order.size(); ++k)
+  for (size_t k = change.first; k < order.size(); ++k)
     later.segment(order[k] * size, size) =
         equations.columns.block(order[k] * size, cause.first_column, size, cause.count) *
         change.moved;
@@ -66,11 +66,11 @@ std::vector<int> sorted_by(const std::vector<double>& keys) {
   return order;
 }
 
-// Pose numbers by row; empty if an id is no number.
-std::vector<double> pose_numbers(const Campaign& campaign) {
+// Pose numbers of rows; empty if an id is no number.
+std::vector<double> pose_numbers(const Campaign& campaign, const std::vector<int>& rows) {
   std::vector<double> numbers;
-  for (int pose : campaign.pose) {
-    const std::string& id = campaign.pose_ids[pose];
+  for (int row : rows) {
+    const std::string& id = campaign.pose_ids[campaign.pose[row]];
     const auto [end, error] =
         std::from_chars(id.data(), id.data() + id.size(), numbers.emplace_back());
     if (error != std::errc() || end != id.data() + id.size()) return {};
@@ -79,33 +79,45 @@ std::vector<double> pose_numbers(const Campaign& campaign) {
 }
 
 struct Order {
-  std::string of;  // line, time or pose
-  std::vector<int> rows;
+  std::string of;             // line, time or pose
+  std::vector<int> readings;  // of the equations
 };
 
-std::vector<Order> orders_of(const Campaign& campaign) {
+std::vector<Order> orders_of(const Campaign& campaign, const FitEquations& equations) {
+  std::vector<int> first;
+  for (const std::vector<int>& rows : equations.rows) first.push_back(rows.front());
+  const auto at = [&](const auto& column) {
+    std::vector<double> values;
+    for (int row : first) values.push_back(column[row]);
+    return values;
+  };
   std::vector<Order> orders;
-  if (!campaign.time_s.empty()) orders.push_back({"time", sorted_by(campaign.time_s)});
-  orders.push_back({"line", sorted_by({campaign.line.begin(), campaign.line.end()})});
-  if (const auto numbers = pose_numbers(campaign); !numbers.empty())
+  if (!campaign.time_s.empty()) orders.push_back({"time", sorted_by(at(campaign.time_s))});
+  orders.push_back({"line", sorted_by(at(campaign.line))});
+  if (const auto numbers = pose_numbers(campaign, first); !numbers.empty())
     orders.push_back({"pose", sorted_by(numbers)});
   return orders;
 }
 
-std::string place_of(size_t row, const Order& order, const Campaign& campaign) {
+std::string place_of(int row, const Order& order, const Campaign& campaign) {
   if (order.of == "time") return fmt::format("t_s = {:.10g}", campaign.time_s[row]);
   if (order.of == "pose") return "pose " + campaign.pose_ids[campaign.pose[row]];
   return fmt::format("line {}", campaign.line[row]);
 }
 
-ChangedPart part_of(const SetUpChange& change, const Order& order, const Campaign& campaign) {
-  const size_t row = order.rows[change.first_row];
+// `last`: row of the last reading before the change; `first`: of the one behind it.
+ChangedPart part_of(int last, int first, const Order& order, const Campaign& campaign) {
+  const auto pose = [&](int row) { return campaign.pose_ids[campaign.pose[row]]; };
+  if (campaign.has_pixels_only())
+    return {fmt::format("between the images of pose {} and pose {}, in the order of the {}s,",
+                        pose(last), pose(first), order.of),
+            ""};
   std::string by_time;
   if (order.of == "time")
-    by_time = fmt::format("--new-session-at-s {:.10g} or ", campaign.time_s[row]);
-  return {
-      fmt::format("from {} on, in the order of the {}s,", place_of(row, order, campaign), order.of),
-      by_time + "a column 'session'"};
+    by_time = fmt::format("--new-session-at-s {:.10g} or ", campaign.time_s[first]);
+  return {fmt::format("from {} on, in the order of the {}s,", place_of(first, order, campaign),
+                      order.of),
+          by_time + "a column 'session'"};
 }
 
 }  // namespace
@@ -113,26 +125,28 @@ ChangedPart part_of(const SetUpChange& change, const Order& order, const Campaig
 std::optional<Suspicion> find_set_up_change(const PlainFit& fit) {
   const Campaign& sample = fit.readings;
   const Causes causes = possible_causes(fit, true);
-  const std::vector<Order> orders = orders_of(sample);
-  const auto choices = static_cast<double>(orders.size() * causes.all.size());
   const double poses = fit.poses();
-  const FitEquations equations = fit_equations(fit, causes.parameters);
+  const FitEquations equations = reading_equations(fit, causes.parameters);
+  const std::vector<Order> orders = orders_of(sample, equations);
+  const auto choices = static_cast<double>(orders.size() * causes.all.size());
   const Order* found = nullptr;
   const Cause* found_cause = nullptr;
   SetUpChange best{.score = kClearFall};
   for (const Cause& cause : causes.all)
     for (const Order& order : orders) {
-      const SetUpChange change = best_place(equations, cause, order.rows, poses, choices);
+      const SetUpChange change = best_place(equations, cause, order.readings, poses, choices);
       if (change.score <= best.score ||
-          !is_of_most(explained_by(change, equations, cause, order.rows), equations))
+          !is_of_most(explained_by(change, equations, cause, order.readings), equations))
         continue;
       best = change;
       found = &order;
       found_cause = &cause;
     }
   if (!found) return std::nullopt;
-  return Suspicion{best.score,
-                   describe_change(*found_cause, best.moved, fit, part_of(best, *found, sample))};
+  const auto row_of = [&](int k) { return equations.rows[found->readings[k]].front(); };
+  return Suspicion{best.score, describe_change(*found_cause, best.moved, fit,
+                                               part_of(row_of(best.first - 1), row_of(best.first),
+                                                       *found, sample))};
 }
 
 }  // namespace armtrue
