@@ -56,14 +56,14 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
 // The result fitted to all poses of the campaign, if a product holds it. With --test no pose of it
 // was held out.
 std::optional<FitToAll> fit_for_products(app::Command& command, const app::LoopArguments& arguments,
-                                         const app::MeasuredLoop& measured,
+                                         const Robot& robot, const app::MeasuredLoop& measured,
                                          const LoopResult& result) {
   if (!arguments.wants_fit()) return std::nullopt;
   if (measured.split.held_out.empty())
     return FitToAll{result_of(result), result.gross_poses,
                     without_gross(measured.training, result.gross_poses)};
   command.progress("fitting the result to all poses");
-  return fit_to_all(result, measured.all, app::catalogue(arguments.catalogue));
+  return fit_to_all(robot, result, measured.all, app::catalogue(arguments.catalogue));
 }
 
 void write_fit(const app::LoopArguments& arguments, const Robot& nominal, const FitToAll& fit,
@@ -92,7 +92,7 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
   const LoopDoubts doubts = doubts_of_loop(robot, measured.training, result);
   app::warn_of_all(command, doubts.sentences);
   const Provenance provenance = command.provenance();
-  const std::optional<FitToAll> fit = fit_for_products(command, arguments, measured, result);
+  const std::optional<FitToAll> fit = fit_for_products(command, arguments, robot, measured, result);
   if (fit) write_fit(arguments, robot, *fit, provenance);
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,

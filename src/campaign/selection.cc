@@ -24,29 +24,75 @@ std::vector<int> evenly_chosen(const std::vector<int>& rows, long count) {
   return chosen;
 }
 
+namespace {
+
+using Pair = std::pair<std::string, std::string>;  // camera and board
+
+// The rows of the pixels of each image, by its pose and repeat, of each camera and board.
+std::map<Pair, std::map<std::pair<int, int>, std::vector<int>>> images_by_pair(
+    const Campaign& campaign, const std::vector<int>& pixels) {
+  std::vector<Pair> pair_of_name;
+  for (const std::string& text : campaign.contact_names) {
+    const PixelName name(text);
+    pair_of_name.emplace_back(name.camera, name.board);
+  }
+  std::map<Pair, std::map<std::pair<int, int>, std::vector<int>>> images;
+  for (int row : pixels)
+    images[pair_of_name[campaign.touch[row].contact]]
+          [{campaign.pose[row], campaign.repeat.empty() ? 0 : campaign.repeat[row]}]
+              .push_back(row);
+  return images;
+}
+
+std::vector<int> pixels_of(const Campaign& campaign) {
+  std::vector<int> pixels;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.kind(row) == ReadingKind::pixel) pixels.push_back(row);
+  return pixels;
+}
+
+// Whether the k-th of `available` is among `kept` that are evenly drawn.
+bool is_drawn(long k, long kept, long available) {
+  return k * kept / available != (k + 1) * kept / available;
+}
+
+}  // namespace
+
 std::vector<int> readings_evenly_chosen(const Campaign& campaign, const std::vector<int>& rows,
                                         long count) {
   std::vector<int> pixels, others;
   for (int row : rows) (campaign.kind(row) == ReadingKind::pixel ? pixels : others).push_back(row);
   std::vector<int> chosen = evenly_chosen(others, count);
-  std::vector<std::pair<std::string, std::string>> pair_of_name;  // camera and board
-  for (const std::string& text : campaign.contact_names) {
-    const PixelName name(text);
-    pair_of_name.emplace_back(name.camera, name.board);
-  }
-  using Image = std::pair<int, int>;  // pose and repeat
-  std::map<std::pair<std::string, std::string>, std::map<Image, std::vector<int>>> images;
-  for (int row : pixels)
-    images[pair_of_name[campaign.touch[row].contact]]
-          [{campaign.pose[row], campaign.repeat.empty() ? 0 : campaign.repeat[row]}]
-              .push_back(row);
-  for (const auto& [pair, of_pair] : images) {
+  for (const auto& [pair, of_pair] : images_by_pair(campaign, pixels)) {
     const long available = std::ssize(of_pair), kept = std::min(available, kImagesOfPair);
     long place = 0;
+    for (const auto& [image, own] : of_pair)
+      if (is_drawn(place++, kept, available)) chosen.insert(chosen.end(), own.begin(), own.end());
+  }
+  std::ranges::sort(chosen);
+  return chosen;
+}
+
+std::vector<std::vector<int>> rows_by_image(const Campaign& campaign) {
+  std::vector<std::vector<int>> all;
+  for (auto& [pair, of_pair] : images_by_pair(campaign, pixels_of(campaign)))
+    for (auto& [image, own] : of_pair) all.push_back(std::move(own));
+  return all;
+}
+
+std::vector<int> corners_evenly_chosen(const Campaign& campaign, long images, long corners) {
+  std::vector<int> chosen;
+  for (const auto& [pair, of_pair] : images_by_pair(campaign, pixels_of(campaign))) {
+    const long available = std::ssize(of_pair), kept = std::min(available, images);
+    long place = 0;
     for (const auto& [image, own] : of_pair) {
-      if (place * kept / available != (place + 1) * kept / available)
-        chosen.insert(chosen.end(), own.begin(), own.end());
-      ++place;
+      if (!is_drawn(place++, kept, available)) continue;
+      std::map<int, std::vector<int>> rows_of_corner;
+      for (int row : own) rows_of_corner[campaign.touch[row].contact].push_back(row);
+      const long seen = std::ssize(rows_of_corner), taken = std::min(seen, corners);
+      long corner = 0;
+      for (const auto& [name, rows] : rows_of_corner)
+        if (is_drawn(corner++, taken, seen)) chosen.insert(chosen.end(), rows.begin(), rows.end());
     }
   }
   std::ranges::sort(chosen);

@@ -89,6 +89,19 @@ std::string why_other_arm(const ModelPair& pair, double nearest) {
       pair.robot_name, pair.controller_name, nearest / kMillimetre);
 }
 
+namespace {
+
+// An image has four corners or more that are not on one line, which show how the arm is turned.
+bool shows_orientation(const Uncertainty& of) {
+  return of.reading.orientation > 0 ||
+         std::ranges::any_of(of.parameters, [](const std::string& name) {
+           const Owner owner = Parameter(name).owner;
+           return owner == Owner::camera || owner == Owner::board;
+         });
+}
+
+}  // namespace
+
 std::vector<std::string> doubts_of_models(const ModelPair& pair, const Campaign& visits,
                                           const std::string& predicted) {
   std::vector<std::string> found;
@@ -101,7 +114,7 @@ std::vector<std::string> doubts_of_models(const ModelPair& pair, const Campaign&
     found.push_back(pair.robot_name +
                     " does not state its uncertainty: it is not known which targets its readings "
                     "cover; calibrate and close-loop --robot-out write it");
-  else if (pair.robot.uncertainty->reading.orientation == 0)
+  else if (!shows_orientation(*pair.robot.uncertainty))
     found.push_back(pair.robot_name +
                     " comes from points or distances: no orientation was measured, so corrections "
                     "of orientation follow from the joints alone");

@@ -11,7 +11,7 @@ namespace armtrue {
 
 /// What may be another one in a part of the readings: consecutive parameters, tried together.
 struct Cause {
-  enum class Kind { base, tool, zero, scale, range } kind;
+  enum class Kind { base, tool, zero, scale, range, contact } kind;
   int first_column;  ///< of FitEquations::columns
   int count;
   int parameter;  ///< of the first column
@@ -26,12 +26,13 @@ struct Causes {
 
 /// The causes that a plain fit can tell: the base, if `with_base`; the tool, unless there are
 /// several targets; the zero of each joint that the fit identifies, unless each session has its
-/// own; the scale of the instrument and, of points, the constant of its range.
+/// own; the scale of the instrument and, of points, the constant of its range. Of images the place
+/// of each camera and each board, and the zeros.
 Causes possible_causes(const PlainFit& fit, bool with_base);
 
 /// The readings in which something is another one.
 struct ChangedPart {
-  std::string words;    ///< "in session 'monday'"
+  std::string words;    ///< "in session 'monday'"; of images "between the images of two poses"
   std::string session;  ///< what makes a session of them: "a column 'session'"; empty: they are one
 };
 

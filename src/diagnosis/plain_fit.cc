@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <set>
 #include <stdexcept>
 
 #include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
@@ -17,7 +19,9 @@ namespace armtrue {
 namespace {
 
 Campaign part_of(const Campaign& campaign) {
-  constexpr int kMostRows = 500;
+  constexpr int kMostRows = 500, kMostImages = 100, kCorners = 12;
+  if (campaign.has_pixels_only())
+    return campaign.select(corners_evenly_chosen(campaign, kMostImages, kCorners));
   std::vector<int> rows(campaign.pose.size());
   std::iota(rows.begin(), rows.end(), 0);
   return campaign.select(readings_evenly_chosen(campaign, rows, kMostRows));
@@ -39,7 +43,7 @@ std::optional<PlainFit> fit_plainly(const Robot& given, const Campaign& campaign
   robot.effects.clear();
   robot.identify = {"auto"};
   try {
-    CalibrationResult result = calibrate(robot, readings, {.robust = false});
+    CalibrationResult result = calibrate(robot, readings, {.robust = readings.has_pixels_only()});
     return PlainFit{std::move(readings), std::move(result)};
   } catch (const std::invalid_argument&) {
     return std::nullopt;  // too few readings
@@ -71,7 +75,17 @@ std::vector<int> joined(const Columns& columns) {
 
 }  // namespace
 
-FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters) {
+namespace {
+
+// The columns as they are.
+struct RawEquations {
+  int row_size;
+  std::vector<std::vector<int>> rows;
+  Eigen::MatrixXd fitted, beside;
+  Eigen::VectorXd residual;
+};
+
+RawEquations raw_equations(const PlainFit& fit, const std::vector<int>& further_parameters) {
   const std::vector<std::vector<int>> sessions = rows_by_session(fit.readings);
   const Columns columns = columns_of(fit, further_parameters, sessions.size() > 1);
   const std::vector<int> parameters = joined(columns);
@@ -79,9 +93,12 @@ FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_
              further = std::ssize(columns.further);
   const int size = fit.readings.reading_size().all();
   const Eigen::Index equations = fit.readings.rows() * size;
-  Eigen::MatrixXd fitted = Eigen::MatrixXd::Zero(equations, shared + own * std::ssize(sessions));
-  Eigen::MatrixXd beside(equations, further);
-  Eigen::VectorXd residual(equations);
+  RawEquations raw{size,
+                   {},
+                   Eigen::MatrixXd::Zero(equations, shared + own * std::ssize(sessions)),
+                   Eigen::MatrixXd::Zero(equations, further),
+                   Eigen::VectorXd(equations)};
+  for (int row = 0; row < fit.readings.rows(); ++row) raw.rows.push_back({row});
   for (size_t session = 0; session < sessions.size(); ++session) {
     const Campaign readings = fit.readings.select(sessions[session]);
     const ObservationModel model(readings, robot_at_row(fit.result.robot, readings, 0), parameters,
@@ -91,19 +108,107 @@ FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_
     for (int row = 0; row < model.rows(); ++row) {
       at.block(row, block);
       const int first = sessions[session][row] * size;
-      fitted.block(first, 0, size, shared) = block.leftCols(shared);
-      fitted.block(first, shared + own * static_cast<Eigen::Index>(session), size, own) =
+      raw.fitted.block(first, 0, size, shared) = block.leftCols(shared);
+      raw.fitted.block(first, shared + own * static_cast<Eigen::Index>(session), size, own) =
           block.middleCols(shared, own);
-      beside.middleRows(first, size) = block.middleCols(shared + own, further);
-      residual.segment(first, size) = block.rightCols<1>();
+      raw.beside.middleRows(first, size) = block.middleCols(shared + own, further);
+      raw.residual.segment(first, size) = block.rightCols<1>();
     }
   }
-  for (Eigen::Index k = 0; k < fitted.cols(); ++k) fitted.col(k).normalize();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted);
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(equations, qr.rank());
+  return raw;
+}
+
+FitEquations with_basis(RawEquations raw) {
+  for (Eigen::Index k = 0; k < raw.fitted.cols(); ++k) raw.fitted.col(k).normalize();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(raw.fitted);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(raw.residual.size(), qr.rank());
   basis = qr.householderQ() * basis;
-  residual -= basis * (basis.transpose() * residual);
-  return {size, basis, beside, residual};
+  raw.residual -= basis * (basis.transpose() * raw.residual);
+  return {raw.row_size, std::move(raw.rows), std::move(basis), std::move(raw.beside),
+          std::move(raw.residual)};
+}
+
+// The rows of an image that agree on a place of the board: what its columns O leave of the residual
+// with the smallest sum of sizes, which a few wrong corners do not bend, is like that of the
+// others.
+std::vector<int> agreeing(const std::vector<int>& rows, const Eigen::MatrixXd& place,
+                          const Eigen::VectorXd& residual) {
+  constexpr int kSteps = 20;
+  constexpr double kGross = 7;  // medians: five standard deviations
+  constexpr double kSmallest = 1e-9;
+  Eigen::VectorXd left = residual;
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::VectorXd root = left.cwiseAbs().cwiseMax(kSmallest).cwiseSqrt().cwiseInverse();
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(root.asDiagonal() * place);
+    left = residual - place * qr.solve(root.cwiseProduct(residual));
+  }
+  const Eigen::VectorXd sizes = left.cwiseAbs();
+  const double limit =
+      kGross * std::max(kSmallest, median(std::vector<double>(sizes.begin(), sizes.end())));
+  std::vector<int> chosen;
+  for (size_t k = 0; k < rows.size(); ++k)
+    if (sizes[static_cast<Eigen::Index>(k)] <= limit) chosen.push_back(rows[k]);
+  return chosen;
+}
+
+// An orthonormal basis of what the place of the board does to sound corners of an image.
+struct ImageBasis {
+  std::vector<int> sound;
+  Eigen::MatrixXd columns;
+};
+
+// `first_place`: the column of the first number of the place of each contact that is a board.
+RawEquations by_images(const RawEquations& of_rows, const PlainFit& fit,
+                       const std::vector<int>& first_place, Eigen::Index further) {
+  const std::vector<ContactPoint> matched = match_contacts(fit.readings, fit.result.robot.chain);
+  RawEquations of_images{kParametersPerPose, {}, {}, {}, {}};
+  std::vector<ImageBasis> bases;
+  for (std::vector<int>& rows : rows_by_image(fit.readings)) {
+    const int board = matched[fit.readings.touch[rows.front()].contact].board;
+    const auto place = Eigen::seqN(first_place[board], kParametersPerPose);
+    const std::vector<int> sound =
+        agreeing(rows, of_rows.beside(rows, place), of_rows.residual(rows));
+    if (std::ssize(sound) < kParametersPerPose) continue;
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(of_rows.beside(sound, place));
+    bases.push_back({sound, qr.householderQ() *
+                                Eigen::MatrixXd::Identity(std::ssize(sound), kParametersPerPose)});
+    of_images.rows.push_back(std::move(rows));
+  }
+  const Eigen::Index equations = kParametersPerPose * std::ssize(bases);
+  of_images.fitted.resize(equations, of_rows.fitted.cols());
+  of_images.beside.resize(equations, further);
+  of_images.residual.resize(equations);
+  Eigen::Index first = 0;
+  for (const auto& [sound, columns] : bases) {
+    const auto own = Eigen::seqN(first, kParametersPerPose);
+    of_images.fitted(own, Eigen::all) = columns.transpose() * of_rows.fitted(sound, Eigen::all);
+    of_images.beside(own, Eigen::all) =
+        columns.transpose() * of_rows.beside(sound, Eigen::seqN(0, further));
+    of_images.residual(own) = columns.transpose() * of_rows.residual(sound);
+    first += kParametersPerPose;
+  }
+  return of_images;
+}
+
+}  // namespace
+
+FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters) {
+  return with_basis(raw_equations(fit, further_parameters));
+}
+
+FitEquations reading_equations(const PlainFit& fit, const std::vector<int>& further_parameters) {
+  if (!fit.readings.has_pixels_only()) return fit_equations(fit, further_parameters);
+  const KinematicChain& chain = fit.result.robot.chain;
+  const std::vector<Contact>& contacts = chain.contacts;
+  std::vector<int> parameters = further_parameters, first_place(contacts.size());
+  for (int contact = 0; contact < std::ssize(contacts); ++contact) {
+    if (contacts[contact].kind != ContactKind::board) continue;
+    first_place[contact] = static_cast<int>(parameters.size());
+    for (int k = 0; k < kParametersPerPose; ++k)
+      parameters.push_back(first_contact_parameter(chain) + kParametersOfContact * contact + k);
+  }
+  return with_basis(
+      by_images(raw_equations(fit, parameters), fit, first_place, std::ssize(further_parameters)));
 }
 
 JointFit fit_beside(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& on_basis,
@@ -202,7 +307,7 @@ Blunders find_blunders(const FitEquations& equations, double poses) {
     const LeftOut worst = worst_reading(left);
     if (worst.row < 0) break;
     leave_out(worst.row, left);
-    tried.rows.push_back(worst.row);
+    std::ranges::copy(equations.rows[worst.row], std::back_inserter(tried.rows));
     choices *= (rows - count + 1) / count;
     const JointFit joint{std::min(1 - 1e-12, 1 - left.residual.squaredNorm() / whole),
                          Eigen::VectorXd::Zero(count * equations.row_size)};

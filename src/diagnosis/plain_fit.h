@@ -12,7 +12,9 @@
 namespace armtrue {
 
 /// The geometry of a robot, calibrated to at most 500 readings of a campaign, evenly chosen, by
-/// plain least squares: a heavy-tailed law would take the smaller of two parts for blunders.
+/// plain least squares: a heavy-tailed law would take the smaller of two parts for blunders. Of
+/// images at most 100 of each camera and board, with 12 corners each, whose ids may be wrong: the
+/// law is heavy-tailed, and reading_equations() leave these corners out.
 struct PlainFit {
   Campaign readings;
   CalibrationResult result;
@@ -29,13 +31,20 @@ PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign);
 /// Whitened equations of a fit, and of further unknowns that were not fitted. Each session has a
 /// base of its own among the fitted columns.
 struct FitEquations {
-  int row_size;              ///< equations of a reading
+  int row_size;                        ///< equations of a reading
+  std::vector<std::vector<int>> rows;  ///< of PlainFit::readings that each reading is
   Eigen::MatrixXd basis;     ///< orthonormal, of all fitted columns
   Eigen::MatrixXd columns;   ///< of the further unknowns
   Eigen::VectorXd residual;  ///< orthogonal to the basis
 };
 
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
+
+/// The same where all rows of an image are one reading. With O the derivatives of its corners by
+/// the six numbers of where the board is, its equations are Q^T of theirs, Q an orthonormal basis
+/// of the columns of O: six numbers, which are all that an image says of the pose of an arm.
+/// Corners that contradict the others of their image take no part.
+FitEquations reading_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
 
 /// Further unknowns that are fitted beside the others.
 struct JointFit {
@@ -65,7 +74,7 @@ bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations)
 /// The readings without which a fit is best, as blunders, and the fall of BIC without them.
 struct Blunders {
   double score = 0;
-  std::vector<int> rows{};
+  std::vector<int> rows{};  ///< of PlainFit::readings, ascending
 };
 
 /// Leaves out the worst reading, one after the other, while BIC falls. A blunder bends a plain fit,

@@ -1,8 +1,11 @@
 #include "diagnosis/set_up_change.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "diagnosis/changed_cause.h"
@@ -11,12 +14,12 @@
 namespace armtrue {
 namespace {
 
-constexpr double kFewestInPart = 0.1;  // of the rows, on either side
+constexpr double kFewestInPart = 0.1;  // of the readings, on either side
 constexpr double kShareThatMatters = 0.25;
 
 struct SetUpChange {
   double score = 0;       // fall of BIC
-  int first_row = -1;     // of the later part, in the order
+  int first = -1;         // reading of the later part, in the order
   Eigen::VectorXd moved{};  // the value of the cause
 };
 
@@ -49,11 +52,29 @@ Eigen::VectorXd explained_by(const SetUpChange& change, const FitEquations& equa
                              const Cause& cause, const std::vector<int>& order) {
   const int size = equations.row_size;
   Eigen::VectorXd later = Eigen::VectorXd::Zero(equations.residual.size());
-  for (size_t k = change.first_row; k < order.size(); ++k)
+  for (size_t k = change.first; k < order.size(); ++k)
     later.segment(order[k] * size, size) =
         equations.columns.block(order[k] * size, cause.first_column, size, cause.count) *
         change.moved;
   return later;
+}
+
+// The readings of the equations in an order of the rows.
+std::vector<int> readings_in(const ReadingOrder& order, const FitEquations& equations) {
+  std::vector<int> place(order.rows.size()), readings(equations.rows.size());
+  for (size_t k = 0; k < place.size(); ++k) place[order.rows[k]] = static_cast<int>(k);
+  std::iota(readings.begin(), readings.end(), 0);
+  std::ranges::stable_sort(readings, {}, [&](int k) { return place[equations.rows[k].front()]; });
+  return readings;
+}
+
+// `last`: row of the last reading before the change; `first`: of the one behind it.
+ChangedPart part_of(int last, int first, const ReadingOrder& order, const Campaign& campaign) {
+  if (!campaign.has_pixels_only()) return parts_from({first}, order, campaign);
+  const auto pose = [&](int row) { return campaign.pose_ids[campaign.pose[row]]; };
+  return {fmt::format("between the images of pose {} and pose {}, in the order of the {}s,",
+                      pose(last), pose(first), order.of),
+          ""};
 }
 
 }  // namespace
@@ -61,27 +82,31 @@ Eigen::VectorXd explained_by(const SetUpChange& change, const FitEquations& equa
 std::optional<Suspicion> find_set_up_change(const PlainFit& fit) {
   const Campaign& sample = fit.readings;
   const Causes causes = possible_causes(fit, true);
+  const double poses = fit.poses();
+  const FitEquations equations = reading_equations(fit, causes.parameters);
   const std::vector<ReadingOrder> orders = orders_of(sample);
   const auto choices = static_cast<double>(orders.size() * causes.all.size());
-  const double poses = fit.poses();
-  const FitEquations equations = fit_equations(fit, causes.parameters);
   const ReadingOrder* found = nullptr;
   const Cause* found_cause = nullptr;
   SetUpChange best{.score = kClearFall};
-  for (const Cause& cause : causes.all)
-    for (const ReadingOrder& order : orders) {
-      const SetUpChange change = best_place(equations, cause, order.rows, poses, choices);
+  for (const ReadingOrder& order : orders) {
+    const std::vector<int> readings = readings_in(order, equations);
+    for (const Cause& cause : causes.all) {
+      const SetUpChange change = best_place(equations, cause, readings, poses, choices);
       if (change.score <= best.score ||
-          !is_of_most(explained_by(change, equations, cause, order.rows), equations))
+          !is_of_most(explained_by(change, equations, cause, readings), equations))
         continue;
       best = change;
       found = &order;
       found_cause = &cause;
     }
+  }
   if (!found) return std::nullopt;
-  return Suspicion{best.score,
-                   describe_change(*found_cause, best.moved, fit,
-                                   parts_from({found->rows[best.first_row]}, *found, sample))};
+  const std::vector<int> readings = readings_in(*found, equations);
+  const auto row_of = [&](int k) { return equations.rows[readings[k]].front(); };
+  return Suspicion{best.score, describe_change(*found_cause, best.moved, fit,
+                                               part_of(row_of(best.first - 1), row_of(best.first),
+                                                       *found, sample))};
 }
 
 }  // namespace armtrue

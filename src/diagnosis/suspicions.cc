@@ -33,7 +33,7 @@ std::optional<Suspicion> best_change(const PlainFit& fit) {
 std::optional<std::string> find_change(PlainFit fit) {
   for (;;) {
     const auto change = best_change(fit);
-    const Blunders blunders = find_blunders(fit_equations(fit, {}), fit.poses());
+    const Blunders blunders = find_blunders(reading_equations(fit, {}), fit.poses());
     if (change && change->score > blunders.score) return change->words;
     if (blunders.score < kClearFall) return std::nullopt;
     fit.readings = without_rows(fit.readings, blunders.rows);
@@ -41,7 +41,8 @@ std::optional<std::string> find_change(PlainFit fit) {
 }
 
 std::optional<std::string> find_change_of_any(const PlainFit& fit) {
-  return fit.readings.has_distances() ? find_scale_of_anchor(fit) : find_change(fit);
+  const bool has_points = !fit.readings.has_distances() || fit.readings.has_pixels_only();
+  return has_points ? find_change(fit) : find_scale_of_anchor(fit);
 }
 
 }  // namespace

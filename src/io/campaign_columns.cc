@@ -116,7 +116,9 @@ class ColumnFinder {
     for (const char* other : {"a_deg", "a_rad", "qw", "sigma_deg", "sigma_rad"})
       if (table_.find(other))
         throw InputError(source_ + ": has u_px and the column '" + other +
-                         "'; beside images, readings have no orientations: leave the column out");
+                         "'; beside images no orientation is read, as images show how the arm is "
+                         "turned: leave its columns out (a_deg,b_deg,c_deg or qw,qx,qy,qz, and "
+                         "sigma_deg)");
     if (!has_others_than_pixels()) {
       for (const char* other : {"target", "anchor", "sigma_mm", "sigma_m"})
         if (table_.find(other))

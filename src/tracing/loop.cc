@@ -227,6 +227,18 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   return rejected;
 }
 
+// Whether a camera or a board moved among the images, and no effect of time holds that. What is found
+// beside it imitates the motion, and held-out images, which are of both parts, do not tell.
+bool something_moved(const Campaign& given, const Training& training) {
+  if (!given.has_pixels_only()) return false;
+  const TraceResult& trace = training.trace;
+  const bool follows_time = std::ranges::any_of(trace.effects, [](const TracedEffect& traced) {
+    return traced.effect.driver.follows_course();
+  });
+  const CalibrationResult& fit = follows_time ? trace.fit : trace.stages.front();
+  return explanation_of_rest(fit, *training.sound).has_value();
+}
+
 // What is left of held-out readings of the record if that is followed, too, which is of it alone.
 double left_of_readings(const Robot& all, const Campaign& held_out) {
   return summarize(evaluate(all, in_order_of_visits(held_out)).reading_errors()).mean;
@@ -353,9 +365,11 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   JudgedTraining judged = judged_training(
       robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
   Training& training = judged.training;
-  result.rejected = rejected_model(training.trace, held_out, options);
-  if (result.rejected) fall_back_to_geometry(judged);
-  if (!judged.random.lasting.empty() || !judged.random.of_campaign.empty())
+  result.moved = something_moved(given, training);
+  const bool has_effects = training.trace.stages.size() > 1;
+  if (!result.moved) result.rejected = rejected_model(training.trace, held_out, options);
+  if (result.rejected || (result.moved && has_effects)) fall_back_to_geometry(judged);
+  if (!result.moved && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
     set_applied(judged, held_out, result);
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
@@ -363,6 +377,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
   result.nominal = training.nominal;
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
+  if (result.moved && has_effects)
+    result.stages.back().name = "geometric, as something moved among the images";
   if (result.applied) result.stages.push_back(result.applied->stage);
   set_parts(result);
   set_excluded_rows(training, given, result);
@@ -387,10 +403,15 @@ const CalibrationResult& result_of(const LoopResult& result) {
   return result.applied ? result.applied->fit : result.trace.fit;
 }
 
-FitToAll fit_to_all(const LoopResult& result, const Campaign& all, const Catalogue& catalogue) {
+FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign& all,
+                    const Catalogue& catalogue) {
   const CalibrationResult& judged = result.trace.fit;
-  FitToAll to_all{{}, find_gross_poses(judged.robot, all), all};
+  FitToAll to_all{{}, find_gross_poses(result.moved ? given : judged.robot, all), all};
   if (!to_all.gross_poses.empty()) to_all.sound = without_gross(all, to_all.gross_poses);
+  if (result.moved) {  // the law of readings of two parts would stay as it is near a fit
+    to_all.fit = calibrate(given, to_all.sound);
+    return to_all;
+  }
   CalibrationOptions near;
   near.start_near(judged);
   to_all.fit = calibrate(judged.robot, to_all.sound, judged.set, near);

@@ -15,9 +15,11 @@ namespace armtrue {
 namespace {
 
 using testing::AllOf;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 Robot robot(const std::string& name) {
   return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
@@ -112,6 +114,20 @@ TEST(ModelPair, IdleLoadsAreDoubted) {
   const std::vector<std::string> doubts = doubts_of_models(pair, visits, "the commands");
   ASSERT_EQ(doubts.size(), without + 1);
   EXPECT_THAT(doubts.back(), HasSubstr("the payload changes nothing"));
+}
+
+// Points show no orientation of the arm; images do, though they read none.
+TEST(ModelPair, OrientationsThatNothingShowsAreDoubted) {
+  const Robot nominal = robot("ur10e");
+  Robot calibrated = nominal;
+  calibrated.uncertainty = Uncertainty{};
+  calibrated.uncertainty->parameters = {"shoulder_link.theta", "tool.x"};
+  const auto doubts = [&] {
+    return doubts_of_models({calibrated, nominal, "closed.yaml", "b.yaml"}, {}, "the commands");
+  };
+  EXPECT_THAT(doubts(), Contains(HasSubstr("no orientation was measured")));
+  calibrated.uncertainty->parameters.emplace_back("board plate.x");
+  EXPECT_THAT(doubts(), Not(Contains(HasSubstr("no orientation was measured"))));
 }
 
 TEST(CorrectedAlready, AMarkedTextIsRefused) {

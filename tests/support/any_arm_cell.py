@@ -5,7 +5,7 @@
     any_arm_cell.py touch --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o touches.csv
     any_arm_cell.py beam --robot FILE --seed N --poses N --contact plane:NAME:NUMBERS... EFFECT... -o readings.csv
     any_arm_cell.py profile --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o profiles.csv
-    any_arm_cell.py look --robot FILE --seed N --poses N [--noise-px S] [--wrong-ids SHARE] [--at-rest] [--fisheye] EFFECT... -o images.csv
+    any_arm_cell.py look --robot FILE --seed N --poses N [--noise-px S] [--wrong-ids SHARE] [--at-rest] [--fisheye] [--knock KNOCK] EFFECT... -o images.csv
     any_arm_cell.py reach --robot FILE --seed N --commands FILE EFFECT... -o reached.csv
 
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
@@ -19,7 +19,8 @@ planes and faces outwards. `beam` reads how far a laser on the tool, whose zero 
 tool, whose mounting is off by 4 mm and 2 deg: rays in its plane of 15 deg to both sides of its z axis, noise along z. `look` takes images of a board of
 7 by 5 corners, 30 mm apart, by a camera on the arm, or at rest with the board on the arm; all corners are in the image, and the ids of a share of
 them are exchanged. Camera and board are in the same places for a seed, and with --other-poses too; with --commands the poses are
-those of a table. Of a robot file with a
+those of a table. --knock WHICH:IMAGES:X,Y,Z,RX,RY,RZ: after so many images what is on the arm (`arm`) or at rest (`rest`) sits elsewhere by
+a motion in its own axes, mm and degrees. Of a robot file with a
 `positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
 
@@ -405,6 +406,10 @@ def look(cell, options):
 
     pose = 0
     for name, values in commanded(cell, options) if options.commands else sights():
+        if options.knock and pose >= options.knock[1]:
+            which, _, motion = options.knock
+            mount, rest = (after(mount, motion), rest) if which == "arm" else (mount, after(rest, motion))
+            options.knock = None
         measured = after(cell.frame(values), mount)
         seen = after(inverse(rest), measured) if options.at_rest else after(inverse(measured), rest)
         pixels = [pixel(moved(seen, corner), options.fisheye) for corner in corners]
@@ -444,6 +449,12 @@ def numbers(text):
     return (int(joint) - 1, *(float(number) for number in rest))
 
 
+def knock(text):
+    which, images, motion = text.split(":")
+    x, y, z, *turn = (float(number) for number in motion.split(","))
+    return which, int(images), small_motion(tuple(math.radians(angle) for angle in turn), (x, y, z), NONE[1])
+
+
 def contacts_of(text):
     kind, name, values = text.split(":")
     values = [float(number) for number in values.split(",")]
@@ -480,6 +491,7 @@ def main():
     parser.add_argument("--wrong-ids", type=float, default=0.0)
     parser.add_argument("--at-rest", action="store_true", help="the camera; the board is on the arm")
     parser.add_argument("--fisheye", action="store_true")
+    parser.add_argument("--knock", type=knock)
     parser.add_argument("--other-poses", action="store_true")
     parser.add_argument("--covariances", action="store_true")
     parser.add_argument("--commands", type=argparse.FileType("r"))

@@ -140,7 +140,7 @@ TEST(AppliedArm, IsFittedToAllPosesInTheEnd) {
     const Split split = split_by_pose(all, 0.4, seed);
     const LoopResult loop = close_loop(robot, all.select(split.training),
                                        all.select(split.held_out), read_catalogue(kCatalogue));
-    const FitToAll to_all = fit_to_all(loop, all, read_catalogue(kCatalogue));
+    const FitToAll to_all = fit_to_all(robot, loop, all, read_catalogue(kCatalogue));
     EXPECT_EQ(to_all.sound.rows(), all.rows());
     EXPECT_EQ(to_all.fit.robot.effects.size(), result_of(loop).robot.effects.size());
     judged += arm_error(result_of(loop).robot, others);

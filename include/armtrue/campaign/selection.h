@@ -14,6 +14,14 @@ std::vector<int> evenly_chosen(const std::vector<int>& rows, long count);
 std::vector<int> readings_evenly_chosen(const Campaign& campaign, const std::vector<int>& rows,
                                         long count);
 
+/// Rows of one image: of one pose, repeat, camera and board.
+std::vector<std::vector<int>> rows_by_image(const Campaign& campaign);
+
+/// Of a campaign of images, so many images of each camera and board, and so many corners of each
+/// image, both evenly drawn: many images show more than many corners, as each shows six numbers of
+/// a pose.
+std::vector<int> corners_evenly_chosen(const Campaign& campaign, long images, long corners);
+
 /// About `count` rows, evenly drawn from the rows of each session, target and quantity; at least 50
 /// of each, if there are as many, so that every base, target and anchor can still be located.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);

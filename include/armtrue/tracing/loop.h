@@ -88,6 +88,8 @@ struct LoopResult {
   std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
   Robot nominal;  ///< with base and tool fitted to the training readings: that of the first stage
   std::vector<Stage> stages;
+  /// Whether a camera or a board moved among the images: the result is the geometry.
+  bool moved = false;
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
@@ -154,7 +156,9 @@ struct FitToAll {
 
 /// Fits the model that was judged, with what it does without a name, to all poses: those of its
 /// training and those that were held out to judge it. More poses make the same model more exact.
-FitToAll fit_to_all(const LoopResult& result, const Campaign& all, const Catalogue& catalogue);
+/// `given`: the robot of close_loop(); where something moved it is calibrated as calibrate() does.
+FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign& all,
+                    const Catalogue& catalogue);
 
 /// "A5.theta follows joint-angle 4 (series)".
 std::string describe(const Effect& effect);
