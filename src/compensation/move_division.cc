@@ -58,7 +58,7 @@ class MoveDivision {
     of_program_ = targets_ = compensate(identified_, controller_, program_, options_);
     const ErrorBetween of_program(identified_, controller_, program_, options_);
     for (size_t k = 0; k < targets_.size(); ++k) {
-      ways_.push_back(of_program.intended_way(targets_, k, of_text(k).motion, of_text(k).turning));
+      ways_.push_back(of_program.intended_way(targets_, k));
       check_arc(k);
     }
     predict(program_);
@@ -184,14 +184,13 @@ class MoveDivision {
     std::vector<WayToRow> result;
     for (size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
-      const ProgramTarget& target = of_text(row.target());
-      WayToRow way{target.motion, target.turning, target.follows_target, 0, 1};
+      WayToRow way{of_text(row.target()).follows_target};
       if (ways_[row.target()]) {
         const double start = start_of(i), size = row.t - start;
         way.from = (first_of(row.move) - start) / size;
         way.to = (last_of(row.move) - start) / size;
       }
-      if (way.motion == MotionKind::arc)
+      if (of_text(row.target()).motion == MotionKind::arc)
         way.is_known &= row.move > 1 && of_text(row.move - 1).follows_target;
       result.push_back(way);
     }
