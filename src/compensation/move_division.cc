@@ -171,14 +171,19 @@ class MoveDivision {
     return i >= rows && rows_[i - rows].move == rows_[i].move ? rows_[i - rows].t : 0;
   }
 
-  // The share of the whole way at which the blends of the ends end and begin.
-  double first_of(size_t target) const {
-    const size_t before = target - rows_of_piece(target);
-    return std::min(0.5, of_text(before).blend / std::max(length(target), kShortest));
+  // The share of the whole way at which the arm may leave it at its end and has reached it behind
+  // its start: a controller reduces a blend to half of the way to the next point.
+  double blend_at_end(size_t target) const {
+    return std::min(0.5, of_text(target).blend / std::max(length(target), kShortest));
   }
-  double last_of(size_t target) const {
-    return std::max(0.5, 1 - of_text(target).blend / std::max(length(target), kShortest));
+  double blend_at_start(size_t target) const {
+    return std::min(
+        0.5, of_text(target - rows_of_piece(target)).blend / std::max(length(target), kShortest));
   }
+
+  // So no point may stand within twice the blend of an end, or the corner becomes sharper.
+  double first_of(size_t target) const { return 2 * blend_at_start(target); }
+  double last_of(size_t target) const { return 1 - 2 * blend_at_end(target); }
 
   std::vector<WayToRow> ways_of_rows() const {
     std::vector<WayToRow> result;
@@ -187,8 +192,8 @@ class MoveDivision {
       WayToRow way{of_text(row.target()).follows_target};
       if (ways_[row.target()]) {
         const double start = start_of(i), size = row.t - start;
-        way.from = (first_of(row.move) - start) / size;
-        way.to = (last_of(row.move) - start) / size;
+        way.from = (blend_at_start(row.move) - start) / size;
+        way.to = (1 - blend_at_end(row.move) - start) / size;
       }
       if (of_text(row.target()).motion == MotionKind::arc)
         way.is_known &= row.move > 1 && of_text(row.move - 1).follows_target;
@@ -255,11 +260,17 @@ class MoveDivision {
       return refuse(is_step            ? "a joint reverses, and its backlash is a step"
                     : is_arc(row.move) ? "it bends within 5 deg of its arc"
                                        : "it bends within 1 mm");
+    const double apart = size * shortest;
+    const double first = std::max(first_of(row.move), start + apart);
+    const double last = std::min(last_of(row.move), row.t - apart);
+    if (first > last)
+      return refuse("a point within twice the zone of an end would make its corner sharper");
+    constexpr double kRounding = 1 - 1e-9;
     std::vector<double> points;
     for (double share : is_step ? around_step(errors_[i], shortest) : even_shares(error, shortest))
-      if (const double t = start + size * share; t > first_of(row.move) && t < last_of(row.move))
+      if (const double t = std::clamp(start + size * share, first, last);
+          points.empty() || t - points.back() >= kRounding * apart)
         points.push_back(t);
-    if (points.empty()) return refuse("it bends within the blend of an end");
     return points;
   }
 

@@ -20,7 +20,7 @@ import straight_moves_test as straight
 import virtual_cell as vc
 
 BIN = None
-BACKLASH = (1e-4, -3e-4, 2e-4, 1e-4, -2e-4, 3e-4)     # rad
+BACKLASH = (-1e-4, -3e-4, -2e-4, -1e-4, -2e-4, -3e-4)  # rad: each joint lags behind its motion
 SEEDS = range(4)
 PLACES = [k / 12 for k in range(1, 12)] + [0.999, 1]  # on a way
 

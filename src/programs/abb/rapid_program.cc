@@ -150,7 +150,7 @@ class RapidReader : MoveReader {
     }
     const char kind = move_.kind();
     const Statement& zone = arguments[tool - 1];
-    target.blend = radius_of_zone(upper(part_of(zone.begin, zone.end)));
+    target.blend = data_.radius_of_zone(zone);
     const int turning = flow_.turning.at(move_.begin);
     const bool is_certain = kind != 'C' || turning != ProgramFlow::kUncertain;
     target.turning = is_certain ? static_cast<ArcTurning>(turning) : ArcTurning::with_path;
