@@ -116,7 +116,10 @@ class Compensation {
     programmed_motion_.go_to(programmed);
     const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
     settle(target, context, intended, way);
-    motion_.go_to(commands_on(way, target));
+    const std::vector<JointVector> commands = commands_on(way, target);
+    motion_.go_to(commands);
+    if (const size_t n = way.size(); n > 1)
+      target.pace = (commands[n - 1] - commands[n - 2]) / (way[n - 1].share - way[n - 2].share);
     last_correction_ = target.q - target.programmed;
     visits_.arrival[row] = context.arrival;
     visits_.stroke[row] = context.stroke;

@@ -108,6 +108,10 @@ struct CorrectedTarget {
   std::optional<double> deviation;
   std::optional<double> leverage;  ///< as Prediction::leverage
   std::vector<CommandNote> notes;
+  /// How far each joint would move on the straight or circular way to the target if it moved
+  /// throughout as just before its end [rad or m]. Empty of other moves, and without effects that
+  /// follow the motion.
+  JointVector pace;
 
   bool has(CommandNote note) const;
   /// Expected root mean square of the position error after the correction [m].
