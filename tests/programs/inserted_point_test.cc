@@ -124,6 +124,28 @@ TEST(InsertedPointTest, ZonesOfRapidAreThoseThatAreDeclaredOnce) {
     EXPECT_EQ(zone_of(unknown), 0) << unknown;
 }
 
+// Joint angles that the controller calculates from a point are that point; with another tool or
+// frame than those of the move they are not followed.
+TEST(InsertedPointTest, CalculatedJointsOfRapidAreTheirPoint) {
+  const auto moves = [](const std::string& joints) {
+    return parsed("p.mod",
+                  "MODULE p\nCONST robtarget "
+                  "p1:=[[800,0,900],[0,0,1,0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,"
+                  "9E9]];\nPROC main()\nMoveJ RelTool(p1,0,50,0),v100,fine,tool0;\nMoveAbsJ " +
+                      joints + ",v100,fine,tool0;\nENDPROC\nENDMODULE\n")
+        .targets;
+  };
+  const std::vector<ProgramTarget> targets = moves("CalcJointT(RelTool(p1,0,50,0), Tool0)");
+  ASSERT_EQ(targets.size(), 2);
+  EXPECT_EQ(targets[1].kind, TargetKind::cartesian);
+  EXPECT_EQ(targets[1].motion, MotionKind::joint);
+  EXPECT_EQ(targets[1].pose.translation, targets[0].pose.translation);
+  for (const char* const other :
+       {"CalcJointT(p1, tool1)", "CalcJointT(p1, tool0\\WObj:=wobj0)",
+        "CalcJointT(\\UseCurWObjPos, p1, tool0)", "CalcJointT(p1)", "CalcJointT(p1, tool0)+j"})
+    EXPECT_EQ(moves(other).size(), 1) << other;
+}
+
 // A routine may change what it is handed, also behind an argument that is named.
 TEST(InsertedPointTest, ANamedArgumentOfRapidIsNoAssignment) {
   const auto moves = [](const std::string& call) {
