@@ -131,7 +131,8 @@ TEST(InsertedPointTest, CalculatedJointsOfRapidAreTheirPoint) {
     return parsed("p.mod",
                   "MODULE p\nCONST robtarget "
                   "p1:=[[800,0,900],[0,0,1,0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,"
-                  "9E9]];\nPROC main()\nMoveJ RelTool(p1,0,50,0),v100,fine,tool0;\nMoveAbsJ " +
+                  "9E9]];\nPROC main()\nConfJ\\Off;\nConfL\\Off;\nMoveJ "
+                  "RelTool(p1,0,50,0),v100,fine,tool0;\nMoveAbsJ " +
                       joints + ",v100,fine,tool0;\nENDPROC\nENDMODULE\n")
         .targets;
   };
@@ -140,6 +141,8 @@ TEST(InsertedPointTest, CalculatedJointsOfRapidAreTheirPoint) {
   EXPECT_EQ(targets[1].kind, TargetKind::cartesian);
   EXPECT_EQ(targets[1].motion, MotionKind::joint);
   EXPECT_EQ(targets[1].pose.translation, targets[0].pose.translation);
+  EXPECT_FALSE(targets[0].configuration.is_stated());
+  EXPECT_TRUE(targets[1].configuration.is_stated());  // CalcJointT reads it
   for (const char* const other :
        {"CalcJointT(p1, tool1)", "CalcJointT(p1, tool0\\WObj:=wobj0)",
         "CalcJointT(\\UseCurWObjPos, p1, tool0)", "CalcJointT(p1)", "CalcJointT(p1, tool0)+j"})

@@ -276,8 +276,9 @@ class RapidReader : MoveReader {
   }
 
   // Without ConfJ or ConfL the controller does not read confdata. Where that is not certain, they
-  // count if the arm reaches the point so.
+  // count if the arm reaches the point so. CalcJointT always reads them.
   Configuration configuration_of(const ProgramPoint& point) const {
+    if (move_.kind_of->is_joint_target) return rapid_configuration(point);
     const ProgramFlow::Values& values = move_.kind() == 'J' ? flow_.confj : flow_.confl;
     const int counts = values.at(move_.begin);
     if (counts == 0) return {};
