@@ -29,6 +29,7 @@ Program select(const Program& program, const std::vector<int>& rows) {
   pick(program.turns, chosen.turns);
   pick(program.joints, chosen.joints);
   pick(program.configurations, chosen.configurations);
+  pick(program.motions, chosen.motions);
   pick(program.set_up, chosen.set_up);
   return chosen;
 }

@@ -17,6 +17,7 @@
 #include "compensation/posture_search.h"
 #include "compensation/program_arm.h"
 #include "compensation/programmed_joints.h"
+#include "compensation/tcp_way.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
@@ -107,12 +108,19 @@ class Compensation {
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
-    programmed_motion_.arrive(context, target.programmed);
-    programmed_motion_.go_to(target.programmed);
     context.q = target.programmed;
+    const std::vector<Waypoint> way = way_to(row, context);
+    std::vector<JointVector> programmed;
+    for (const Waypoint& place : way) programmed.push_back(place.q);
+    programmed_motion_.arrive(context, programmed);
+    programmed_motion_.go_to(programmed);
     const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
-    settle(target, context, intended);
-    motion_.go_to(target.q);
+    settle(target, context, intended, way);
+    const std::vector<JointVector> commands = commands_on(way, target);
+    motion_.go_to(commands);
+    if (const size_t n = way.size(); n > 1)
+      target.pace = (commands[n - 1] - commands[n - 2]) / (way[n - 1].share - way[n - 2].share);
+    last_correction_ = target.q - target.programmed;
     visits_.arrival[row] = context.arrival;
     visits_.stroke[row] = context.stroke;
     finish(target, context, intended);
@@ -126,16 +134,47 @@ class Compensation {
     return target;
   }
 
+  // R_0 from the TCP that `row` has, as the program has it at another row.
+  Pose programmed_pose(size_t other, size_t row) const {
+    const Arms &own = arms(row), &of_other = arms(other);
+    if (program_.is_cartesian(other))
+      return of_other.options.base * program_.poses[other] * inverse(of_other.options.tool) *
+             own.options.tool;
+    return own.controller.pose(visits_.context(static_cast<int>(other)));
+  }
+
+  // The programmed way to a row, which has the joint angles of the context.
+  std::vector<Waypoint> way_to(size_t row, const Context& context) const {
+    std::optional<TcpWay> way;
+    if (motion_matters_ && reached_)
+      way = tcp_way(program_, row, [&](size_t of) { return programmed_pose(of, row); });
+    if (!way) return {{1, context.q}};
+    return waypoints(controller(), program_, context, *way, {*reached_, context.q});
+  }
+
+  // From command to command the correction of the joint angles changes evenly, as far as directions
+  // need it.
+  std::vector<JointVector> commands_on(const std::vector<Waypoint>& way,
+                                       const CorrectedTarget& target) const {
+    const JointVector here = target.q - target.programmed;
+    const JointVector before = last_correction_.value_or(here);
+    std::vector<JointVector> commands;
+    for (const Waypoint& place : way)
+      commands.push_back(place.q + before + place.share * (here - before));
+    return commands;
+  }
+
   // The arm moves from command to command: the commands, not the program, give its motion. Where a
   // joint reverses it moves less from point to point than the correction does, and commands of
   // either direction agree with themselves: that of the program comes first, or they would go to
   // and fro.
-  void settle(CorrectedTarget& target, Context& context, const Pose& intended) const {
+  void settle(CorrectedTarget& target, Context& context, const Pose& intended,
+              const std::vector<Waypoint>& way) const {
     correct(target, context, intended);
     if (!motion_matters_) return;
     for (int k = 0; k < kMostTries; ++k) {
       const Context assumed = context;
-      motion_.arrive(context, target.q);
+      motion_.arrive(context, commands_on(way, target));
       if (context.arrival == assumed.arrival &&
           (context.stroke - assumed.stroke).cwiseAbs().maxCoeff() < kSameStroke)
         return;
@@ -256,6 +295,7 @@ class Compensation {
   CommandedMotion motion_, programmed_motion_;
   std::vector<CorrectedTarget> targets_;
   std::optional<JointVector> reached_;  // joint angles of the last row that is reached
+  std::optional<JointVector> last_correction_;  // of these joint angles
   std::optional<UnreachableTarget> unreachable_;
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "compensation/joint_correction.h"
+#include "compensation/tcp_way.h"
 
 namespace armtrue {
 namespace {
@@ -11,15 +11,6 @@ constexpr int kSamples = 7;  // between two points
 
 // How many rows before a row its way begins.
 size_t rows_of(MotionKind motion) { return motion == MotionKind::arc ? 2 : 1; }
-
-// Nothing if the points of an arc lie on a line.
-template <class PoseOf>
-std::optional<Way> way_to(size_t row, MotionKind motion, ArcTurning turning, PoseOf pose_of) {
-  Way way{pose_of(row - rows_of(motion)), pose_of(row), std::nullopt, turning};
-  if (motion != MotionKind::arc) return way;
-  way.arc = arc_through(way.start.translation, pose_of(row - 1).translation, way.end.translation);
-  return way.arc ? std::optional(way) : std::nullopt;
-}
 
 }  // namespace
 
@@ -31,11 +22,11 @@ Pose ErrorBetween::intended(const std::vector<CorrectedTarget>& targets, size_t 
 }
 
 std::optional<Way> ErrorBetween::intended_way(const std::vector<CorrectedTarget>& targets,
-                                              size_t row, MotionKind motion,
-                                              ArcTurning turning) const {
-  if (motion == MotionKind::joint || motion == MotionKind::via || row < rows_of(motion))
-    return std::nullopt;
-  return way_to(row, motion, turning, [&](size_t of) { return intended(targets, of, arms(row)); });
+                                              size_t row) const {
+  if (motion_to(program_, row).kind == MotionKind::via) return std::nullopt;
+  const auto part =
+      tcp_way(program_, row, [&](size_t of) { return intended(targets, of, arms(row)); });
+  return part ? std::optional(part->way) : std::nullopt;
 }
 
 Pose ErrorBetween::commanded(const std::vector<CorrectedTarget>& targets, size_t row,
@@ -51,9 +42,10 @@ std::vector<WayError> ErrorBetween::errors(const std::vector<CorrectedTarget>& t
   CommandedMotion motion(program_.visits);
   for (size_t row = 0; row < targets.size(); ++row) {
     const WayToRow& way = ways[row];
-    if (way.motion == MotionKind::via) continue;  // a point of the arc to the next row
-    const size_t points = rows_of(way.motion);
-    bool counts = way.motion != MotionKind::joint && way.is_known && row >= points;
+    const MotionKind kind = motion_to(program_, row).kind;
+    if (kind == MotionKind::via) continue;  // a point of the arc to the next row
+    const size_t points = rows_of(kind);
+    bool counts = kind != MotionKind::joint && way.is_known && row >= points;
     for (size_t k = 0; counts && k <= points; ++k) counts = targets[row - k].is_corrected;
     if (counts) errors[row] = error_on(targets, row, way, motion);
     motion.go_to(targets[row].q);
@@ -64,28 +56,23 @@ std::vector<WayError> ErrorBetween::errors(const std::vector<CorrectedTarget>& t
 WayError ErrorBetween::error_on(const std::vector<CorrectedTarget>& targets, size_t row,
                                 const WayToRow& way, CommandedMotion& motion) const {
   const Arms& own = arms(row);
-  const auto meant = intended_way(targets, row, way.motion, way.turning);
+  const auto meant = intended_way(targets, row);
   const auto driven =
-      way_to(row, way.motion, way.turning, [&](size_t of) { return commanded(targets, of, own); });
+      tcp_way(program_, row, [&](size_t of) { return commanded(targets, of, own); });
   if (!meant || !driven) return {};
   WayError error{0};
   double largest_step = 0;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();  // the error one sample before; none at an end
-  const JointVector& from = targets[row - rows_of(way.motion)].q;
-  JointVector q = from;
+  const JointsOfEnds ends{targets[row - rows_of(motion_to(program_, row).kind)].q, targets[row].q};
+  JointVector q = ends.from;
   for (int k = 1; k <= kSamples + 1; ++k) {
     const double t = static_cast<double>(k) / (kSamples + 1);
     Eigen::Vector3d here = Eigen::Vector3d::Zero();
     if (k <= kSamples) {
       Context context = program_.visits.context(static_cast<int>(row));
-      if (program_.states_external) {  // they move evenly
-        const ProgramJoints& joints = own.controller.program_joints();
-        joints.move_external(q, from);
-        joints.move_external(q, targets[row].q, t);
-      }
-      const JointCorrection found = joints_of_pose(own.controller, context, driven->at(t), q);
-      if (!found.is_reached) return {std::numeric_limits<double>::infinity()};
-      q = found.q;
+      const auto found = joints_on(own.controller, program_, context, driven->way, t, ends, t, q);
+      if (!found) return {std::numeric_limits<double>::infinity()};
+      q = *found;
       motion.arrive(context, q);
       motion.go_to(q);
       context.q = q;

@@ -12,10 +12,8 @@
 
 namespace armtrue {
 
-/// How the arm comes to a row of a program from the row before.
+/// What is known of the path to a row of a program.
 struct WayToRow {
-  MotionKind motion = MotionKind::joint;
-  ArcTurning turning = ArcTurning::in_frame;
   bool is_known = false;  ///< where it begins
   /// The part of the path, from 0 to 1, that counts: beyond it the arm rounds the corners.
   double from = 0, to = 1;
@@ -45,8 +43,7 @@ class ErrorBetween {
   /// The way to a row as the program means it, R_0 from TCP of the row's tool. Nothing of joint
   /// moves, of auxiliary points, of moves without their points before, and of arcs whose points lie
   /// on a line.
-  std::optional<Way> intended_way(const std::vector<CorrectedTarget>& targets, size_t row,
-                                  MotionKind motion, ArcTurning turning) const;
+  std::optional<Way> intended_way(const std::vector<CorrectedTarget>& targets, size_t row) const;
 
   /// One for each row.
   std::vector<WayError> errors(const std::vector<CorrectedTarget>& targets,

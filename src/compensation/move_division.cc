@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "armtrue/compensation/program_joints.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"
 #include "compensation/error_between.h"
 
@@ -19,6 +21,9 @@ namespace {
 constexpr double kShortest = 1e-3;   // [m], between two points
 constexpr double kMaxPieces = 16;    // of one piece, in one round
 constexpr size_t kMaxPoints = 1000;  // of one move
+// Check digits turn the tool by so much at each end of a piece: a joint that moves less may move in
+// either direction [rad or m].
+constexpr double kSureMotion = 2 * kMostMovedIfRounded * 1e-3 * kDegree;
 
 // A point of a move: its end, a point before it, or one half-way along a piece of an arc.
 struct Row {
@@ -31,6 +36,22 @@ struct Row {
   size_t target() const { return is_via ? move - 1 : move; }
 };
 
+struct Travel {
+  JointVector low, high;  // [rad or m]
+};
+
+// The joints whose direction or stroke counts.
+std::vector<int> joints_with_backlash(const Robot& robot) {
+  std::vector<int> joints;
+  for (const Effect& effect : robot.effects)
+    if (follows_motion(effect))
+      joints.push_back(effect.driver.kind == DriverKind::arrival ||
+                               effect.driver.kind == DriverKind::stroke
+                           ? effect.driver.joint
+                           : effect.driver.second_joint);
+  return joints;
+}
+
 class MoveDivision {
  public:
   MoveDivision(const Robot& identified, const Robot& controller, const RobotProgram& text,
@@ -42,7 +63,9 @@ class MoveDivision {
         options_(options),
         tolerance_(tolerance),
         joints_(program_joints(controller.chain, text.dialect->facts().counts_axis_3_from_arm)),
+        with_backlash_(joints_with_backlash(identified)),
         closed_(text.targets.size()),
+        doubtful_(text.targets.size()),
         why_(text.targets.size()),
         before_(text.targets.size(), 0) {
     for (size_t k = 0; k < text.targets.size(); ++k) {
@@ -58,7 +81,7 @@ class MoveDivision {
     of_program_ = targets_ = compensate(identified_, controller_, program_, options_);
     const ErrorBetween of_program(identified_, controller_, program_, options_);
     for (size_t k = 0; k < targets_.size(); ++k) {
-      ways_.push_back(of_program.intended_way(targets_, k, of_text(k).motion, of_text(k).turning));
+      ways_.push_back(of_program.intended_way(targets_, k));
       check_arc(k);
     }
     predict(program_);
@@ -66,7 +89,7 @@ class MoveDivision {
     while (divide())
       while (true) {
         const Program divided = with_rows();
-        if (!correct(divided)) continue;
+        if (!correct(divided) || drop_doubtful()) continue;
         predict(divided);
         break;
       }
@@ -165,33 +188,88 @@ class MoveDivision {
     for (Row& row : rows_) row.is_placed &= closed_[row.move].empty();
   }
 
+  // Takes out the points at which the direction of a joint with backlash is in doubt, and closes
+  // their surroundings; returns whether there was one.
+  bool drop_doubtful() {
+    constexpr double kClosed = 0.25;  // of the shorter piece beside the point, on both sides
+    if (with_backlash_.empty()) return false;
+    const std::vector<Travel> of_moves = travels();
+    std::vector<Row> rows;
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      Row row = rows_[i];
+      if (row.is_inserted && !row.is_via && is_doubtful(i, of_moves[row.move])) {
+        const double nearest = std::min(row.t - start_of(i), end_behind(i) - row.t);
+        doubtful_[row.move].emplace_back(row.t - kClosed * nearest, row.t + kClosed * nearest);
+        if (is_arc(row.move)) rows.pop_back();
+        continue;
+      }
+      if (row.is_via && row.is_placed) {
+        const bool is_first = rows.empty() || rows.back().move != row.move;
+        row.is_placed = !is_first || rows_[i + 1].is_inserted;  // else the arc is whole again
+        row.t = ((is_first ? 0 : rows.back().t) + rows_[i + 1].t) / 2;
+      }
+      rows.push_back(row);
+    }
+    const bool is_dropped = rows.size() < rows_.size();
+    rows_ = std::move(rows);
+    return is_dropped;
+  }
+
+  // The end of the piece behind that of row i.
+  double end_behind(size_t i) const { return rows_[i + rows_of_piece(rows_[i].move)].t; }
+
+  // A joint that hardly moves on the whole move keeps its direction.
+  bool is_doubtful(size_t i, const Travel& travel) const {
+    const JointVector& pace = targets_[i].pace;
+    if (pace.size() == 0) return false;
+    return std::ranges::any_of(with_backlash_, [&](int j) {
+      return std::abs(pace[j]) < kSureMotion && travel.high[j] - travel.low[j] > kSureMotion;
+    });
+  }
+
+  // Where the joints of each move stand at its points.
+  std::vector<Travel> travels() const {
+    std::vector<Travel> result(text_.targets.size());
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      Travel& travel = result[rows_[i].move];
+      if (travel.low.size() == 0) travel.low = travel.high = targets_[i > 0 ? i - 1 : 0].programmed;
+      travel.low = travel.low.cwiseMin(targets_[i].programmed);
+      travel.high = travel.high.cwiseMax(targets_[i].programmed);
+    }
+    return result;
+  }
+
   // A piece begins where the one before ends.
   double start_of(size_t i) const {
     const size_t rows = rows_of_piece(rows_[i].move);
     return i >= rows && rows_[i - rows].move == rows_[i].move ? rows_[i - rows].t : 0;
   }
 
-  // The share of the whole way at which the blends of the ends end and begin.
-  double first_of(size_t target) const {
-    const size_t before = target - rows_of_piece(target);
-    return std::min(0.5, of_text(before).blend / std::max(length(target), kShortest));
+  // The share of the whole way at which the arm may leave it at its end and has reached it behind
+  // its start: a controller reduces a blend to half of the way to the next point.
+  double blend_at_end(size_t target) const {
+    return std::min(0.5, of_text(target).blend / std::max(length(target), kShortest));
   }
-  double last_of(size_t target) const {
-    return std::max(0.5, 1 - of_text(target).blend / std::max(length(target), kShortest));
+  double blend_at_start(size_t target) const {
+    return std::min(
+        0.5, of_text(target - rows_of_piece(target)).blend / std::max(length(target), kShortest));
   }
+
+  // So no point may stand within twice the blend of an end, or the corner becomes sharper.
+  double first_of(size_t target) const { return 2 * blend_at_start(target); }
+  double last_of(size_t target) const { return 1 - 2 * blend_at_end(target); }
 
   std::vector<WayToRow> ways_of_rows() const {
     std::vector<WayToRow> result;
     for (size_t i = 0; i < rows_.size(); ++i) {
       const Row& row = rows_[i];
-      const ProgramTarget& target = of_text(row.target());
-      WayToRow way{target.motion, target.turning, target.follows_target, 0, 1};
+      WayToRow way{of_text(row.target()).follows_target};
       if (ways_[row.target()]) {
         const double start = start_of(i), size = row.t - start;
-        way.from = (first_of(row.move) - start) / size;
-        way.to = (last_of(row.move) - start) / size;
+        way.from = (blend_at_start(row.move) - start) / size;
+        way.to = (1 - blend_at_end(row.move) - start) / size;
       }
-      if (way.motion == MotionKind::arc)
+      if (of_text(row.target()).motion == MotionKind::arc)
         way.is_known &= row.move > 1 && of_text(row.move - 1).follows_target;
       result.push_back(way);
     }
@@ -256,12 +334,33 @@ class MoveDivision {
       return refuse(is_step            ? "a joint reverses, and its backlash is a step"
                     : is_arc(row.move) ? "it bends within 5 deg of its arc"
                                        : "it bends within 1 mm");
+    const double apart = size * shortest;
+    const double first = std::max(first_of(row.move), start + apart);
+    const double last = std::min(last_of(row.move), row.t - apart);
+    if (first > last)
+      return refuse("a point within twice the zone of an end would make its corner sharper");
+    constexpr double kRounding = 1 - 1e-9;
     std::vector<double> points;
     for (double share : is_step ? around_step(errors_[i], shortest) : even_shares(error, shortest))
-      if (const double t = start + size * share; t > first_of(row.move) && t < last_of(row.move))
+      if (const double t = beside_doubtful(row.move, std::clamp(start + size * share, first, last));
+          t >= first && t <= last && (points.empty() || t - points.back() >= kRounding * apart))
         points.push_back(t);
-    if (points.empty()) return refuse("it bends within the blend of an end");
-    return points;
+    return points.empty() ? refuse("a joint reverses, and its backlash is a step") : points;
+  }
+
+  // The place on the way of a move that is nearest to t among those without doubt.
+  double beside_doubtful(size_t move, double t) const {
+    double from = t, to = t;  // of the doubtful part around t
+    for (bool is_wider = true; is_wider;) {
+      is_wider = false;
+      for (const auto& [low, high] : doubtful_[move]) {
+        if (low >= to || high <= from || (low >= from && high <= to)) continue;
+        is_wider = true;
+        from = std::min(from, low);
+        to = std::max(to, high);
+      }
+    }
+    return t - from < to - t ? from : to;
   }
 
   // The part of a piece, which has the size `size` of a move, that is as long as the shortest.
@@ -362,7 +461,10 @@ class MoveDivision {
   const double tolerance_;
   const std::optional<ProgramJoints> joints_;
   std::vector<Row> rows_;
+  std::vector<int> with_backlash_;
   std::vector<std::string> closed_;  // of each target: why no point may be inserted; else empty
+  // Of each target, parts of its way in which no point may be inserted.
+  std::vector<std::vector<std::pair<double, double>>> doubtful_;
   std::vector<std::string> why_;     // of each target: why it is above the tolerance
   std::vector<double> before_;       // of each target
   std::vector<std::optional<Way>> ways_;  // of each target: as the program means it, R_0 from TCP

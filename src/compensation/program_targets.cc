@@ -144,6 +144,7 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
         set_ups.try_emplace({target.base, target.tool}, result.set_ups.size());
     if (is_new) result.set_ups.push_back(set_up);
     result.set_up.push_back(place->second);
+    result.motions.push_back({target.motion, target.turning});
     if (!is_cartesian) continue;
     result.poses.push_back(target.pose);
     result.joints.push_back(is_joints);

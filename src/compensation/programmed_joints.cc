@@ -21,9 +21,14 @@ void require_context(const Robot& robot, const Campaign& visits, bool tool_is_me
   }
 }
 
-void CommandedMotion::arrive(Context& context, const JointVector& q) const {
-  Arrival next = last_.value_or(Arrival(q));
-  next.go_to(q);
+Arrival CommandedMotion::behind(std::span<const JointVector> way) const {
+  Arrival next = last_.value_or(Arrival(way.back()));
+  for (const JointVector& q : way) next.go_to(q);
+  return next;
+}
+
+void CommandedMotion::arrive(Context& context, std::span<const JointVector> way) const {
+  const Arrival next = behind(way);
   if (!states_arrival_) context.arrival = next.direction();
   if (!states_stroke_) context.stroke = next.stroke();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/effects/arrival.h"
@@ -23,12 +24,17 @@ class CommandedMotion {
   explicit CommandedMotion(const Campaign& visits)
       : states_arrival_(!visits.arrival.empty()), states_stroke_(!visits.stroke.empty()) {}
 
-  /// Puts the motion from the last command to `q` into a context.
-  void arrive(Context& context, const JointVector& q) const;
-  /// Goes on from the command `q`.
-  void go_to(const JointVector& q) { (last_ ? *last_ : last_.emplace(q)).go_to(q); }
+  /// Puts the motion from the last command through `way`, whose last place is the next command,
+  /// into a context. Between two places every joint moves in one direction.
+  void arrive(Context& context, std::span<const JointVector> way) const;
+  void arrive(Context& context, const JointVector& q) const { arrive(context, std::span(&q, 1)); }
+  /// Goes on from the last place of `way`.
+  void go_to(std::span<const JointVector> way) { last_ = behind(way); }
+  void go_to(const JointVector& q) { go_to(std::span(&q, 1)); }
 
  private:
+  Arrival behind(std::span<const JointVector> way) const;
+
   bool states_arrival_, states_stroke_;
   std::optional<Arrival> last_;  // at the last command
 };

@@ -104,6 +104,75 @@ TEST(InsertedPointTest, RapidHasConfdataOfItsJointsAndAZone) {
   EXPECT_EQ(program.targets[2].blend, 0.01);
 }
 
+TEST(InsertedPointTest, ZonesOfRapidAreThoseThatAreDeclaredOnce) {
+  const auto zone_of = [](const std::string& zone) {
+    const std::string wide = "[FALSE,12,18,18,1.8,18,1.8]";
+    return parsed("p.mod", "MODULE p\nCONST zonedata wide:=" + wide +
+                               ";\nVAR zonedata open:=" + wide +
+                               ";\nCONST zonedata still:=[TRUE,12,18,18,1.8,18,1.8];\nPROC main()\n"
+                               "open:=wide;\nMoveL [[800,0,900],[0,0,1,0],[0,0,0,1],"
+                               "[9E9,9E9,9E9,9E9,9E9,9E9]],v100," +
+                               zone + ",tool0;\nENDPROC\nENDMODULE\n")
+               .targets[0]
+               .blend /
+           kMillimetre;
+  };
+  EXPECT_EQ(zone_of("z20"), 20);
+  EXPECT_EQ(zone_of("wide"), 12);
+  EXPECT_EQ(zone_of("[FALSE,7,9,9,1,9,1]"), 7);
+  for (const char* const unknown : {"fine", "open", "still", "elsewhere"})
+    EXPECT_EQ(zone_of(unknown), 0) << unknown;
+}
+
+// Joint angles that the controller calculates from a point are that point; with another tool or
+// frame than those of the move they are not followed.
+TEST(InsertedPointTest, CalculatedJointsOfRapidAreTheirPoint) {
+  const auto moves = [](const std::string& joints) {
+    return parsed("p.mod",
+                  "MODULE p\nCONST robtarget "
+                  "p1:=[[800,0,900],[0,0,1,0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,"
+                  "9E9]];\nPROC main()\nConfJ\\Off;\nConfL\\Off;\nMoveJ "
+                  "RelTool(p1,0,50,0),v100,fine,tool0;\nMoveAbsJ " +
+                      joints + ",v100,fine,tool0;\nENDPROC\nENDMODULE\n")
+        .targets;
+  };
+  const std::vector<ProgramTarget> targets = moves("CalcJointT(RelTool(p1,0,50,0), Tool0)");
+  ASSERT_EQ(targets.size(), 2);
+  EXPECT_EQ(targets[1].kind, TargetKind::cartesian);
+  EXPECT_EQ(targets[1].motion, MotionKind::joint);
+  EXPECT_EQ(targets[1].pose.translation, targets[0].pose.translation);
+  EXPECT_FALSE(targets[0].configuration.is_stated());
+  EXPECT_TRUE(targets[1].configuration.is_stated());  // CalcJointT reads it
+  for (const char* const other :
+       {"CalcJointT(p1, tool1)", "CalcJointT(p1, tool0\\WObj:=wobj0)",
+        "CalcJointT(\\UseCurWObjPos, p1, tool0)", "CalcJointT(p1)", "CalcJointT(p1, tool0)+j"})
+    EXPECT_EQ(moves(other).size(), 1) << other;
+}
+
+// A routine may change what it is handed, also behind an argument that is named.
+TEST(InsertedPointTest, ANamedArgumentOfRapidIsNoAssignment) {
+  const auto moves = [](const std::string& call) {
+    const std::string point = "[[800,0,900],[0,0,1,0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+    return parsed("p.mod", "MODULE p\nVAR robtarget p1:=" + point + ";\nCONST robtarget p2:=" +
+                               point + ";\nVAR robtarget x:=" + point + ";\nPROC main()\n" + call +
+                               ";\nMoveL p1,v100,fine,tool0;\nMoveL p2,v100,fine,tool0;\n"
+                               "MoveL x,v100,fine,tool0;\nENDPROC\nENDMODULE\n")
+        .targets.size();
+  };
+  EXPECT_EQ(moves("n:=1"), 3);
+  EXPECT_EQ(moves("near p1"), 2);
+  EXPECT_EQ(moves("near 5, p1"), 2);
+  EXPECT_EQ(moves("near n:=5, p1"), 2);
+  EXPECT_EQ(moves("near 5, n:=5, p1"), 2);
+  EXPECT_EQ(moves("IF a=b near n:=5, p1"), 2);
+  EXPECT_EQ(moves("near x:=p2"), 3);  // the parameter is another x
+  EXPECT_EQ(moves("n:=near(x:=p2)"), 3);
+  for (const char* const assigned :
+       {"x:=p2", "IF a=b x:=p2", "IF a x:=p2", "IF NOT (a) x:=p2", "IF a THEN x:=p2",
+        "IF a n:=1; ELSE x:=p2", "again: x:=p2", "WHILE a DO x:=p2"})
+    EXPECT_EQ(moves(assigned), 2) << assigned;
+}
+
 TEST(InsertedPointTest, UrscriptHasARadiusAndNoTime) {
   const RobotProgram program =
       parsed("p.script",

@@ -50,6 +50,33 @@ TEST(KrlFlowTest, WhatWaitsAndAssignsLeavesTheArmWhereItIs) {
               ElementsAre("> 18: 1 2 5"));
 }
 
+// The zone of the last move [mm], 0 if it is not known.
+double zone_of(const std::string& moves, const std::string& dat = "") {
+  const RobotProgram program =
+      parse_program(*find_dialect("krl"), {{"p.src", kHead + kWhole + moves}, {"p.dat", dat}}, {});
+  return program.targets.back().blend / kMillimetre;
+}
+
+TEST(KrlFlowTest, ZonesAreThoseOfTheWayThatLeadsToTheMove) {
+  const std::string dis = "LIN {Z 5} C_DIS\n", set = "$APO.CDIS=7.5\n";
+  EXPECT_EQ(zone_of(dis), 0);
+  EXPECT_EQ(zone_of(set + dis), 7.5);
+  EXPECT_EQ(zone_of("$APO.CDIS=99\n" + set + "$APO.CPTP=50\n" + dis), 7.5);
+  EXPECT_EQ(zone_of("$APO={CPTP 50,CDIS 3}\n" + dis), 3);
+  EXPECT_EQ(zone_of(set + "LIN {Z 5}\n"), 0);        // it stops
+  EXPECT_EQ(zone_of(set + "LIN {Z 5} C_VEL\n"), 0);  // by its speed
+  EXPECT_EQ(zone_of(set + "PTP {Z 5} C_PTP\n"), 0);  // by the axes
+  EXPECT_EQ(zone_of(set + "PTP {Z 5} C_PTP C_DIS\n"), 7.5);
+  EXPECT_EQ(zone_of(set + "$APO.CDIS=2*x\n" + dis), 0);
+  EXPECT_EQ(zone_of("IF $IN[1] THEN\n" + set + "ENDIF\n" + dis), 0);
+  EXPECT_EQ(zone_of("SLIN {Z 5} WITH $VEL.CP=1, $APO.CDIS=4 C_SPL\n"), 4);
+  const std::string dat =
+      "DEFDAT p\nDECL LDAT L1={VEL 2.0,ACC 100.0,APO_DIST 60.0,ORI_TYP #VAR}\nENDDAT\n";
+  EXPECT_EQ(zone_of("LDAT_ACT=L1\nBAS(#CP_PARAMS,1.0)\n" + dis, dat), 60);
+  EXPECT_EQ(zone_of("SLIN {Z 5} WITH $APO=SAPO(L1) C_SPL\n", dat), 60);
+  EXPECT_EQ(zone_of(set + "LDAT_ACT=L2\n" + dis, dat), 0);
+}
+
 TEST(KrlFlowTest, BehindWhatMayMoveTheArmLeftOutCoordinatesAreUnknown) {
   for (const std::string statement :
        {"sub()", "other.sub (1)", "x=function(1)", "IF function(1) THEN\nENDIF",

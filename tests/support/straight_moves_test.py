@@ -212,6 +212,26 @@ class StraightMoves(unittest.TestCase):
                 largest, turned = max(largest, off[0]), max(turned, off[1])
         return largest, turned, len(ways) - LINES
 
+    # A controller reduces the zone of a corner to half of the way to the next point.
+    def test_corners_keep_their_zones(self):
+        zones = {"krl": ("$VEL.CP=0.2", "$APO.CDIS={}\r\n$VEL.CP=0.2"),
+                 "rapid": (",z5,", ",[FALSE,{0},9,9,1,9,1],"),
+                 "urscript": ("r=0.01", "r={1}")}
+        for dialect, (without, with_zone) in zones.items():
+            cell, zone = programs.Cell(dialect, 11), STRIDE_MM[dialect] // 6
+            postures, places = corners(cell, dialect)
+            text, dat = globals()[dialect + "_program"](cell, postures)
+            nearest = []
+            for mm in (1, zone):
+                zoned = text.replace(without, with_zone.format(mm, mm / 1000))
+                targets = interpreter(dialect, cell)(*corrected(BIN, cell, dialect, zoned, dat, SPACING_MM / 5)[-1])
+                at = [vc.after(t.base, t.value)[1] for t in targets if t.kind == "pose"]
+                away = sorted(vc.length(vc.sub(a, places[1][1])) for a in at)
+                nearest.append(away[1])             # behind the corner itself
+                self.assertGreater(len(at), LINES + 2)
+            self.assertLess(nearest[0], 2 * zone - 1)
+            self.assertGreater(nearest[1], 2 * zone - 3)   # the corner is corrected by some mm
+
     def test_krl(self):
         self.run_dialect("krl", krl_program)
 

@@ -10,6 +10,7 @@
 #include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/configuration.h"
+#include "armtrue/programs/motion.h"
 
 namespace armtrue {
 
@@ -49,6 +50,9 @@ struct Program {
   std::vector<bool> joints;
   /// What Cartesian targets state about their branch; empty if none states more than a hint.
   std::vector<Configuration> configurations;
+  /// How the arm comes to each row; empty: all joints move together. Where it moves straight or on
+  /// an arc, a joint may reverse on the way, and arrives as it moves last.
+  std::vector<ProgramMotion> motions;
   /// Frames and tools, and the index of that of each row; empty if those of CompensationOptions
   /// hold for all rows.
   std::vector<ProgramSetUp> set_ups;
@@ -104,6 +108,10 @@ struct CorrectedTarget {
   std::optional<double> deviation;
   std::optional<double> leverage;  ///< as Prediction::leverage
   std::vector<CommandNote> notes;
+  /// How far each joint would move on the straight or circular way to the target if it moved
+  /// throughout as just before its end [rad or m]. Empty of other moves, and without effects that
+  /// follow the motion.
+  JointVector pace;
 
   bool has(CommandNote note) const;
   /// Expected root mean square of the position error after the correction [m].
@@ -151,7 +159,8 @@ Robot in_session(Robot robot, const std::string& session);
 /// target has in the controller's model:
 ///     F_identified(q*, context) tool = F_controller(q_programmed, context) tool,
 /// with F the pose R_0 from R_7, without base and tool of the measurement. Directions of arrival
-/// follow the commands from row to row unless the visits state them. Throws UnreachableTarget, and
+/// follow the commands from row to row, on the ways of Program::motions, unless the visits state
+/// them. Throws UnreachableTarget, and
 /// std::invalid_argument if an effect's driver is missing.
 std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& controller,
                                         const Program& program, const CompensationOptions& options);

@@ -45,10 +45,11 @@ struct DividedProgram {
 /// Corrects a program and divides its straight and circular moves until the predicted error between
 /// two points is below the tolerance [m]: a line between two corrected points is straight in the
 /// controller's model, not in the room. No two points of a move come nearer than 1 mm, no piece of
-/// an arc is shorter than 5 deg, no point lies within the blend of an end, and none is inserted
-/// where a program forbids it (ProgramTarget::obstacle); what is then left is named. `program` is
-/// that of `text`. Throws as compensate() does, and InputError if a move needs more than 1000
-/// points.
+/// an arc is shorter than 5 deg, no point lies within twice the blend of an end or where the
+/// rounding of the text decides in which direction a joint with backlash arrives, and none is
+/// inserted where a program forbids it (ProgramTarget::obstacle); what is then left is named.
+/// `program` is that of `text`. Throws as compensate() does, and InputError if a move needs more
+/// than 1000 points.
 DividedProgram divide_moves(const Robot& identified, const Robot& controller,
                             const RobotProgram& text, const Program& program,
                             const CompensationOptions& options, double tolerance);

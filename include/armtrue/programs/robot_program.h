@@ -10,6 +10,7 @@
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/configuration.h"
+#include "armtrue/programs/motion.h"
 #include "armtrue/programs/program_text.h"
 #include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"
@@ -59,22 +60,6 @@ struct ProgramFrame {
   std::string name;  ///< `BASE_DATA[3]`; `{...}` for one that is written out
   Pose pose;
   bool is_known = false;
-};
-
-/// How the TCP moves to a target from the one before.
-enum class MotionKind {
-  joint,  ///< all joints move together; the path of the TCP is no straight line
-  line,
-  via,  ///< the auxiliary point of an arc, whose end is the next target
-  arc
-};
-
-/// How the tool turns along an arc, from its orientation at the start to that at the end.
-enum class ArcTurning {
-  in_frame,   ///< evenly, about one axis
-  with_path,  ///< the same relative to the tangent of the arc, which turns itself
-  /// The auxiliary point may count: known only if it lies where `in_frame` has it.
-  perhaps_through_via
 };
 
 /// The text of a move that may be inserted before a straight or circular one, but for its points.

@@ -147,6 +147,7 @@ class ProgramReader {
       program.poses.push_back({rotation_from_abc(value[3], value[4], value[5]),
                                Eigen::Vector3d(value[0], value[1], value[2])});
       program.hinted.push_back(hinted);
+      program.motions.push_back({MotionKind::line});
       poses_.push_back(value);
     }
     if (file_.turn.column < 0) return;

@@ -108,7 +108,7 @@ void RapidData::note_uses_of_others(const std::string& text,
     });
   for (const Statement& statement : statements) {
     bool is_assignment = false, is_move = false;
-    each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+    each_rapid_word(text, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
       const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
       for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
       is_assignment |= is_declaration || word == "RETURN";
@@ -122,6 +122,7 @@ void RapidData::note_uses_of_others(const std::string& text,
       datum->is_of_others = true;
       TextCursor ahead = cursor;
       if (takes_rapid_assignment(ahead)) {
+        if (names_rapid_parameter(text, statement, at)) return false;
         ++datum->values;
         is_assignment = true;
       } else if (!is_assignment && !is_move && !datum->is_constant && is_point_type(datum->type)) {
@@ -208,7 +209,7 @@ void RapidData::read_uses(const Statement& statement) {
     if (is_instruction && find_rapid_move(word)) return true;
     if (is_instruction && is_other_rapid_move(word, cursor)) is_move = true;
     is_followed |= routines_.contains(word);
-    if (note_assignment(word, at, cursor)) {
+    if (note_assignment(statement, word, at, cursor)) {
       is_assignment = true;
       return false;
     }
@@ -226,8 +227,9 @@ void RapidData::read_uses(const Statement& statement) {
 }
 
 // NAME := .., NAME.trans.x := .., NAME{2} := ..
-bool RapidData::note_assignment(const std::string& word, size_t at, TextCursor cursor) {
-  if (!takes_rapid_assignment(cursor)) return false;
+bool RapidData::note_assignment(const Statement& statement, const std::string& word, size_t at,
+                                TextCursor cursor) {
+  if (!takes_rapid_assignment(cursor) || names_rapid_parameter(text_, statement, at)) return false;
   Datum* const datum = find(word, at);
   ++(datum ? *datum : names_.declare(word, 0)).values;
   return true;
@@ -480,6 +482,19 @@ const RapidData::Datum* RapidData::value_of(const Statement& argument, const cha
   const bool is_certain = datum && datum->values == 1 && datum->type == type &&
                           datum->list.kind == ListItem::Kind::list;
   return is_certain && scope == 0 ? datum : nullptr;
+}
+
+// [finep, pzone_tcp, pzone_ori, ..]
+double RapidData::radius_of_zone(const Statement& argument) {
+  const Datum* const datum = find(name_of(argument), argument.begin);
+  const bool is_certain = datum && datum->values == 1 && datum->type == "ZONEDATA";
+  std::optional<ListItem> zone = list_in(text_, argument.begin, argument.end);
+  if (is_certain) zone = datum->list;
+  if (!zone) return datum ? 0 : radius_of_rapid_zone(name_of(argument));
+  const std::vector<ListItem>& parts = zone->items;
+  const bool is_passed =
+      parts.size() == 7 && bool_of(parts[0], is_certain ? datum->text : 0) == false;
+  return is_passed && parts[1].kind == ListItem::Kind::number ? parts[1].value * kMillimetre : 0;
 }
 
 RapidData::Frame RapidData::room_frame() {

@@ -43,6 +43,8 @@ class RapidData {
     const bool is_needed = kind == TargetKind::cartesian && parts_ == TargetParts::pose;
     return is_needed ? "its tool or work object is given by its routine" : "";
   }
+  /// Radius of a zone [m]; 0 of fine, and of one that is not known for certain.
+  double radius_of_zone(const Statement& argument);
   /// wobj0.
   Frame room_frame();
   const RapidExternalAxes& external() const { return external_; }
@@ -82,7 +84,8 @@ class RapidData {
   void declare_parameters(TextCursor cursor, int scope);
   void read_uses(const Statement& statement);
   void forget_changed_frames(const std::vector<Statement>& statements);
-  bool note_assignment(const std::string& word, size_t at, TextCursor cursor);
+  bool note_assignment(const Statement& statement, const std::string& word, size_t at,
+                       TextCursor cursor);
   void read_others();
   void note_uses_of_others(const std::string& text, const std::vector<Statement>& statements);
   static bool take_value(const std::string& kind, const std::string& type, TextCursor cursor,

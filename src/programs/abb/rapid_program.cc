@@ -134,12 +134,17 @@ class RapidReader : MoveReader {
     ProgramTarget target;
     target.line = line;
     target.kind = move.is_joint_target ? TargetKind::joints : TargetKind::cartesian;
-    const std::vector<Statement> arguments = read_arguments(target.kind, begin, end, why_not);
+    std::vector<Statement> arguments = read_arguments(target.kind, begin, end, why_not);
     constexpr size_t kLeast = 2;  // of a process move behind its points: speed and tool
     if (move.is_process() ? arguments.size() < static_cast<size_t>(move.points) + kLeast
                           : arguments.size() <= static_cast<size_t>(move.tool))
       return leave(line, "its arguments are not those of the instruction");
     const size_t tool = move.is_process() ? arguments.size() - 1 : static_cast<size_t>(move.tool);
+    if (move.is_joint_target)
+      if (const auto pose = pose_of_joints(arguments[0], arguments[tool])) {
+        target.kind = TargetKind::cartesian;
+        arguments[0] = *pose;
+      }
     if (why_not.empty()) set_frames(arguments[tool], target, why_not);
     std::vector<int> points;
     for (int i = 0; i < move.points && why_not.empty(); ++i)
@@ -150,7 +155,7 @@ class RapidReader : MoveReader {
     }
     const char kind = move_.kind();
     const Statement& zone = arguments[tool - 1];
-    target.blend = radius_of_zone(upper(part_of(zone.begin, zone.end)));
+    target.blend = data_.radius_of_zone(zone);
     const int turning = flow_.turning.at(move_.begin);
     const bool is_certain = kind != 'C' || turning != ProgramFlow::kUncertain;
     target.turning = is_certain ? static_cast<ArcTurning>(turning) : ArcTurning::with_path;
@@ -169,6 +174,28 @@ class RapidReader : MoveReader {
                                 target);
       add_target(target, points[i], is_auxiliary);
     }
+  }
+
+  // MoveAbsJ CalcJointT(p10,tool1\WObj:=wobj1),..,tool1\WObj:=wobj1 goes to p10 as MoveJ does. Only
+  // with the tool and the work object of the move.
+  std::optional<Statement> pose_of_joints(const Statement& argument, const Statement& tool) const {
+    TextCursor cursor(text_, argument.begin, argument.end);
+    if (cursor.take_name() != "CALCJOINTT" || !cursor.take('(') || text_[argument.end - 1] != ')')
+      return std::nullopt;
+    cursor.next();
+    const auto parts = split_arguments(text_, cursor.at(), argument.end - 1, ",");
+    if (parts.size() != 2) return std::nullopt;
+    std::string of_move = compact(tool);
+    if (work_object_) of_move += "\\WOBJ:=" + compact(*work_object_);
+    return compact(parts[1]) == of_move ? std::optional(parts[0]) : std::nullopt;
+  }
+
+  // Without blanks, and letters as capitals.
+  std::string compact(const Statement& part) const {
+    std::string result;
+    for (size_t i = part.begin; i < part.end; ++i)
+      if (!is_blank(text_[i])) result += text_[i];
+    return upper(result);
   }
 
   // The arguments without options; those with their options go into the move.
@@ -249,8 +276,9 @@ class RapidReader : MoveReader {
   }
 
   // Without ConfJ or ConfL the controller does not read confdata. Where that is not certain, they
-  // count if the arm reaches the point so.
+  // count if the arm reaches the point so. CalcJointT always reads them.
   Configuration configuration_of(const ProgramPoint& point) const {
+    if (move_.kind_of->is_joint_target) return rapid_configuration(point);
     const ProgramFlow::Values& values = move_.kind() == 'J' ? flow_.confj : flow_.confl;
     const int counts = values.at(move_.begin);
     if (counts == 0) return {};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "armtrue/kinematics/units.h"
 
@@ -105,6 +106,25 @@ bool takes_rapid_assignment(TextCursor& cursor) {
   return cursor.take(':') && cursor.take('=');
 }
 
+bool names_rapid_parameter(std::string_view text, const Statement& statement, size_t at) {
+  std::string before, last;  // words or characters before it
+  for (TextCursor cursor(text, statement.begin, at); !cursor.done();) {
+    before = std::exchange(last, cursor.take_name());
+    if (!last.empty()) continue;
+    last = cursor.next();
+    cursor.step();
+  }
+  if (last == "," || last == "(") return true;
+  // An instruction before it; not the end of a condition, IF a=b x:=1, or of the head of a TRAP.
+  static const std::set<std::string> kBeforeInstruction{
+      "THEN", "ELSE", "DO", "ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST", "ERROR", "UNDO", "BACKWARD"};
+  static const std::set<std::string> kBeforeOperand{
+      "IF", "ELSEIF", "AND", "OR", "NOT", "XOR", "DIV", "MOD", "TRAP", "=",
+      "<",  ">",      "+",   "-",  "*",   "/",   "(",   ",",   ".",    "\\"};
+  return !last.empty() && is_letter(last[0]) && !kBeforeInstruction.contains(last) &&
+         !kBeforeOperand.contains(before);
+}
+
 ArcTurning rapid_turning(TextCursor cursor) {
   if (!cursor.take('\\')) return ArcTurning::with_path;
   const std::string mode = cursor.take_name();
@@ -112,7 +132,7 @@ ArcTurning rapid_turning(TextCursor cursor) {
   return mode == "OBJECTFRAME" ? ArcTurning::in_frame : ArcTurning::perhaps_through_via;
 }
 
-double radius_of_zone(const std::string& zone) {
+double radius_of_rapid_zone(const std::string& zone) {
   static const std::map<std::string, double> kZones{
       {"Z0", 0.3}, {"Z1", 1},     {"Z5", 5},     {"Z10", 10},  {"Z15", 15},
       {"Z20", 20}, {"Z30", 30},   {"Z40", 40},   {"Z50", 50},  {"Z60", 60},

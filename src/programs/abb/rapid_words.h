@@ -63,12 +63,16 @@ void each_rapid_word(std::string_view text, const Statement& statement, With wit
 /// NAME.trans.x := .., NAME{2} := ..
 bool takes_rapid_assignment(TextCursor& cursor);
 
+/// Whether what stands at `at`, before a `:=`, is no datum but the name of a parameter of the
+/// routine that the statement calls: `rMove x:=1, p10`. Options (\x:=1) are others.
+bool names_rapid_parameter(std::string_view text, const Statement& statement, size_t at);
+
 /// What CirPathMode sets; `cursor`: behind its name. Without options, as from the start, the tool
 /// turns with the path (RAPID reference manual, CirPathMode, MoveC).
 ArcTurning rapid_turning(TextCursor cursor);
 
 /// Radius of a zone that RAPID defines itself [m]; 0 of any other (RAPID reference manual,
 /// zonedata).
-double radius_of_zone(const std::string& zone);
+double radius_of_rapid_zone(const std::string& zone);
 
 }  // namespace armtrue

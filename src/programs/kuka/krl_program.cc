@@ -14,6 +14,7 @@
 #include "programs/kuka/krl_starts.h"
 #include "programs/kuka/krl_syntax.h"
 #include "programs/kuka/krl_words.h"
+#include "programs/kuka/krl_zones.h"
 #include "programs/move_reader.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -56,6 +57,7 @@ class KrlReader : MoveReader {
                            parts == TargetParts::pose ? warnings_ : unused_)
                      .read()),
         starts_(syntax, set_ups_, parts),
+        zones_(program.texts[0].text, syntax),
         end_of_move_(syntax.moves.size(), -1),
         point_of_frame_(syntax.frames.size(), -1),
         point_of_axes_(syntax.axes.size(), -1),
@@ -260,6 +262,9 @@ class KrlReader : MoveReader {
     result.end = target.end;
     result.is_relative = move.relative != KrlRelative::none;
     result.is_in_loop = move.in_loop;
+    // A recorded path, along which positions alone are corrected, has its corners as they were
+    // driven.
+    if (parts_ == TargetParts::pose) result.blend = zones_.blend_of(move);
     result.ends_elsewhere = move.circle_angle && !is_auxiliary;
     result.is_room_tool = set_up.is_external_tcp;
     if (move.in_inline_form)
@@ -445,6 +450,7 @@ class KrlReader : MoveReader {
   ProgramWarnings unused_;  // of frames, where positions count as they stand
   const KrlSetUps::List set_ups_;
   const KrlStarts starts_;
+  const KrlZones zones_;
   std::vector<int> end_of_move_;  // its target; -1: left alone
   std::vector<size_t> move_of_target_;
   std::vector<int> point_of_frame_, point_of_axes_;

@@ -153,6 +153,7 @@ class KrlParser {
     if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
     if (word == "REAL" || word == "INT") return read_numbers(statement, cursor, global, word);
     if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
+    if (word == "LDAT") return take_krl_ldat(cursor, syntax_.ldats);
     if (declares) return;
     routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
     has_function_ |= index_ == 0 && word == "DEFFCT";
@@ -164,6 +165,8 @@ class KrlParser {
         leaves_krl_arm(text_.substr(statement.begin, statement.end - statement.begin), word);
     flow_.pass(word, stays, syntax_.set_ups.size());
     syntax_.steps.pass(word, statement.begin, cursor);
+    if (word == "$APO" || word == "LDAT_ACT")
+      syntax_.zones.push_back({statement.line, statement.begin, statement.end, word});
     if (contains({"SPLINE", "PTP_SPLINE"}, word)) {
       spline_block_ = Statement{statement.line, statement.begin, statement.end};
     } else if (word == "ENDSPLINE") {

@@ -88,6 +88,8 @@ struct KrlSyntax {
   std::vector<KrlSetUp> set_ups;
   KrlSteps steps;  ///< of the .src
   std::unordered_map<std::string, KrlFdat> fdats;
+  std::vector<KrlSetUp> zones;  ///< statements of the .src that set $APO or LDAT_ACT
+  std::unordered_map<std::string, double> ldats;     ///< APO_DIST by name [mm]
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
   bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
   bool keeps_orientation = false;       ///< somewhere $ORI_TYPE (or ORI_TYP of LDAT) is #CONSTANT

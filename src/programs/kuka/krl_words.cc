@@ -160,4 +160,15 @@ void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>&
   fdats[name] = fdat;
 }
 
+void take_krl_ldat(TextCursor& cursor, std::unordered_map<std::string, double>& ldats) {
+  const std::string name = cursor.take_name();
+  if (!cursor.take('=') || !cursor.take('{')) return;
+  while (!cursor.done() && cursor.next() != '}') {
+    if (cursor.take_name() == "APO_DIST")
+      if (const auto distance = cursor.take_number()) ldats[name] = *distance;
+    cursor.skip_to(",}");
+    if (!cursor.take(',')) break;
+  }
+}
+
 }  // namespace armtrue

@@ -29,6 +29,9 @@ bool krl_states_mode(std::string_view text, std::string_view name, std::string_v
 /// Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..} behind DECL FDAT.
 void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats);
 
+/// Reads LCPDAT1={VEL 2.0,ACC 100.0,APO_DIST 50.0,..} behind DECL LDAT: its APO_DIST [mm].
+void take_krl_ldat(TextCursor& cursor, std::unordered_map<std::string, double>& ldats);
+
 /// What is to be added behind a move, whose words behind its target are `rest`, so that the arm
 /// does not stop there: C_DIS or C_SPL, or nothing if it does not stop.
 std::string krl_blending(std::string_view rest, const KrlMove& move);
