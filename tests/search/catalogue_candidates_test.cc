@@ -53,6 +53,25 @@ TEST(CatalogueCandidates, AGrowthBeyondItsBoundOrOfAnotherSignIsNotAllowed) {
   EXPECT_FALSE(is_allowed(-0.5 * bound));
 }
 
+// The model fits no constants of the instrument: counted from 0 degC, its scale at 25.5 degC would
+// be taken from the lengths of the arm. Links have constants, and count from 0 degC.
+TEST(CatalogueCandidates, WhatTheInstrumentDoesCountsFromTheMeanTemperature) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  campaign.temperature_names = {"air"};
+  campaign.temperature_c.clear();
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.temperature_c.push_back({2 * row < campaign.rows() ? 20.0 : 31.0});
+  ASSERT_EQ(campaign.rows() % 2, 0);
+  const auto begin_of = [&](const std::string& parameter) {
+    const auto found = catalogue_candidates(
+        one_entry("parameter: " + parameter + ", driver: temperature, shape: linear"), robot, campaign);
+    return found.empty() ? -1 : found.front().effect.shape.at;
+  };
+  EXPECT_DOUBLE_EQ(begin_of("instrument.scale"), 25.5);
+  EXPECT_DOUBLE_EQ(begin_of("d, joints: [4]"), 0);
+}
+
 // A family for each joint that its name tells, and none where that joint is missing.
 TEST(CatalogueCandidates, FamiliesOfEachJointAreNamedByIt) {
   std::set<std::string> families;
