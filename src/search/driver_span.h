@@ -45,8 +45,9 @@ double begin_of_time(const Span& span);
 /// out: too few readings there would show a step.
 std::vector<double> step_places(const Span& span, int count);
 
-/// Whether a reading shows at least a quarter of the height that a bump has over the travel covered.
-/// Where it stands in a gap of the readings, they see its flanks alone: any height would do there.
+/// Whether a reading shows at least a quarter of the height that a bump has over the travel
+/// covered. Where it stands in a gap of the readings, they see its flanks alone: any height would
+/// do there.
 bool shows_bump(const Shape& bump, const Span& readings);
 
 /// One shape without inner values (t*, tau), or each of its grid; `degree` as Candidate has it.

@@ -108,8 +108,8 @@ class Groups {
     return values;
   }
 
-  // Coefficients by which values in these contexts have a usual RMS: values x random numbers. Values
-  // of a smaller mean square than `least` are taken for as large.
+  // Coefficients by which values in these contexts have a usual RMS: values x random numbers.
+  // Values of a smaller mean square than `least` are taken for as large.
   static Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& values, double size, double least = 0) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
         values.transpose() * values / static_cast<double>(values.rows()));
@@ -122,8 +122,8 @@ class Groups {
            std::sqrt(static_cast<double>(kept.size()));
   }
 
-  // `weights` of the values; empty: an orthonormal basis of the values takes their place, those of a
-  // smaller mean square than `least` taken for as large.
+  // `weights` of the values; empty: an orthonormal basis of the values takes their place, those of
+  // a smaller mean square than `least` taken for as large.
   void add(int parameter, const Driver& driver, const Shape& shape, double angle,
            const std::vector<double>& weights = {}, double least = 0) {
     if (!is_driven(driver, campaign_, span_)) return;
@@ -184,8 +184,9 @@ class Groups {
   }
 
   // What turns or bends under gravity is as stiff as its part of the arm demands, and no part is
-  // more than a hundred times softer than the one that carries most. So the torque on a flange whose
-  // mass lies on its axis does not tell the size of its coefficient, which a payload would multiply.
+  // more than a hundred times softer than the one that carries most. So the torque on a flange
+  // whose mass lies on its axis does not tell the size of its coefficient, which a payload would
+  // multiply.
   void add_of_gravity(const std::vector<std::pair<int, Driver>>& places, double size) {
     constexpr double kSofter = 100;
     double largest = 0;
@@ -275,13 +276,15 @@ class Groups {
       add(zero_offset(robot_.chain, j), {DriverKind::arrival, j, -1, ""}, sign_shape(), kOfArrival);
   }
 
-  // A campaign at an even temperature tells no size either: a metre of steel grows by 12 um per kelvin.
+  // A campaign at an even temperature tells no size either: a metre of steel grows by 12 um per
+  // kelvin.
   void conditions() {
     constexpr double kKelvin = 1;
     begin("temperature");
     for (const std::string& where : campaign_.temperature_names)
       for (int k = kFirstLinkParameter; k < layout_.tool; ++k)
-        add(k, {DriverKind::temperature, -1, -1, where}, Shape{}, kOfTemperature, {}, kKelvin * kKelvin);
+        add(k, {DriverKind::temperature, -1, -1, where}, Shape{}, kOfTemperature, {},
+            kKelvin * kKelvin);
   }
 
   void station() {

@@ -227,8 +227,8 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   return rejected;
 }
 
-// Whether a camera or a board moved among the images, and no effect of time holds that. What is found
-// beside it imitates the motion, and held-out images, which are of both parts, do not tell.
+// Whether a camera or a board moved among the images, and no effect of time holds that. What is
+// found beside it imitates the motion, and held-out images, which are of both parts, do not tell.
 bool something_moved(const Campaign& given, const Training& training) {
   if (!given.has_pixels_only()) return false;
   const TraceResult& trace = training.trace;

@@ -97,9 +97,9 @@ TEST(NoiseFloor, OfUnevenAxesIsTheirMeanVariance) {
   EXPECT_NEAR(axes, 1.163, 0.02);
 }
 
-// The instrument stood farther away on the second day. Noise of 0.05 and 0.15 mm: the mean variance is
-// 0.0125 mm^2, and three axes scatter as much as 3 x 0.0125^2 / 0.00025625 = 1.829 equal ones. The
-// robust deviation of the mixture would be less: it takes the far readings for blunders.
+// The instrument stood farther away on the second day. Noise of 0.05 and 0.15 mm: the mean variance
+// is 0.0125 mm^2, and three axes scatter as much as 3 x 0.0125^2 / 0.00025625 = 1.829 equal ones.
+// The robust deviation of the mixture would be less: it takes the far readings for blunders.
 TEST(NoiseFloor, OfUnevenSessionsIsTheirMeanVariance) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;

@@ -65,7 +65,8 @@ TEST(CatalogueCandidates, WhatTheInstrumentDoesCountsFromTheMeanTemperature) {
   ASSERT_EQ(campaign.rows() % 2, 0);
   const auto begin_of = [&](const std::string& parameter) {
     const auto found = catalogue_candidates(
-        one_entry("parameter: " + parameter + ", driver: temperature, shape: linear"), robot, campaign);
+        one_entry("parameter: " + parameter + ", driver: temperature, shape: linear"), robot,
+        campaign);
     return found.empty() ? -1 : found.front().effect.shape.at;
   };
   EXPECT_DOUBLE_EQ(begin_of("instrument.scale"), 25.5);

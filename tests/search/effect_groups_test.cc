@@ -63,7 +63,8 @@ TEST(EffectGroups, ASmallTorqueDoesNotTellTheSizeOfACompliance) {
 
 // 20 mK of a sensor's noise do not tell how much a link grows in a kelvin: 30 um at most.
 TEST(EffectGroups, AnEvenTemperatureDoesNotTellTheSizeOfAGrowth) {
-  const auto sizes = usual_sizes(read_robot(ARMTRUE_CONFIG "/robots/iiwa14.yaml").robot, "temperature");
+  const auto sizes =
+      usual_sizes(read_robot(ARMTRUE_CONFIG "/robots/iiwa14.yaml").robot, "temperature");
   ASSERT_TRUE(sizes.contains("A3.r"));
   for (const auto& [parameter, size] : sizes) EXPECT_LE(size, 3.1e-5) << parameter;
 }

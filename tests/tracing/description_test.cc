@@ -127,9 +127,11 @@ TEST(Description, AJointThatFollowsForNoListedCauseIsToldBesideAName) {
     traced.indistinguishable = {rival};
     return for_the_cell(traced, nullptr, loop.trace.fit.robot);
   };
-  EXPECT_THAT(said("A5.theta", 2.8), HasSubstr("axis 4 wobbles; or A5.theta follows joint-angle 4 for a "
-                                               "cause that is not listed"));
-  for (const std::string& plain : {said("A5.theta", 7), said("A5.beta", 2.8), said("A5.alpha", 2.8)})
+  EXPECT_THAT(said("A5.theta", 2.8),
+              HasSubstr("axis 4 wobbles; or A5.theta follows joint-angle 4 for a "
+                        "cause that is not listed"));
+  for (const std::string& plain :
+       {said("A5.theta", 7), said("A5.beta", 2.8), said("A5.alpha", 2.8)})
     EXPECT_EQ(plain, "axis 4 wobbles");
   rival.from_catalogue = true;  // one of the list is told by its name
   EXPECT_THAT(said("A5.theta", 2.8), Not(HasSubstr("not listed")));
