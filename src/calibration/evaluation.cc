@@ -171,7 +171,7 @@ class Deviations {
     double all = 0, sum = 0, squares = 0;
     const auto add = [&](const Axes& deviations) {
       for (int i = first; i < first + axes; ++i) {
-        const double count = std::ssize(deviations[i]);
+        const auto count = static_cast<double>(deviations[i].size());
         const double variance = std::pow(robust_deviation(deviations[i]), 2);
         all += count;
         sum += count * variance;
