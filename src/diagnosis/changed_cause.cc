@@ -53,8 +53,7 @@ std::string describe_contact(const Cause& cause, const Eigen::VectorXd& value,
       chain.contacts[(cause.parameter - first_contact_parameter(chain)) / kParametersOfContact];
   const std::string_view kind = contact.kind == ContactKind::camera ? "camera" : "board";
   return fmt::format(
-      "{0} the {1} '{2}' moved by {3:.3g} mm and {4:.3g} mrad: was it knocked? Then give it "
-      "another "
+      "{0} the {1} '{2}' moved by {3:.3g} mm and {4:.3g} mrad: was it knocked? Then give it another "
       "name from there on (column '{1}'), and an entry under '{1}s' of the robot file",
       part.words, kind, contact.name, value.head<3>().norm() / kMillimetre,
       value.tail<3>().norm() / kMilliradian);

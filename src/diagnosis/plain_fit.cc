@@ -73,10 +73,6 @@ std::vector<int> joined(const Columns& columns) {
   return all;
 }
 
-}  // namespace
-
-namespace {
-
 // The columns as they are.
 struct RawEquations {
   int row_size;

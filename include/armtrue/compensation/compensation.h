@@ -160,8 +160,7 @@ Robot in_session(Robot robot, const std::string& session);
 ///     F_identified(q*, context) tool = F_controller(q_programmed, context) tool,
 /// with F the pose R_0 from R_7, without base and tool of the measurement. Directions of arrival
 /// follow the commands from row to row, on the ways of Program::motions, unless the visits state
-/// them. Throws UnreachableTarget, and
-/// std::invalid_argument if an effect's driver is missing.
+/// them. Throws UnreachableTarget, and std::invalid_argument if an effect's driver is missing.
 std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& controller,
                                         const Program& program, const CompensationOptions& options);
 

@@ -14,11 +14,10 @@ namespace armtrue {
 /// more than the error of any real arm, however small the residuals are and whether or not gross
 /// poses are left out. Warnings, the likeliest one: after some row, or in a session, the frame, the
 /// tool, the zero of a joint, a constant of the instrument, or the place of a camera or a board is
-/// another; the instrument adds a
-/// length to all distances; the distances from one anchor have another scale than the others; all
-/// links become longer or shorter by one factor; the depth of a camera has another scale than its
-/// width; the joint angles were not read at standstill; they are rounded; a link changes by more
-/// than arms are made to. Empty if the readings are too few for a calibration, or of more than
+/// another; the instrument adds a length to all distances; the distances from one anchor have
+/// another scale than the others; all links become longer or shorter by one factor; the depth of a
+/// camera has another scale than its width; the joint angles were not read at standstill; they are
+/// rounded; a link changes by more than arms are made to. Empty if the readings are too few for a calibration, or of more than
 /// 16 sessions.
 Findings find_suspicions(const Robot& robot, const Campaign& campaign);
 
