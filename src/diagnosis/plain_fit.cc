@@ -82,7 +82,7 @@ FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_
   Eigen::MatrixXd fitted = Eigen::MatrixXd::Zero(equations, shared + own * std::ssize(sessions));
   Eigen::MatrixXd beside(equations, further);
   Eigen::VectorXd residual(equations);
-  for (size_t session = 0; session < sessions.size(); ++session) {
+  for (int session = 0; session < std::ssize(sessions); ++session) {
     const Campaign readings = fit.readings.select(sessions[session]);
     const ObservationModel model(readings, robot_at_row(fit.result.robot, readings, 0), parameters,
                                  fit.result.sigma, 0);
@@ -92,8 +92,7 @@ FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_
       at.block(row, block);
       const int first = sessions[session][row] * size;
       fitted.block(first, 0, size, shared) = block.leftCols(shared);
-      fitted.block(first, shared + own * static_cast<Eigen::Index>(session), size, own) =
-          block.middleCols(shared, own);
+      fitted.block(first, shared + own * session, size, own) = block.middleCols(shared, own);
       beside.middleRows(first, size) = block.middleCols(shared + own, further);
       residual.segment(first, size) = block.rightCols<1>();
     }
