@@ -122,7 +122,7 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
                  write_residuals({{all, evaluate(result.robot, all).residuals, split}}));
   }
   app::write_parameter_tables(arguments.parameters, arguments.correlations, robot, result,
-                              static_cast<int>(campaign.pose_ids.size()));
+                              campaign.poses());
   report_fit(command, robot, result, campaign, evaluation);
   const Document product =
       write_calibration(result, campaign, std::move(evaluation), command.provenance(), findings);

@@ -73,7 +73,7 @@ void write_fit(const app::LoopArguments& arguments, const Robot& nominal, const 
       write_output(path,
                    write_calibration(fit.fit, fit.sound, provenance, {.gross = fit.gross_poses}));
   app::write_parameter_tables(arguments.parameters, arguments.correlations, nominal, fit.fit,
-                              static_cast<int>(fit.sound.pose_ids.size()));
+                              fit.sound.poses());
 }
 
 int run(app::Command& command, const app::LoopArguments& arguments) {

@@ -222,7 +222,7 @@ void Command::warn_of_training(const RobotFile& robot, const Campaign& campaign,
       "{}: {} of {} poses took part in the calibration of {}{}: {}; measure poses that it did not "
       "use",
       campaign.source, poses.seen, poses.compared, robot.name,
-      static_cast<size_t>(poses.compared) < campaign.pose_ids.size()
+      poses.compared < campaign.poses()
           ? fmt::format(" (of {} poses; its file marks a part of its rows)",
                         campaign.pose_ids.size())
           : "",

@@ -96,8 +96,7 @@ std::string nearest_option(const std::string& name, const std::vector<const CLI:
   for (const CLI::Option* option : options)
     for (const std::string& known : option->get_lnames()) {
       const bool begins = wanted.size() > 1 && bare(known).starts_with(wanted);
-      const auto distance =
-          begins ? 0 : static_cast<size_t>(edit_distance(bare(known), wanted));
+      const size_t distance = begins ? 0 : edit_distance(bare(known), wanted);
       if (distance >= least) continue;
       least = distance;
       nearest = "--" + known;

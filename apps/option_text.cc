@@ -30,7 +30,7 @@ std::vector<double> numbers_from_text(const std::string& text, std::optional<siz
                                       const std::string& form) {
   std::vector<double> numbers;
   const std::vector<std::string> items = split_list(text);
-  if (static_cast<size_t>(std::ranges::count(text, ',')) + 1 != items.size())
+  if (std::ranges::count(text, ',') + 1 != std::ssize(items))
     throw std::invalid_argument("'" + text + "' has an empty place; give " + form);
   for (const std::string& item : items) {
     const std::optional<double> number = read_number(item);

@@ -96,7 +96,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
 // What the digits of a record leave out is no noise, so the forecast does not know it.
 void warn_of_steps(Command& command, const std::vector<PathFile>& passes,
                    const MirrorResult& result) {
-  const double noise = result.deviation.noise * std::sqrt(static_cast<double>(passes.size()));
+  const double noise = result.deviation.noise * std::sqrt(passes.size());
   for (const PathFile& pass : passes) {
     const auto step = step_that_hides(pass.path, noise);
     if (!step || *step / 2 <= result.expected_after) continue;

@@ -52,7 +52,7 @@ Campaign simulate_targets(app::Command& command, const std::string& path, const 
     command.warn(fmt::format("{}: in {} of {} poses {}", path,
                              targets.size() - campaign.pose_ids.size(), targets.size(), nothing));
   for (std::string& id : campaign.pose_ids)  // numbers, from 1
-    id = targets[static_cast<size_t>(*read_number(id)) - 1].pose;
+    id = targets[*read_whole_number(id) - 1].pose;
   return campaign;
 }
 

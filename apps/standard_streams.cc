@@ -16,7 +16,7 @@ constexpr size_t kMaxMessage = 2000, kMessageEnd = 400;
 
 // The whole characters of UTF-8 at the beginning of a text.
 size_t whole_characters(const std::string& text, size_t size) {
-  while (size > 0 && (static_cast<unsigned char>(text[size]) & 0xC0) == 0x80) --size;
+  while (size > 0 && (text[size] & 0xC0) == 0x80) --size;
   return size;
 }
 

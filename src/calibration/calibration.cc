@@ -102,8 +102,8 @@ void set_law_of_rows(const Eigen::VectorXd& x, const ReadingSigma& sigma, Sessio
 Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
              const CalibrationOptions& options, Eigen::VectorXd& x) {
   const ReadingSize size = model.campaign().reading_size();
-  const Eigen::Array2d equations =
-      static_cast<double>(model.rows()) * Eigen::Array2d(size.position, size.orientation);
+  const double rows = model.rows();
+  const Eigen::Array2d equations = rows * Eigen::Array2d(size.position, size.orientation);
   const InstrumentNoise stated = model.noise();
   const ReadingSigma noise{stated.position > 0 ? stated.position : kTypicalSigma,
                            stated.orientation > 0 ? stated.orientation : kTypicalSigma};
@@ -169,7 +169,7 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
     set_deviation(result.names[k], result.covariance(k, k), result.robot.std);
   for (int s = 1; s < model.sessions(); ++s) {
     const std::vector<int>& own = model.own(s);
-    const auto count = static_cast<int>(own.size());
+    const auto count = std::ssize(own);
     const int all = layout_of(result.robot.chain).targets;
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all, all);
     covariance(own, own) =
@@ -186,7 +186,7 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
       set_deviation(parameter_name(result.robot.chain, parameter),
                     covariance(parameter, parameter), session.std);
   }
-  const double wide = student_t_975(static_cast<int>(model.campaign().pose_ids.size()) - 1);
+  const double wide = student_t_975(model.campaign().poses() - 1);
   for (int e = 0; e < model.fitted_effects(); ++e)
     for (Coefficient& c : result.robot.effects[e].coefficients) {
       // The readings say nothing about effects that nothing drives in them.
@@ -203,7 +203,7 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
   const auto known = std::ranges::count_if(priors, [&](const Prior& prior) {
     return prior.width >= 0 || prior.unknown < model.geometric_count();
   });
-  const int equations = model.rows() * model.row_size() + static_cast<int>(known);
+  const auto equations = model.rows() * model.row_size() + known;
   if (equations <= model.unknowns())
     throw std::invalid_argument(
         model.campaign().source + ": " + std::to_string(model.rows()) + " readings give " +
@@ -230,7 +230,7 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
 }
 
 void forget_measured(Robot& robot, int fitted_effects) {
-  for (int e = 0; e < std::min(fitted_effects, static_cast<int>(robot.effects.size())); ++e)
+  for (int e = 0; e < fitted_effects && e < std::ssize(robot.effects); ++e)
     robot.effects[e].measured.reset();
 }
 
@@ -358,13 +358,13 @@ NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign)
   constexpr double kNothing = 0.01;  // share from which no number of such poses would help
   NearNominal result;
   double most = 0;
-  for (size_t k = 0; k < fit.set.kept.size(); ++k) {
-    const double share = fit.share_of_readings[static_cast<Eigen::Index>(k)];
+  for (int k = 0; k < std::ssize(fit.set.kept); ++k) {
+    const double share = fit.share_of_readings[k];
     if (share >= kMostlyReadings) continue;
-    result.parameters.push_back(static_cast<int>(k));
+    result.parameters.push_back(k);
     if (share > kNothing) most = std::max(most, (1 - share) / share);
   }
-  result.poses = static_cast<int>(std::ceil(most * static_cast<double>(campaign.pose_ids.size())));
+  result.poses = static_cast<int>(std::ceil(most * campaign.poses()));
   return result;
 }
 

@@ -54,12 +54,6 @@ std::string place_in_words(const CalibrationResult& result, int contact, int pos
       wide * bounds[0] / kMillimetre, abc.x(), abc.y(), abc.z(), wide * bounds[1] / kDegree);
 }
 
-double rms_of(const std::vector<double>& errors) {
-  double squares = 0;
-  for (double error : errors) squares += error * error;
-  return std::sqrt(squares / static_cast<double>(errors.size()));
-}
-
 std::string both_units(double rms, const Campaign& campaign) {
   return fmt::format("{:.3g} px, {:.3g} mm at the board", rms / campaign.metre_per_pixel,
                      rms / kMillimetre);
@@ -99,19 +93,20 @@ std::vector<std::string> cameras_in_words(const Robot& nominal, const Calibratio
                                           const Campaign& campaign, const Evaluation& evaluation) {
   std::vector<std::string> words;
   if (!campaign.has_pixels()) return words;
-  const auto poses = static_cast<int>(campaign.pose_ids.size());
+  const int poses = campaign.poses();
   const std::vector<Contact>& contacts = result.robot.chain.contacts;
   for (int c = 0; c < std::ssize(contacts); ++c)
     if (is_of_images(contacts[c].kind) && has_images(campaign, contacts[c]))
       if (std::string place = place_in_words(result, c, poses); !place.empty())
         words.push_back(std::move(place));
   std::string reprojection =
-      "reprojection, RMS: " + both_units(rms_of(image_errors(evaluation, campaign)), campaign);
+      "reprojection, RMS: " +
+      both_units(summarize(image_errors(evaluation, campaign)).rms, campaign);
   if (!identifies_links(result))
     if (const std::vector<double> errors = held_out_errors(nominal, result, campaign);
         !errors.empty())
       reprojection += "; of images that the fit has not used, a fifth of the poses at a time: " +
-                      both_units(rms_of(errors), campaign);
+                      both_units(summarize(errors).rms, campaign);
   words.push_back(reprojection);
   return words;
 }

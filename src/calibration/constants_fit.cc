@@ -121,8 +121,7 @@ ConstantsVisits visits_of_travel(const Robot& robot, const Context& conditions) 
     visit.q = q;
     // Every combination of sides occurs as often, in another order than the angles.
     const int sides = kVisits - number++;
-    for (int j = 0; j < static_cast<int>(q.size()); ++j)
-      visit.arrival[j] = (sides >> j & 1) ? 1 : -1;
+    for (int j = 0; j < q.size(); ++j) visit.arrival[j] = (sides >> j & 1) ? 1 : -1;
   }
   return visits;
 }

@@ -69,7 +69,7 @@ PoseInfluence unbiased(const PoseInfluence& pose, const Eigen::Ref<const Eigen::
 
 // (t(n) / t(poses - 1))^2
 double widening(double n, int poses) {
-  const double t = student_t_975(std::max(1, static_cast<int>(std::lround(n))));
+  const double t = student_t_975(std::round(n));
   return std::pow(t / student_t_975(poses - 1), 2);
 }
 

@@ -96,10 +96,7 @@ void for_each_replicates(const Campaign& campaign, const MedianResiduals& residu
   for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     end = end_of(begin, [&](int a, int b) { return key(a) == key(b); });
     const auto group = std::span<const int>(order).subspan(begin, end - begin);
-    Eigen::Matrix<double, 6, 1> mean = Eigen::Matrix<double, 6, 1>::Zero();
-    for (int row : group) mean += residuals.at(row);
-    mean /= static_cast<double>(group.size());
-    use(group, mean);
+    use(group, mean_of(group, [&](int row) { return residuals.at(row); }));
   }
 }
 
@@ -241,8 +238,7 @@ std::vector<double> Evaluation::reading_errors() const {
   std::vector<double> errors;
   errors.reserve(first_rows.size());
   for (size_t k = 0; k < first_rows.size(); ++k) {
-    const size_t end = k + 1 < first_rows.size() ? static_cast<size_t>(first_rows[k + 1])
-                                                 : position.size();
+    const size_t end = k + 1 < first_rows.size() ? first_rows[k + 1] : position.size();
     double squares = 0;
     for (size_t row = first_rows[k]; row < end; ++row) squares += position[row] * position[row];
     errors.push_back(std::sqrt(squares));
@@ -357,8 +353,8 @@ std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campa
   std::array<std::vector<double>, kKindWords.size()> all;
   const std::vector<double> errors = evaluation.reading_errors();
   const std::vector<int>& first = evaluation.first_rows;
-  for (size_t k = 0; k < errors.size(); ++k) {
-    const int row = first.empty() ? static_cast<int>(k) : first[k];
+  for (int k = 0; k < std::ssize(errors); ++k) {
+    const int row = first.empty() ? k : first[k];
     std::vector<double>& own = all[static_cast<size_t>(word_of(campaign, row))];
     if (own.empty()) own.reserve(errors.size());
     own.push_back(errors[k]);

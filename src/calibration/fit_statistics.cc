@@ -127,8 +127,8 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
   result.weights.resize(norms.size());
   result.weights_in_pose.resize(norms.size());
   Eigen::Array2d weighted = Eigen::Array2d::Zero(), all = weighted, within_poses = weighted;
-  for (size_t i = 0; i < norms.size(); ++i) {
-    const double variance = law.variance_of(static_cast<int>(i));
+  for (int i = 0; i < std::ssize(norms); ++i) {
+    const double variance = law.variance_of(i);
     result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
     result.weights_in_pose[i] = result.weights[i] * variance / law.counted(variance);
     weighted += result.weights[i] * norms[i].array();
@@ -139,7 +139,7 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
   const Eigen::Array2d widening =
       (within_poses > 0).select((all / within_poses.max(1e-300)).sqrt(), 1.0);
   result.spread = {result.sigma.position * widening[0], result.sigma.orientation * widening[1]};
-  return std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
+  return std::max(1.0, weighted.sum() / (model.rows() * model.row_size()));
 }
 
 // Of singular values in the units of the literature: rows are multiplied by sigma of position.

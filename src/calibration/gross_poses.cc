@@ -83,9 +83,9 @@ Campaign kept_of(const Reduced& all, const Campaign& campaign, const std::vector
       for (int k : all.of_pose[p]) rows.push_back(all.rows[k]);
   Campaign kept = campaign.select(rows);
   std::vector<std::string> ids;
-  for (size_t k = 0; k < rows.size(); ++k) {
+  for (int k = 0; k < std::ssize(rows); ++k) {
     ids.push_back(kept.pose_ids[kept.pose[k]] + "." + std::to_string(k));
-    kept.pose[k] = static_cast<int>(k);
+    kept.pose[k] = k;
   }
   kept.pose_ids = ids;
   return kept;
@@ -155,10 +155,7 @@ class Search {
     std::vector<PoseRows> poses;
     if (models.groups() > 1) {
       GroupedRows rows;
-      for (const std::vector<int>& own : all_.of_pose) {
-        rows.row.insert(rows.row.end(), own.begin(), own.end());
-        rows.first.push_back(static_cast<int>(rows.row.size()));
-      }
+      for (const std::vector<int>& own : all_.of_pose) rows.add(own);
       const RootsOfGroups roots(models, fit_.inverse_root.sparseView());
       const SessionModels::At at = models.at(Eigen::VectorXd::Zero(p));
       const std::vector<double> weights(rows.row.size(), 1.0);
@@ -195,20 +192,18 @@ class Search {
     std::vector<Eigen::VectorXd> errors(all_.rows.size());
     for (size_t pose = 0; pose < judged_.size(); ++pose) {
       const std::vector<int>& own = all_.of_pose[pose];
-      const auto numbers = static_cast<Eigen::Index>(own.size()) * size;
+      const int numbers = static_cast<int>(own.size()) * size;
       Eigen::VectorXd weight(numbers);
-      for (size_t k = 0; k < own.size(); ++k)
-        weight.segment(static_cast<Eigen::Index>(k) * size, size)
-            .setConstant(gross_[pose] ? 0.0 : fit_.weights[next_kept++]);
+      for (int k = 0; k < std::ssize(own); ++k)
+        weight.segment(k * size, size).setConstant(gross_[pose] ? 0.0 : fit_.weights[next_kept++]);
       const Deleted without =
           deleted(rows_of_poses[pose].rows, rows_of_poses[pose].residual, weight);
-      judged_[pose].size = static_cast<int>(numbers);
-      judged_[pose].ratio = without.square / static_cast<double>(numbers);
-      for (size_t k = 0; k < own.size(); ++k) {
-        const double miss = fit_.sigma.position * without.error
-                                                      .segment(static_cast<Eigen::Index>(k) * size,
-                                                               readings.reading_size().position)
-                                                      .norm();
+      judged_[pose].size = numbers;
+      judged_[pose].ratio = without.square / numbers;
+      for (int k = 0; k < std::ssize(own); ++k) {
+        const double miss =
+            fit_.sigma.position *
+            without.error.segment(k * size, readings.reading_size().position).norm();
         errors[own[k]] = Eigen::VectorXd::Constant(1, miss);
       }
     }
@@ -232,10 +227,9 @@ class Search {
   double scale() const {
     std::vector<double> ratios;
     for (const Judged& judged : judged_) ratios.push_back(judged.ratio);
-    std::ranges::sort(ratios);
     double largest = 1e-12;
     for (double share : {0.5, 0.75, 0.9}) {
-      const double at = ratios[static_cast<size_t>(share * static_cast<double>(poses() - 1))];
+      const double at = quantile(ratios, share);
       const double size = judged_.front().size;
       largest = std::max(largest, at * size / chi_squared_quantile_above(1 - share, size));
     }
@@ -360,7 +354,7 @@ class Search {
 }  // namespace
 
 std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign) {
-  if (campaign.pose_ids.size() > static_cast<size_t>(kMostPoses)) return {};
+  if (campaign.poses() > kMostPoses) return {};
   try {
     return Search(robot, campaign).found();
   } catch (const std::invalid_argument&) {

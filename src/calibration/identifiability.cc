@@ -46,7 +46,7 @@ std::vector<int> preference_order(const Robot& robot) {
   const KinematicChain& chain = robot.chain;
   std::vector<int> order;
   const int anchors = first_anchor_parameter(chain), contacts = first_contact_parameter(chain);
-  for (int c = 0; c < static_cast<int>(chain.contacts.size()); ++c)
+  for (int c = 0; c < std::ssize(chain.contacts); ++c)
     for (int k : of_contact(chain.contacts[c]))
       order.push_back(contacts + kParametersOfContact * c + k);
   for (int k = 0; k < 6; ++k) order.push_back(kFirstBaseParameter + k);
@@ -378,8 +378,7 @@ namespace {
 std::vector<int> every_touch(const Campaign& campaign, int count) {
   std::vector<int> rows;
   if (campaign.has_profiles()) {  // their points differ
-    for (int k = 0; k < count; ++k)
-      rows.push_back(static_cast<int>(static_cast<long>(k) * campaign.rows() / count));
+    for (long k = 0; k < count; ++k) rows.push_back(static_cast<int>(k * campaign.rows() / count));
     return rows;
   }
   std::map<int, int> first_rows;
@@ -462,7 +461,7 @@ std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
   Campaign everywhere = campaign.select(campaign.has_touches() ? every_touch(campaign, kPoses)
                                                                : std::vector<int>(kPoses, 0));
   everywhere.q = sample_joint_space(robot.chain, kPoses);
-  const int targets = std::max(1, static_cast<int>(campaign.target_names.size()));
+  const int targets = campaign.targets();
   for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)
     everywhere.target[row] = row % targets;
   for (int row = 0; row < kPoses && !campaign.has_touches(); ++row)

@@ -24,9 +24,9 @@ std::optional<LeftOut> left_out_but_shown(const Robot& robot, const Campaign& ca
     if (layout.is_of_links(parameter) && std::ranges::count(own.kept, parameter) == 0)
       left_out.parameters.push_back(parameter);
   const auto count = static_cast<int>(left_out.parameters.size());
-  const auto poses = static_cast<int>(campaign.pose_ids.size());
+  const int poses = campaign.poses();
   const int equations = poses * (campaign.has_distances() ? 1 : 3);
-  if (count == 0 || equations <= static_cast<int>(wider.kept.size())) return std::nullopt;
+  if (count == 0 || equations <= std::ssize(wider.kept)) return std::nullopt;
   constexpr CalibrationOptions kPlain{.statistics = FitStatistics::weights};
   const CalibrationResult narrow = calibrate(robot, campaign, own, kPlain);
   const CalibrationResult wide = calibrate(all, campaign, wider, kPlain);

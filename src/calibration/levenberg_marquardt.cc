@@ -88,8 +88,8 @@ class FoldedCost : public ceres::CostFunction {
     r[p] = std::sqrt(std::max(0.0, last_.folded.loss - r.head(p).squaredNorm()));
     jacobian.topRows(p) = -triangle.topLeftCorner(p, p);
     r.tail(of_priors.size()) = of_priors;
-    for (size_t k = 0; k < priors_.size(); ++k)
-      jacobian(p + 1 + static_cast<int>(k), priors_[k].unknown) = 1.0 / priors_[k].deviation;
+    for (int k = 0; k < std::ssize(priors_); ++k)
+      jacobian(p + 1 + k, priors_[k].unknown) = 1.0 / priors_[k].deviation;
   }
 
   // The same from a triangle C of the second derivative, C^T C = H + priors, and from the gradient

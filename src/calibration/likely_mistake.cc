@@ -81,7 +81,7 @@ void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections&
     Campaign alone = readings.select({row});
     double least = std::numeric_limits<double>::infinity();
     int best = 0;
-    for (int target = 0; target < static_cast<int>(readings.target_names.size()); ++target) {
+    for (int target = 0; target < std::ssize(readings.target_names); ++target) {
       alone.target[0] = target;
       const double miss = Corrections::worst_miss(fitted, alone);
       if (miss >= least) continue;
@@ -102,7 +102,7 @@ void attempt_contacts(const Robot& fitted, const Campaign& readings, Corrections
   const auto reads_three = [&](int name) {
     return reads_point(fitted.chain.contacts[contacts[name].contact], contacts[name].point);
   };
-  for (int name = 0; name < static_cast<int>(contacts.size()); ++name) {
+  for (int name = 0; name < std::ssize(contacts); ++name) {
     if (!fitted.chain.contacts[contacts[name].contact].is_placed || contacts[name].board >= 0)
       continue;
     const bool alike = std::ranges::all_of(readings.touch, [&](const Touch& touch) {
@@ -120,7 +120,7 @@ void attempt_contacts(const Robot& fitted, const Campaign& readings, Corrections
 
 void attempt_joints(const KinematicChain& chain, Corrections& corrections) {
   const std::vector<JointName> names = joint_names(chain);
-  const int joints = static_cast<int>(names.size());
+  const auto joints = std::ssize(names);
   for (int j = 0; j < joints; ++j)
     corrections.attempt(names[j].column + " seems to have the wrong sign", [j](Campaign& c) {
       for (auto q : c.q) q[j] = -q[j];

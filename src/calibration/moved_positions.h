@@ -44,8 +44,8 @@ class MovedPositions {
     for_each_group([&](int g, const ObservationModel::At& at, const OwnRoot& root) {
       for_rows(g, at, root, 0, models_.model(g).rows(),
                [&](std::span<const int> rows, const auto& moved, const auto& residuals) {
-                 for (size_t k = 0; k < rows.size(); ++k) {
-                   const auto first = static_cast<Eigen::Index>(k) * axes_;
+                 for (int k = 0; k < std::ssize(rows); ++k) {
+                   const auto first = k * axes_;
                    take(rows[k], moved.middleRows(first, axes_), residuals.segment(first, axes_));
                  }
                });

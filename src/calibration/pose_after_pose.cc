@@ -13,8 +13,8 @@ std::vector<double> PoseAfterPose::squares_of(const std::vector<PoseError>& pose
   const Eigen::Index rows = std::ssize(poses) * axes;
   Eigen::MatrixXd moved(rows, mean_.size());
   Eigen::VectorXd e(rows);
-  for (size_t k = 0; k < poses.size(); ++k) {
-    const auto own = static_cast<Eigen::Index>(k) * axes;
+  for (int k = 0; k < std::ssize(poses); ++k) {
+    const auto own = k * axes;
     moved.middleRows(own, axes) = poses[k].moved / poses[k].readings;
     e.segment(own, axes) = poses[k].residual / poses[k].readings;
   }

@@ -113,8 +113,7 @@ std::vector<Eigen::Index> SumOfSquares::places_of(const std::vector<Eigen::Index
   std::vector<Eigen::Index> places;
   places.reserve(coordinates.size());
   for (const Eigen::Index coordinate : coordinates) {
-    if (coordinate >= std::ssize(place_of_))
-      place_of_.resize(static_cast<size_t>(coordinate) + 1, kNowhere);
+    if (coordinate >= std::ssize(place_of_)) place_of_.resize(coordinate + 1, kNowhere);
     Eigen::Index& place = place_of_[coordinate];
     if (place == kNowhere) {
       place = std::ssize(coordinate_at_);
@@ -209,11 +208,8 @@ Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& r
 GroupedRows some_poses(const GroupedRows& all, int count) {
   if (all.groups() <= count) return all;
   GroupedRows some{{0}, {}};
-  for (int k = 0; k < count; ++k) {
-    const size_t pose = static_cast<long>(k) * all.groups() / count;
-    some.row.insert(some.row.end(), all.row.begin() + all.first[pose],
-                    all.row.begin() + all.first[pose + 1]);
-    some.first.push_back(static_cast<int>(some.row.size()));
+  for (long k = 0; k < count; ++k) {
+    some.add(all.rows(static_cast<int>(k * all.groups() / count)));
   }
   return some;
 }

@@ -119,7 +119,7 @@ Spread spread_of(const CalibrationResult& fit, const Campaign& campaign,
     rows += std::min(1.0, weight);
   }
   // Readings of a pose share the lack of fit of the model: the unknowns follow poses, not readings.
-  const double poses = static_cast<double>(campaign.pose_ids.size());
+  const double poses = campaign.poses();
   const double quantities = campaign.has_touches() ? count_read(campaign)  // each of one contact
                                                    : poses * campaign.quantities();
   // Within poses the noise loses nothing to the unknowns; between poses all readings of a pose do.
@@ -135,7 +135,7 @@ Spread spread_of(const CalibrationResult& fit, const Campaign& campaign,
   const int axes = size.position;
   const double normal =
       std::sqrt(position / rows * fisher_f_quantile(0.95, axes, axes * std::max(1.0, poses - 1)));
-  spread.tail = tail_of(evaluation.position, normal, static_cast<int>(poses));
+  spread.tail = tail_of(evaluation.position, normal, campaign.poses());
   return spread;
 }
 
@@ -167,7 +167,7 @@ namespace {
 // fitted stand behind those that were, and have no unknowns.
 std::vector<int> stated_unknowns(const CalibrationResult& fit) {
   constexpr int kMaxUnknowns = 800;
-  const auto geometric = static_cast<int>(fit.set.kept.size());
+  const auto geometric = std::ssize(fit.set.kept);
   const int count = fit.shared;
   const int first = layout_of(fit.robot.chain).targets;
   const int end = first_anchor_parameter(fit.robot.chain);
@@ -197,7 +197,7 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   const Spread spread = spread_of(fit, campaign, evaluation);
   uncertainty.reading = spread.deviation;
   uncertainty.tail = spread.tail;
-  uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
+  uncertainty.poses = campaign.poses();
   uncertainty.largest_variance =
       largest_variance(MovedPositions(fit.robot, campaign, geometric, uncertainty.root));
   if (campaign.has_distances()) {

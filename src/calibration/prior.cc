@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
@@ -81,7 +82,7 @@ void add_geometry(const Robot& robot, const SessionModels& models, Priors& prior
       add(k, parameter, layout.is_of_links(parameter) ? link_value(robot.chain, parameter) : 0);
   }
   for (int s = 1; s < models.sessions(); ++s)
-    for (size_t k = 0; k < models.own(s).size(); ++k) {
+    for (int k = 0; k < std::ssize(models.own(s)); ++k) {
       const int parameter = models.own(s)[k];
       if (!layout.is_of_links(parameter)) continue;
       double value = link_value(robot.chain, parameter);
@@ -89,7 +90,7 @@ void add_geometry(const Robot& robot, const SessionModels& models, Priors& prior
         if (const auto own = known->second.zero.find(link_of_parameter(parameter));
             own != known->second.zero.end())
           value = own->second;
-      add(models.first_own(s) + static_cast<int>(k), parameter, value);
+      add(models.first_own(s) + k, parameter, value);
     }
 }
 
@@ -108,10 +109,7 @@ int width_of(const Effect& effect, Priors& priors) {
   constexpr double kWithinThree = 1.0986;  // ln 3: causes differ more than tolerances do
   const std::string& name =
       effect.members.empty() ? effect.family->name : effect.members.front().family->name;
-  const auto found = std::ranges::find(priors.widths, name, &PriorWidth::name);
-  if (found != priors.widths.end()) return static_cast<int>(found - priors.widths.begin());
-  priors.widths.push_back({name, 1, kWithinThree, 1});
-  return static_cast<int>(priors.widths.size()) - 1;
+  return index_of(priors.widths, PriorWidth{name, 1, kWithinThree, 1});
 }
 
 // No law describes an instrument exactly: a distortion beside other errors is what they leave.
@@ -126,8 +124,7 @@ bool is_rest_of_instrument(const Robot& robot, const Effect& effect) {
 double unit_of_instrument(const Robot& robot, const Effect& effect, double mean_square) {
   const double range = (robot.chain.base.translation - instrument_place(robot)).norm();
   const bool turns = unit_of_parameter(robot.chain, effect.parameter) == ParameterUnit::radian;
-  const auto count = static_cast<double>(effect.coefficients.size()) /
-                     static_cast<double>(group_size(effect.parameter));
+  const auto count = static_cast<double>(effect.coefficients.size()) / group_size(effect.parameter);
   const double lever = turns ? std::max(1.0, range) : 1.0;
   return 1.0 / (lever * std::sqrt(mean_square * count));
 }
@@ -138,12 +135,9 @@ int width_of_instrument(const Robot& robot, const Effect& effect, Priors& priors
   constexpr double kWithinThree = 1.0986;  // ln 3
   const bool is_rest = is_rest_of_instrument(robot, effect);
   const std::string name = is_rest ? "rest of the instrument" : "errors of the instrument";
-  const auto found = std::ranges::find(priors.widths, name, &PriorWidth::name);
-  if (found != priors.widths.end()) return static_cast<int>(found - priors.widths.begin());
   const double noise = robot.noise.position > 0 ? robot.noise.position : kTypicalNoise;
   const double typical = (is_rest ? kRest : 1.0) * kTimesNoise * noise;
-  priors.widths.push_back({name, typical, kWithinThree, typical});
-  return static_cast<int>(priors.widths.size()) - 1;
+  return index_of(priors.widths, PriorWidth{name, typical, kWithinThree, typical});
 }
 
 void add_coefficients(const Robot& robot, const SessionModels& models, Priors& priors) {

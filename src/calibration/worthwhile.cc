@@ -34,8 +34,8 @@ double mean_error(const std::vector<double>& errors, const std::vector<int>& fir
   kept.position.reserve(errors.size());
   size_t reading = 0;
   bool begins = true;
-  for (size_t row = 0; row < errors.size(); ++row) {
-    if (reading < first_rows.size() && static_cast<size_t>(first_rows[reading]) == row) {
+  for (int row = 0; row < std::ssize(errors); ++row) {
+    if (reading < first_rows.size() && first_rows[reading] == row) {
       begins = true;
       ++reading;
     }
@@ -71,7 +71,7 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
       "; a target, a reflector or the joint angles of several poses may be wrong: look at the "
       "residuals, then correct or leave out those rows, or measure them anew";
   const int all = sound.rows() + gross_rows;
-  const int left_out = static_cast<int>(blunders.size()) + gross_rows;
+  const auto left_out = std::ssize(blunders) + gross_rows;
   if (2 * left_out > all)
     throw std::invalid_argument(
         fmt::format("{}: {} of {} readings look like blunders, more than are kept{}", sound.source,

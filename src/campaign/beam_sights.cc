@@ -27,14 +27,14 @@ std::string why_not(const Contact& beam, const Contact& contact) {
 
 std::vector<BeamSight> beam_sights_of(const KinematicChain& chain) {
   std::vector<BeamSight> sights;
-  const auto count = static_cast<int>(chain.contacts.size());
+  const int count = contact_count(chain);
   for (int b = 0; b < count; ++b) {
     const Contact& beam = chain.contacts[b];
     if (beam.kind != ContactKind::beam) continue;
     for (int c = 0; c < count; ++c) {
       const Contact& contact = chain.contacts[c];
       const bool is_plane = contact.kind == ContactKind::plane;
-      const auto parts = is_plane ? 1 : static_cast<int>(contact.points.size());
+      const auto parts = is_plane ? 1 : std::ssize(contact.points);
       for (int k = 0; k < parts && (is_plane || contact.kind == ContactKind::artefact); ++k) {
         const int point = is_plane ? -1 : k;
         if (touched_part(contact, point).kind != ContactKind::plane) continue;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "armtrue/effects/arrival.h"
+#include "armtrue/kinematics/names.h"
 
 namespace armtrue {
 namespace {
@@ -121,8 +122,7 @@ std::vector<int> Campaign::first_rows_of_readings() const {
 }
 
 int Campaign::channel(int row) const {
-  const int targets = std::max(1, static_cast<int>(target_names.size()));
-  const int of_target = quantity(row) * targets + (target.empty() ? 0 : target[row]);
+  const int of_target = quantity(row) * targets() + (target.empty() ? 0 : target[row]);
   return of_target * longest_profile + (has_profiles() ? profile[row].number : 0);
 }
 
@@ -140,7 +140,7 @@ std::vector<int> Campaign::pose_by_id() const {
     return of_a.size() != of_b.size() ? of_a.size() < of_b.size() : of_a < of_b;
   });
   std::vector<int> number(order.size());
-  for (size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<int>(i);
+  for (int i = 0; i < std::ssize(order); ++i) number[order[i]] = i;
   std::vector<int> numbers;
   for (int p : pose) numbers.push_back(number[p]);
   return numbers;
@@ -153,7 +153,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   for (int row : rows) {
     int& index = new_index[pose[row]];
     if (index < 0) {
-      index = static_cast<int>(chosen.pose_ids.size());
+      index = chosen.poses();
       chosen.pose_ids.push_back(pose_ids[pose[row]]);
     }
     chosen.pose.push_back(index);
@@ -197,7 +197,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
 
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where) {
   const auto& sensors = campaign.temperature_names;
-  const size_t joints = campaign.q.empty() ? 6 : static_cast<size_t>(campaign.q.front().size());
+  const size_t joints = campaign.q.empty() ? 6 : campaign.q.front().size();
   const auto numbered = [&](const std::string& name, const std::string& unit) {
     return name + "1" + unit + " to " + name + std::to_string(joints) + unit;
   };
@@ -352,9 +352,7 @@ void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {
       name = campaign.session_names[campaign.session[row]];
       if (part != "1") name += " (" + part + ")";
     }
-    const auto known = std::find(names.begin(), names.end(), name);
-    sessions.push_back(static_cast<int>(known - names.begin()));
-    if (known == names.end()) names.push_back(name);
+    sessions.push_back(index_of(names, name));
   }
   campaign.session = std::move(sessions);
   campaign.session_names = std::move(names);

@@ -48,7 +48,7 @@ JointVector step_to(const KinematicChain& chain, const PoseJacobian& jacobian,
                     const Eigen::Vector3d& miss) {
   constexpr int kMost = kJoints == Eigen::Dynamic ? kMaxJoints : kJoints;
   Eigen::Matrix<double, 3, kJoints, 0, 3, kMost> joints(3, joint_count(chain));
-  for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
+  for (int j = 0; j < joints.cols(); ++j)
     joints.col(j) = joint_column(chain, jacobian, j).head<3>();
   return smallest_step(joints, miss, kDamping);
 }
@@ -77,7 +77,7 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
   std::vector<JointVector> configurations;
   constexpr int kTriesPerPose = 5000;
   int tries = 0;  // since the last that was found
-  while (static_cast<int>(configurations.size()) < count) {
+  while (std::ssize(configurations) < count) {
     if (++tries > kTriesPerPose)
       throw std::invalid_argument(
           "the box cannot be reached within the travel limits; enlarge or move it");
@@ -120,8 +120,8 @@ Campaign visits(const std::vector<JointVector>& commanded, const Robot& truth,
   for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
   for (const Target& target : truth.chain.targets) campaign.target_names.push_back(target.name);
   for (const Anchor& anchor : truth.chain.anchors) campaign.anchor_names.push_back(anchor.name);
-  const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
-  const int anchors = std::max<int>(1, static_cast<int>(truth.chain.anchors.size()));
+  const int targets = std::max(1, target_count(truth.chain));
+  const int anchors = std::max(1, anchor_count(truth.chain));
 
   double time = 0;
   std::vector<int> order(poses);

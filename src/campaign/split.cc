@@ -17,7 +17,7 @@ namespace {
 
 Split without_poses(const std::vector<int>& pose_of_row, const std::set<int>& held_out) {
   Split split;
-  for (int row = 0; row < static_cast<int>(pose_of_row.size()); ++row)
+  for (int row = 0; row < std::ssize(pose_of_row); ++row)
     (held_out.contains(pose_of_row[row]) ? split.held_out : split.training).push_back(row);
   return split;
 }
@@ -29,7 +29,7 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) 
   const std::set<int> distinct(pose.begin(), pose.end());
   std::vector<int> poses(distinct.begin(), distinct.end());
   shuffle(poses, seed);
-  const auto count = static_cast<size_t>(std::lround(share * static_cast<double>(poses.size())));
+  const long count = std::lround(share * static_cast<double>(poses.size()));
   const std::set<int> held_out(poses.begin(), poses.begin() + count);
   return without_poses(pose, held_out);
 }
@@ -41,9 +41,9 @@ Split split_by_region(const Robot& robot, const Campaign& campaign, double share
   std::map<int, Eigen::Vector3d> point_of_pose;
   for (int row = 0; row < campaign.rows(); ++row)
     point_of_pose.try_emplace(pose[row], chain.pose(campaign.q[row]).translation);
+  const auto poses = static_cast<double>(point_of_pose.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& [id, point] : point_of_pose)
-    mean += point / static_cast<double>(point_of_pose.size());
+  for (const auto& [id, point] : point_of_pose) mean += point / poses;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const auto& [id, point] : point_of_pose)
     scatter += (point - mean) * (point - mean).transpose();
@@ -58,7 +58,7 @@ Split split_by_region(const Robot& robot, const Campaign& campaign, double share
   for (const auto& [id, point] : point_of_pose)
     along.emplace_back(-direction.dot(point - mean), id);
   std::sort(along.begin(), along.end());
-  along.resize(std::lround(share * static_cast<double>(point_of_pose.size())));
+  along.resize(std::lround(share * poses));
   std::set<int> held_out;
   for (const auto& [distance, id] : along) held_out.insert(id);
   return without_poses(pose, held_out);

@@ -16,7 +16,7 @@ constexpr double kAngleStep = 1e-3 * kDegree, kLengthStep = 1e-5;
 class Hash {
  public:
   void add(double value, double step) {
-    auto steps = static_cast<std::uint64_t>(std::llround(value / step));
+    std::uint64_t steps = std::llround(value / step);
     for (int byte = 0; byte < 8; ++byte, steps >>= 8)
       state_ = (state_ ^ (steps & 0xff)) * 0x100000001b3ULL;
   }

@@ -10,7 +10,7 @@ namespace armtrue {
 
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
                  const std::optional<double>& model, double too_high) {
-  const double root = std::sqrt(static_cast<double>(visits));
+  const double root = std::sqrt(visits);
   const double noise = stated.noise.value_or(0);
   const double repeats =
       std::sqrt(std::max(0.0, scatter.deviation * scatter.deviation - noise * noise)) / root;

@@ -47,7 +47,7 @@ double step_of(const Campaign& campaign) {
   std::int64_t step = 0;
   for (const Eigen::Vector3d& point : campaign.position)
     for (const double difference : point - campaign.position.front())
-      step = std::gcd(step, static_cast<std::int64_t>(std::llround(difference / kFinest)));
+      step = std::gcd(step, std::llround(difference / kFinest));
   return kFinest * static_cast<double>(std::max<std::int64_t>(step, 1));
 }
 

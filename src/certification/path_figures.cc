@@ -25,8 +25,8 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   const double size = commanded.position.cwiseAbs().maxCoeff();
   figures.rt = resolved(*found.rt, size);
   figures.scatter = {resolved(found.scatter, size), 2.0 * (n - 1)};
-  figures.at_of_scatter = figures.scatter.deviation / std::sqrt(n) *
-                          std::sqrt(2 * std::log(static_cast<double>(found.planes)));
+  figures.at_of_scatter =
+      figures.scatter.deviation / std::sqrt(n) * std::sqrt(2 * std::log(found.planes));
   if (n < 3) return figures;
   const Eigen::Matrix3d in_plane = Eigen::Vector3d(1, 1, 0).asDiagonal();
   figures.rt_ci95 = repeatability_ci95(*figures.rt, n, found.planes, in_plane);

@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/random.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {
@@ -22,12 +23,6 @@ struct Repeatability {
 // Of rotation vectors, from rotation matrices with components up to 1.
 Eigen::Vector3d resolved_turn(const Eigen::Vector3d& spread) {
   return spread.unaryExpr([](double axis) { return resolved(axis, 1); });
-}
-
-Eigen::Vector3d mean_of(const std::vector<Visit>& visits, Eigen::Vector3d Visit::*member) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Visit& visit : visits) sum += visit.*member;
-  return sum / static_cast<double>(visits.size());
 }
 
 Repeatability repeatability(const std::vector<Visit>& visits) {

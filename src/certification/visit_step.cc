@@ -10,6 +10,7 @@
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
@@ -38,12 +39,9 @@ std::vector<VisitInTime> visits_in_order(const Campaign& campaign, const Evaluat
     const auto residual = [&](int row) -> Eigen::Vector3d {
       return evaluation.residuals[row].head<3>();
     };
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const int row : places[place]) mean += residual(row);
-    mean /= static_cast<double>(places[place].size());
+    const Eigen::Vector3d mean = mean_of(places[place], residual);
     for (const int row : places[place]) {
-      const double time =
-          campaign.time_s.empty() ? static_cast<double>(campaign.line[row]) : campaign.time_s[row];
+      const double time = campaign.time_s.empty() ? campaign.line[row] : campaign.time_s[row];
       visits.push_back({row, place, time, residual(row) - mean});
     }
   }
@@ -67,9 +65,8 @@ std::vector<Cause> causes_of(const Robot& robot, const Campaign& campaign,
   const RobotModel model(geometry);
   Cause shift{"the instrument or the foot of the robot", {}}, frame = shift,
       reflector{"the reflector or the tool", {}};
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const auto& rows : places) middle += campaign.position[rows.front()];
-  middle /= static_cast<double>(places.size());
+  const Eigen::Vector3d middle =
+      mean_of(places, [&](const auto& rows) { return campaign.position[rows.front()]; });
   for (const auto& rows : places) {
     const size_t row = rows.front();
     shift.columns.emplace_back(Eigen::Matrix3d::Identity());

@@ -91,10 +91,10 @@ class UnknownsOfBoth {
     Eigen::Index row = known.parameters.size();
     for (const Effect& effect : file.effects) {
       const int place = place_of(effect);
-      for (size_t k = 0; k < effect.coefficients.size(); ++k, ++row) {
+      for (int k = 0; k < std::ssize(effect.coefficients); ++k, ++row) {
         if (place < 0) continue;
         if (row >= known.root.rows()) return false;
-        take(-1 - place - static_cast<int>(k), row, effect.coefficients[k].std);
+        take(-1 - place - k, row, effect.coefficients[k].std);
       }
     }
     errors_.push_back(std::move(own));

@@ -37,8 +37,8 @@ std::vector<int> find_blunders(const ChangeProblem& problem) {
     if (other.loss < best.loss) best = std::move(other);
   }
   std::vector<int> blunders;
-  for (size_t row = 0; row < best.weights.size(); ++row)
-    if (is_off(best.weights[row])) blunders.push_back(static_cast<int>(row));
+  for (int row = 0; row < std::ssize(best.weights); ++row)
+    if (is_off(best.weights[row])) blunders.push_back(row);
   if (static_cast<double>(blunders.size()) >
       kMaxBlunders * static_cast<double>(best.weights.size()))
     return {};

@@ -99,8 +99,8 @@ ChangeProblem::Sums ChangeProblem::part_of(const Sums& all, const std::vector<in
   std::vector<Eigen::Index> chosen(errors_.size());
   std::iota(chosen.begin(), chosen.end(), 0);
   for (int k : moved)
-    for (size_t i = 0; i < hypotheses_[k].moves.size(); ++i)
-      chosen.push_back(first_of_moves_[k] + static_cast<Eigen::Index>(i));
+    for (int i = 0; i < std::ssize(hypotheses_[k].moves); ++i)
+      chosen.push_back(first_of_moves_[k] + i);
   chosen.push_back(all.products.cols() - 1);
   return {all.products(chosen, chosen), all.loss};
 }
@@ -132,8 +132,8 @@ void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
   const Eigen::Index count = result.x.size(), height = std::max<Eigen::Index>(256, 2 * count + 2);
   std::vector<std::pair<int, int>> place(models_.rows());  // session, row
   for (int s = 0; s < sessions(); ++s)
-    for (size_t own = 0; own < models_.rows_of(s).size(); ++own)
-      place[models_.rows_of(s)[own]] = {s, static_cast<int>(own)};
+    for (int own = 0; own < std::ssize(models_.rows_of(s)); ++own)
+      place[models_.rows_of(s)[own]] = {s, own};
   struct PoseSums {
     InfluenceSums influence;
     ChiSquares chi;

@@ -247,7 +247,7 @@ std::array<bool, 2> ChangeProblem::named_by_images() const {
 // Parameters that move none of these readings are left out.
 void ChangeProblem::enter_hypotheses() {
   const int first_anchor = first_anchor_parameter(start_.chain);
-  const auto count = static_cast<int>(start_.chain.anchors.size());
+  const int count = anchor_count(start_.chain);
   for (int s = 0; s < sessions(); ++s) {
     const ObservationModel& model = models_.model(s);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
@@ -356,9 +356,9 @@ std::vector<Move> ChangeProblem::stations(const Fit& fitted) const {
     if (known == previous_.sessions.end()) continue;
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     std::vector<int> places, parameters;
-    for (size_t i = 0; i < errors_.size(); ++i)
+    for (int i = 0; i < std::ssize(errors_); ++i)
       if (is_of_base(errors_[i].parameter) && errors_[i].acts_in(s)) {
-        places.push_back(static_cast<int>(i));
+        places.push_back(i);
         parameters.push_back(errors_[i].parameter);
       }
     covariance(parameters, parameters) = fitted.covariance(places, places);
@@ -392,8 +392,8 @@ std::vector<Move> ChangeProblem::stations(const Fit& fitted) const {
 double ChangeProblem::p_value(const std::vector<int>& moved, const Fit& fitted,
                               double overdispersion) const {
   const double freedom = std::max(1.0, degrees_of_freedom_ - moves_in(moved));
-  const double touches =
-      models_.campaign().has_touches() ? static_cast<double>(models_.rows()) / poses() : 0;
+  const double rows = models_.rows();
+  const double touches = models_.campaign().has_touches() ? rows / poses() : 0;
   return fisher_f_above(fitted.loss / freedom, freedom / overdispersion,
                         freedom_of_spread(previous_, touches));
 }

@@ -65,10 +65,9 @@ Robot turned_to_orientations(Robot robot, const Campaign& readings) {
   const Eigen::Index motions = std::ssize(of_arm) - 1;
   Eigen::Matrix3Xd by_arm(3, motions), by_readings(3, motions);
   for (Eigen::Index k = 0; k < motions; ++k) {
-    const auto from = static_cast<size_t>(k), to = from + 1;
-    by_arm.col(k) = vector(of_arm[to] * of_arm[from].transpose());
-    by_readings.col(k) = vector((readings.orientation[to] * readings.orientation[from].conjugate())
-                                    .toRotationMatrix());
+    by_arm.col(k) = vector(of_arm[k + 1] * of_arm[k].transpose());
+    by_readings.col(k) = vector(
+        (readings.orientation[k + 1] * readings.orientation[k].conjugate()).toRotationMatrix());
   }
   const Eigen::Matrix4d turn = Eigen::umeyama(by_arm, by_readings, false);
   robot.chain.base.rotation = turn.topLeftCorner<3, 3>();

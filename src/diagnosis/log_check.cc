@@ -18,6 +18,7 @@
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/text/edit_distance.h"
 #include "diagnosis/lost_values.h"
 #include "statistics/rounding.h"
 
@@ -175,8 +176,7 @@ void check_unit_of_sigma(const Campaign& campaign, Findings& findings) {
 // `Day 1`, `day1` and `DAY1` are one name.
 std::string without_case_and_blanks(std::string name) {
   std::erase_if(name, [](unsigned char c) { return std::isspace(c) != 0; });
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return name;
+  return lower_case(name);
 }
 
 // A slip of the pen makes a session, whose own base takes up what the readings show of the arm.
@@ -214,8 +214,7 @@ void check_unit_of_temperature(const Campaign& campaign, Findings& findings) {
 
 // Whether a sensor is on a part that runs hot by itself, by its name.
 bool runs_hot(const std::string& sensor) {
-  std::string name = sensor;
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string name = lower_case(sensor);
   return std::ranges::any_of(
       std::array{"motor", "drive", "gear", "getriebe", "spindle", "spindel", "servo", "winding",
                  "wicklung", "brake", "bremse", "bearing", "lager", "oil", "cabinet", "cpu", "core",

@@ -176,7 +176,7 @@ void check_dead_stretch(const Series& series, const std::vector<Value>& values,
   const std::map<double, Isolation> isolation = isolations(series);
   const double jump = least_jump(series);
   for (const Value& value : values) {
-    const bool is_stretch = value.last - value.first + 1 == static_cast<size_t>(value.count);
+    const bool is_stretch = std::cmp_equal(value.last - value.first + 1, value.count);
     if (value.count < kFewestInStretch || !is_stretch) continue;
     // Values that repeat are those of a coarse sensor, or typed.
     const long others = std::ssize(series.values) - value.count;

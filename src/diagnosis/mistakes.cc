@@ -71,8 +71,7 @@ std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
 
 std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
                            const Evaluation& evaluation, const std::vector<int>& blunders) {
-  if (blunders.empty() ||
-      static_cast<double>(blunders.size()) > kMaxBlunders * static_cast<double>(campaign.rows()))
+  if (blunders.empty() || static_cast<double>(blunders.size()) > kMaxBlunders * campaign.rows())
     return beyond_any_arm(robot, campaign, evaluation);
   const Campaign kept = without_rows(campaign, blunders);
   return beyond_any_arm(robot, kept, evaluate(robot, kept));

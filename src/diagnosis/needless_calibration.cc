@@ -7,15 +7,14 @@
 #include "armtrue/calibration/worthwhile.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 #include "diagnosis/plain_fit.h"
 
 namespace armtrue {
 namespace {
 
 double mean_square(const Evaluation& evaluation) {
-  double sum = 0;
-  for (const double error : evaluation.position) sum += error * error;
-  return sum / static_cast<double>(evaluation.position.size());
+  return mean_of(evaluation.position, [](double error) { return error * error; });
 }
 
 // Mean square distance of the points of two robots at the readings [m^2].

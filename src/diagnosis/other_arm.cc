@@ -52,12 +52,12 @@ FittingArm arm_that_fits(const std::vector<Robot>& arms, const Robot& robot,
   const auto own = placed_miss(robot, campaign);
   if (!own) return best;
   best.miss = std::min(kImplausibleMiss, kShare * *own);
-  for (size_t k = 0; k < arms.size(); ++k) {
+  for (int k = 0; k < std::ssize(arms); ++k) {
     if (encoder_columns(arms[k].chain) != encoder_columns(robot.chain)) continue;
     Robot arm = arms[k];
     arm.chain.targets = robot.chain.targets;
     const auto miss = placed_miss(arm, campaign);
-    if (miss && *miss < best.miss) best = {static_cast<int>(k), *miss};
+    if (miss && *miss < best.miss) best = {k, *miss};
   }
   return best;
 }

@@ -95,7 +95,7 @@ RawEquations raw_equations(const PlainFit& fit, const std::vector<int>& further_
                    Eigen::MatrixXd::Zero(equations, further),
                    Eigen::VectorXd(equations)};
   for (int row = 0; row < fit.readings.rows(); ++row) raw.rows.push_back({row});
-  for (size_t session = 0; session < sessions.size(); ++session) {
+  for (int session = 0; session < std::ssize(sessions); ++session) {
     const Campaign readings = fit.readings.select(sessions[session]);
     const ObservationModel model(readings, robot_at_row(fit.result.robot, readings, 0), parameters,
                                  fit.result.sigma, 0);
@@ -105,8 +105,7 @@ RawEquations raw_equations(const PlainFit& fit, const std::vector<int>& further_
       at.block(row, block);
       const int first = sessions[session][row] * size;
       raw.fitted.block(first, 0, size, shared) = block.leftCols(shared);
-      raw.fitted.block(first, shared + own * static_cast<Eigen::Index>(session), size, own) =
-          block.middleCols(shared, own);
+      raw.fitted.block(first, shared + own * session, size, own) = block.middleCols(shared, own);
       raw.beside.middleRows(first, size) = block.middleCols(shared + own, further);
       raw.residual.segment(first, size) = block.rightCols<1>();
     }

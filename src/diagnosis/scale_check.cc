@@ -20,11 +20,10 @@ std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
   const auto anchors = static_cast<double>(readings.anchor_names.size());
   std::optional<std::string> found;
   double best = kClearFall;
-  for (size_t anchor = 0; anchor < readings.anchor_names.size(); ++anchor) {
+  for (int anchor = 0; anchor < std::ssize(readings.anchor_names); ++anchor) {
     Eigen::VectorXd column = equations.columns.col(0);
     for (int row = 0; row < readings.rows(); ++row)
-      if (readings.anchor[row] != static_cast<int>(anchor) ||
-          readings.kind(row) != ReadingKind::distance)
+      if (readings.anchor[row] != anchor || readings.kind(row) != ReadingKind::distance)
         column.segment(row * equations.row_size, equations.row_size).setZero();
     column -= equations.basis * (equations.basis.transpose() * column);
     const double size = column.squaredNorm(), slope = column.dot(equations.residual);

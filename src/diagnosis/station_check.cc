@@ -30,10 +30,8 @@ std::vector<char> rows_of(const Part& part, const Campaign& readings) {
 Eigen::MatrixXd columns_of(const Cause& cause, const std::vector<char>& in_part,
                            const FitEquations& equations) {
   Eigen::MatrixXd columns = equations.columns.middleCols(cause.first_column, cause.count);
-  for (size_t row = 0; row < in_part.size(); ++row)
-    if (!in_part[row])
-      columns.middleRows(static_cast<Eigen::Index>(row) * equations.row_size, equations.row_size)
-          .setZero();
+  for (int row = 0; row < std::ssize(in_part); ++row)
+    if (!in_part[row]) columns.middleRows(row * equations.row_size, equations.row_size).setZero();
   return columns;
 }
 

@@ -38,7 +38,7 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
   const int joints = joint_count(robot.chain);
   // A number in the catalogue counts the joints of the arm.
   const auto in_chain = [&](int number) {
-    return number < static_cast<int>(of_arm.size()) ? of_arm[number] : -1;
+    return number < std::ssize(of_arm) ? of_arm[number] : -1;
   };
   const std::vector<JointName> axes = joint_names(robot.chain);
   // Puts the name of a joint in the place of a letter; false if there is no such joint.

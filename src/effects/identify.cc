@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <limits>
+#include <numeric>
 
 #include "armtrue/effects/effect.h"
 #include "armtrue/kinematics/parameters.h"
@@ -24,14 +25,14 @@ std::vector<std::string> names_of(const KinematicChain& chain) {
 enum class Letters { exact, any_case };
 
 bool same(char a, char b, Letters letters) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
   return letters == Letters::exact ? a == b : lower(a) == lower(b);
 }
 
 // Characters to insert, remove or replace until the text is as the pattern says; 0 if it is.
 int distance(std::string_view pattern, std::string_view text, Letters letters) {
   std::vector<int> before(text.size() + 1);
-  for (size_t j = 0; j <= text.size(); ++j) before[j] = static_cast<int>(j);
+  std::iota(before.begin(), before.end(), 0);
   for (const char wanted : pattern) {
     std::vector<int> now(before.size());
     const bool any = wanted == '*';

@@ -7,6 +7,7 @@
 
 #include "armtrue/effects/line_of_sight.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/names.h"
 
 namespace armtrue {
 
@@ -68,11 +69,11 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   if (const std::string why = why_invalid(effect.parameter, driver_, shape_); !why.empty())
     fail(why);
   if (driver_.involves(DriverKind::temperature)) {
-    const auto found = std::find(temperature_names.begin(), temperature_names.end(), driver_.where);
-    if (found == temperature_names.end())
+    const auto found = find_name(temperature_names, driver_.where);
+    if (!found)
       fail("nothing here tells the temperature '" + driver_.where +
            "'; measurements tell it in a column temp_" + driver_.where + "_c");
-    temperature_ = static_cast<int>(found - temperature_names.begin());
+    temperature_ = *found;
   }
   const bool by_vertical = driver_.kind == DriverKind::azimuth ||
                            driver_.kind == DriverKind::elevation ||
@@ -254,10 +255,10 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
     out += member.value_count_;
   }
   if (!members_.empty()) return;
-  const size_t members = own_values_ ? parameters_.size() : 1;
-  const auto values = value_count_ / static_cast<int>(members);
-  for (size_t i = 0; i < members; ++i) {
-    double* const own = out + static_cast<int>(i) * values;
+  const int members = own_values_ ? static_cast<int>(parameters_.size()) : 1;
+  const int values = value_count_ / members;
+  for (int i = 0; i < members; ++i) {
+    double* const own = out + i * values;
     shape_values(i, context, frames, jacobian, own);
     if (!driver_.factor) continue;
     double factor =
@@ -281,7 +282,7 @@ RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& tempe
                                   "' follows a measured motor torque, which is not known at a pose "
                                   "that was not measured; let it follow gravity-torque");
     effects_.emplace_back(effect, robot, temperature_names);
-    if (effects_.back().coefficient_count() != static_cast<int>(effect.coefficients.size()))
+    if (effects_.back().coefficient_count() != std::ssize(effect.coefficients))
       throw std::invalid_argument("effect '" + effect.name + "' has " +
                                   std::to_string(effect.coefficients.size()) +
                                   " coefficients; its parameter, driver and shape need " +
@@ -349,8 +350,7 @@ double RobotModel::distance(const Context& context, int target, int anchor) cons
   const Anchor& from = anchors_[anchor];
   if (effects_.empty()) return (place(context, target, {}) - from.position).norm() + from.zero;
   const Eigen::VectorXd all = offsets(context);
-  const Eigen::Vector4d moved =
-      all.segment<4>(layout_.targets + 3 * static_cast<int>(targets_.size()) + 4 * anchor);
+  const Eigen::Vector4d moved = all.segment<4>(layout_.targets + 3 * targets_.size() + 4 * anchor);
   return (1.0 + all[layout_.instrument_scale]) *
              (place(context, target, all) - from.position - moved.head<3>()).norm() +
          from.zero + moved[3];

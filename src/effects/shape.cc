@@ -17,9 +17,7 @@ constexpr int kMaxSeriesValues = 64;
 void spline_values(int count, double u, double* out) {
   const int splines = count + 1;
   const int intervals = splines - kSplineDegree;
-  const auto knot = [&](int i) {
-    return std::clamp(static_cast<double>(i - kSplineDegree) / intervals, 0.0, 1.0);
-  };
+  const auto knot = [&](double i) { return std::clamp((i - kSplineDegree) / intervals, 0.0, 1.0); };
   const int interval = std::min(static_cast<int>(u * intervals), intervals - 1);
   double basis[kSplineDegree + 1] = {1.0};
   for (int degree = 1; degree <= kSplineDegree; ++degree) {

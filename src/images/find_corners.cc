@@ -33,10 +33,6 @@ using Points = std::vector<cv::Point2f>;
 constexpr int kFewestPixels = 32;  // of a side: three squares of a board are not to be seen in less
 constexpr int kFewestCorners = 4;  // from which the place of a board follows
 
-double cross(const cv::Point2f& a, const cv::Point2f& b) {
-  return static_cast<double>(a.x) * b.y - static_cast<double>(a.y) * b.x;
-}
-
 // Decoders of JPEG fill what is missing with grey. The data of a scan hold neither marker.
 bool is_cut_off(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -105,7 +101,7 @@ class SeenGrid {
 
   // The board is seen from its front: x to the right, y down.
   void make_right_handed() {
-    if (cross(at(columns_ - 1, 0) - at(0, 0), at(0, rows_ - 1) - at(0, 0)) > 0) return;
+    if ((at(columns_ - 1, 0) - at(0, 0)).cross(at(0, rows_ - 1) - at(0, 0)) > 0) return;
     for (int row = 0; row < rows_; ++row)
       std::reverse(points_.begin() + row * columns_, points_.begin() + (row + 1) * columns_);
   }
@@ -160,8 +156,7 @@ void start_grid(const cv::Mat& image, const BoardPattern& pattern, SeenGrid& gri
 
 std::vector<SeenCorner> numbered(const Points& points) {
   std::vector<SeenCorner> corners;
-  for (size_t k = 0; k < points.size(); ++k)
-    corners.push_back({static_cast<int>(k), points[k].x, points[k].y});
+  for (int k = 0; k < std::ssize(points); ++k) corners.push_back({k, points[k].x, points[k].y});
   return corners;
 }
 
@@ -228,7 +223,7 @@ struct Marker {
 
   cv::Point2f centre() const {  // where the diagonals meet
     const cv::Point2f a = corners[2] - corners[0], b = corners[3] - corners[1];
-    const double along = cross(corners[1] - corners[0], b) / cross(a, b);
+    const double along = (corners[1] - corners[0]).cross(b) / a.cross(b);
     return corners[0] + static_cast<float>(along) * a;
   }
   double side() const {  // the shortest [px]
@@ -250,7 +245,7 @@ std::vector<cv::Point2f> places_of(const BoardPattern& pattern) {
   for (int row = 0; row < pattern.rows; ++row)
     for (int column = 0; column < pattern.columns; ++column)
       if (!is_charuco || (row + column) % 2 == white)
-        places.emplace_back(static_cast<float>(step * column), static_cast<float>(step * row));
+        places.emplace_back(cv::Point2d(step * column, step * row));
   return places;
 }
 
@@ -370,7 +365,7 @@ Markers in_place(const Markers& seen, const BoardPattern& pattern) {
 double grey(const cv::Mat& image, const cv::Point2d& at) {
   const int u = static_cast<int>(std::floor(at.x)), v = static_cast<int>(std::floor(at.y));
   const double s = at.x - u, t = at.y - v;
-  const auto value = [&](int x, int y) { return static_cast<double>(image.at<uchar>(y, x)); };
+  const auto value = [&](int x, int y) -> double { return image.at<uchar>(y, x); };
   return (1 - t) * ((1 - s) * value(u, v) + s * value(u + 1, v)) +
          t * ((1 - s) * value(u, v + 1) + s * value(u + 1, v + 1));
 }
@@ -505,8 +500,7 @@ std::vector<SeenCorner> corners_of_charuco(const cv::Mat& image, const BoardPatt
       if (from.size() < 8) continue;
       const cv::Mat local = cv::findHomography(from, to);
       if (local.empty()) continue;
-      const cv::Point2f expected =
-          mapped(local, {static_cast<float>(column), static_cast<float>(row)});
+      const cv::Point2f expected = mapped(local, cv::Point(column, row));
       const int half = window(0.8 * edge / side * shortest);
       if (const auto corner = refined(image, expected, half))
         corners.push_back({(row - 1) * (pattern.columns - 1) + column - 1, corner->x, corner->y});

@@ -27,7 +27,10 @@ class Fields {
   std::uint64_t number(size_t size) {
     const std::string_view bytes = take(size);
     std::uint64_t value = 0;
-    for (size_t k = size; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[k]);
+    for (size_t k = size; k-- > 0;) {
+      const unsigned char byte = bytes[k];
+      value = value << 8 | byte;
+    }
     return value;
   }
   std::string_view text() { return take(number(4)); }
@@ -95,12 +98,12 @@ class Mcap {
     while (true) {
       if (left < 9) throw cut();
       const std::string head = take(stream, 9, left);
-      const auto kind = static_cast<unsigned char>(head[0]);
+      const unsigned char kind = head[0];
       const std::uint64_t size = Fields(std::string_view(head).substr(1), file_).number(8);
       if (kind == Kind::data_end) return;
       if (size > left) throw cut();
       if (kind < Kind::schema || kind > Kind::chunk) {
-        stream.seekg(static_cast<std::streamoff>(size), std::ios::cur);
+        stream.seekg(size, std::ios::cur);
         left -= size;
         continue;
       }
@@ -122,7 +125,7 @@ class Mcap {
 
   std::string take(std::ifstream& stream, std::uint64_t size, std::uint64_t& left) const {
     std::string bytes(size, '\0');
-    if (!stream.read(bytes.data(), static_cast<std::streamsize>(size))) throw cut();
+    if (!stream.read(bytes.data(), size)) throw cut();
     left -= size;
     return bytes;
   }
@@ -139,7 +142,7 @@ class Mcap {
     } else if (kind == Kind::message) {
       const auto wanted = wanted_.find(fields.number(2));
       fields.number(4);  // of the sequence
-      const auto logged = static_cast<std::int64_t>(fields.number(8));
+      const std::int64_t logged = fields.number(8);
       fields.number(8);  // when it was published
       if (wanted != wanted_.end()) visitor_.take(wanted->second, logged, fields.rest());
     } else {

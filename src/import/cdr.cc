@@ -20,8 +20,8 @@ std::uint64_t CdrReader::number(size_t size) {
   if (rest_.size() < size || at_ > rest_.size() - size) throw CutMessage();
   std::uint64_t value = 0;
   for (size_t k = 0; k < size; ++k) {
-    const size_t byte = at_ + (is_little_endian_ ? size - 1 - k : k);
-    value = value << 8 | static_cast<unsigned char>(rest_[byte]);
+    const unsigned char byte = rest_[at_ + (is_little_endian_ ? size - 1 - k : k)];
+    value = value << 8 | byte;
   }
   at_ += size;
   return value;

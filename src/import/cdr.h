@@ -20,7 +20,7 @@ class CdrReader {
  public:
   explicit CdrReader(std::string_view message);
 
-  std::int32_t int32() { return static_cast<std::int32_t>(uint32()); }
+  std::int32_t int32() { return uint32(); }
   std::uint32_t uint32();
   double float64();
   /// Its length, with the zero at its end, stands before it.

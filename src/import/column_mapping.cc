@@ -42,7 +42,7 @@ class Mapper {
       matrix_ = matrix_columns(table_, [&](int k) {
         return !names_.is_ignored(header(k)) && !names_.quantity_of(header(k));
       });
-    for (int k = 0; k < static_cast<int>(table_.columns.size()); ++k) map_column(k);
+    for (int k = 0; k < std::ssize(table_.columns); ++k) map_column(k);
     refuse_target_without_pose();
     if (role_ != TableRole::points) find_joints();
     ColumnUnits units(table_, names_, options_, mapping_.joints);
@@ -133,7 +133,7 @@ class Mapper {
     for (int j = 1; j <= std::max(last, kUsualJoints); ++j)
       mapping_.joints.push_back({fmt::format("q{}", j), std::to_string(j), false});
     mapping_.joints.insert(mapping_.joints.end(), external.begin(), external.end());
-    if (mapping_.joints.size() > static_cast<size_t>(kMaxJoints))
+    if (std::ssize(mapping_.joints) > kMaxJoints)
       table_.fail_header(
           fmt::format("has {} joints, and a robot at most {}; leave some out: "
                       "--ignore NAME",
@@ -294,8 +294,8 @@ std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping) 
                         const std::string& factor) {
     std::string row = fmt::format("  {:<12}  {:<24}  {:<5}  {}", ours, theirs, unit, factor);
     row.erase(row.find_last_not_of(' ') + 1);
-    for (char& c : row)
-      if (static_cast<unsigned char>(c) < ' ' || c == '\x7F') c = '?';  // control characters
+    const auto is_control = [](unsigned char c) { return c < ' ' || c == '\x7F'; };
+    std::replace_if(row.begin(), row.end(), is_control, '?');
     text += row + "\n";
   };
   for (const std::string& note : table.notes) text += "  " + note + "\n";

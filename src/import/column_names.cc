@@ -216,7 +216,7 @@ std::string our_column(const std::string& quantity) {
 int joint_number(std::string_view quantity) {
   const auto known = quantity_of_stem(quantity);
   if (!known || known->kind != UnitKind::encoder || known->name != quantity) return 0;
-  return static_cast<int>(*read_number(known->name.substr(1)));
+  return read_whole_number(known->name.substr(1)).value();
 }
 
 bool fits_kind(UnitKind quantity, UnitKind unit) {

@@ -33,7 +33,8 @@ void require_whole_covariance(const PlainTable& table, const ColumnMapping& mapp
 }
 
 std::string our_covariance_column(const std::string& quantity) {
-  const int entry = static_cast<int>(*read_number(quantity.substr(3))), row = entry / 6, column = entry % 6;
+  const int entry = read_whole_number(quantity.substr(3)).value(), row = entry / 6,
+            column = entry % 6;
   return covariance_column(std::min(row, column), std::max(row, column));
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <filesystem>
 #include <map>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "armtrue/io/inputs_stay.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "import/joint_stops.h"
 
@@ -25,11 +25,6 @@ namespace fs = std::filesystem;
 constexpr size_t kNamesTold = 5;     // of images, in a message
 constexpr int kFewestCorners = 4;    // of a board whose place before the camera shows
 constexpr int kImagesExplained = 2;  // why the board is not found takes ten times as long
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 // What cameras write, and OpenCV reads.
 bool is_image(const fs::path& path) {

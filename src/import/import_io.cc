@@ -105,7 +105,7 @@ class CampaignBuilder {
     if (!table) return numbered_pose(row);
     const int r = row_in(table, match);
     const int pose = index_of(campaign_.pose_ids, poses_, table->name(r, "pose"));
-    if (pose == static_cast<int>(first_row_.size())) first_row_.push_back(row);
+    if (pose == std::ssize(first_row_)) first_row_.push_back(row);
     const int first = first_row_[pose];
     if (const double difference = differs(first, row); difference > kSamePose)
       table->fail(r, "pose",

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/names.h"
 #include "armtrue/text/input_error.h"
 #include "import/body_columns.h"
 #include "import/column_mapping.h"
@@ -36,15 +37,14 @@ bool has_column(const PlainTable& table, std::string_view name) {
 
 // The name of a joint that a column holds in every row.
 std::string joint_in_cells(const PlainTable& table, const std::string& header) {
-  const auto column = std::ranges::find(table.columns, header, &PlainColumn::name);
-  if (column == table.columns.end())
+  const auto column = find_name(table.columns, header);
+  if (!column)
     table.fail_header("has no column '" + header +
                       "', which names the joint; record the whole message");
-  const auto index = static_cast<int>(column - table.columns.begin());
-  const auto cell = [&](const PlainRow& row) { return row.cells[index]; };
+  const auto cell = [&](const PlainRow& row) { return row.cells[*column]; };
   for (const PlainRow& row : table.rows)
     if (cell(row) != cell(table.rows.front()) || cell(row).empty())
-      table.fail(row, index,
+      table.fail(row, *column,
                  "is another joint than '" + cell(table.rows.front()) +
                      "' in the first row; keep the messages of one publisher");
   return cell(table.rows.front());
@@ -148,8 +148,8 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOption
     const KinematicChain& chain = options.robot->chain;
     const std::vector<JointName> joints = joint_names(chain);
     std::vector<std::string> unknown;
-    for (size_t j = 0; j < joints.size(); ++j) {
-      const std::string& link = joint_link(chain, static_cast<int>(j)).name;
+    for (int j = 0; j < std::ssize(joints); ++j) {
+      const std::string& link = joint_link(chain, j).name;
       const auto named = options.joint_of_link.find(link);
       const std::string name = named == options.joint_of_link.end() ? link : named->second;
       auto found = headers.find(name);
@@ -179,9 +179,8 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOption
     if (!fits) numbered[-1] = header;
     stem = before;
   }
-  const int count = static_cast<int>(headers.size());
   if (numbered.size() != headers.size() || numbered.begin()->first != 1 ||
-      numbered.rbegin()->first != count) {
+      numbered.rbegin()->first != std::ssize(headers)) {
     if (is_stated) return;
     table.fail_header("the joints are " + quoted_names(headers) +
                       ", in an order that the table does not tell; give --robot and --urdf, or "

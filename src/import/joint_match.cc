@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <set>
 #include <tuple>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "import/stop_join.h"
 
@@ -29,13 +30,13 @@ std::set<std::string> ids_of(const TableReader& reader) {
 // A name in small letters, without blanks, `_`, `-` and leading zeros: P01 and p1 are alike.
 std::string bare_name(const std::string& name) {
   std::string bare;
-  for (const char c : name) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  for (const char c : lower_case(name)) {
     if (c == ' ' || c == '_' || c == '-') continue;
-    const bool is_digit = c >= '0' && c <= '9';
-    if (is_digit && !bare.empty() && bare.back() == '0' &&
-        (bare.size() == 1 || !std::isdigit(static_cast<unsigned char>(bare[bare.size() - 2]))))
+    if (is_digit(c) && !bare.empty() && bare.back() == '0' &&
+        (bare.size() == 1 || !is_digit(bare[bare.size() - 2])))
       bare.pop_back();
-    bare += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    bare += c;
   }
   return bare;
 }
@@ -52,15 +53,14 @@ void refuse_names_in_another_order(const TableReader& points, const TableReader&
   std::vector<std::string> left = bare_names(points), right = bare_names(joints);
   if (left == right) return;
   const std::string first = left.front();
-  const auto same = std::ranges::find(right, first);
-  const auto row = static_cast<int>(same - right.begin());
+  const auto row = find_name(right, first);
   std::ranges::sort(left);
   std::ranges::sort(right);
   if (left != right) return;
   throw InputError(fmt::format(
       "{}: its poses are those of {} in another order, only their names are written otherwise, "
       "such as '{}' and '{}'; write them alike, or give --join order",
-      points.table().file, joints.table().file, points.cell(0, "pose"), joints.cell(row, "pose")));
+      points.table().file, joints.table().file, points.cell(0, "pose"), joints.cell(*row, "pose")));
 }
 
 // The markers of one line are rows of their own.
@@ -251,19 +251,14 @@ class TimeJoin {
     }
   }
 
-  bool near(int a, int b) const {
-    const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
-    return (q_[k] - q_[i]).cwiseAbs().maxCoeff() <= kStandsStill;
-  }
-  double seconds(int a, int b) const {
-    return std::abs(joint_s_[static_cast<size_t>(b)] - joint_s_[static_cast<size_t>(a)]);
-  }
+  bool near(int a, int b) const { return (q_[b] - q_[a]).cwiseAbs().maxCoeff() <= kStandsStill; }
+  double seconds(int a, int b) const { return std::abs(joint_s_[b] - joint_s_[a]); }
   bool is_gap(int a, int b) const { return seconds(a, b) > options_.max_gap_s + kRounding; }
 
   // From a sample to the next one in a direction, and on until kStillFor is over: at a high rate
   // any motion is small from sample to sample.
   bool stands_still_beside(int sample, int direction) const {
-    const int count = static_cast<int>(q_.size());
+    const auto count = std::ssize(q_);
     const int next = sample + direction;
     if (next >= 0 && next < count && is_gap(sample, next)) return false;
     for (int k = next; k >= 0 && k < count; k += direction) {
@@ -279,10 +274,9 @@ class TimeJoin {
   }
 
   JointVector between(int a, int b, double t) const {
-    const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
-    if (a == b) return q_[i];
-    const double share = (t - joint_s_[i]) / (joint_s_[k] - joint_s_[i]);
-    return q_[i] + share * (q_[k] - q_[i]);
+    if (a == b) return q_[a];
+    const double share = (t - joint_s_[a]) / (joint_s_[b] - joint_s_[a]);
+    return q_[a] + share * (q_[b] - q_[a]);
   }
 
   [[noreturn]] void fail_without_rows(int outside, int moving) const {

@@ -27,7 +27,7 @@ std::optional<size_t> axis_of(std::string_view text) {
   return std::string_view("xyz").find(known->name);
 }
 
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool is_digit(unsigned char c) { return std::isdigit(c) != 0; }
 
 // M1_x, M1.pos_x, x_M1, M1x, x1.
 std::optional<MarkerColumn> marker_of(const std::string& header) {

@@ -62,7 +62,7 @@ bool is_matrix_element(std::string_view header) { return element_of(header).has_
 std::map<int, std::string> matrix_columns(const PlainTable& table,
                                           const std::function<bool(int)>& is_free) {
   std::map<std::string, Places> by_letters;
-  for (int k = 0; k < static_cast<int>(table.columns.size()); ++k)
+  for (int k = 0; k < std::ssize(table.columns); ++k)
     if (const auto element = element_of(table.columns[k].name); element && is_free(k))
       by_letters[element->letters].emplace(std::pair(element->row, element->column), k);
   std::map<int, std::string> found;

@@ -48,7 +48,7 @@ std::vector<std::string> only_group(const PlainTable& table, const ColumnMapping
     const auto count = std::ranges::count_if(
         group, [&](const std::string& quantity) { return mapping.has(quantity); });
     if (count == 0) continue;
-    if (count < static_cast<long>(group.size()))
+    if (count < std::ssize(group))
       table.fail_header("an orientation needs all of " + our_column(group.front()) + " to " +
                         our_column(group.back()) + ", and only " +
                         their_names(table, mapping, group) +

@@ -110,9 +110,8 @@ std::optional<std::int64_t> take_date(std::string_view text, size_t& at, DateOrd
   const bool day_first = !leading_year && (sign == '.' || order == DateOrder::day_first);
   const int month = leading_year || day_first ? *second : *first;
   const int day = leading_year ? *third : day_first ? *first : *second;
-  const std::chrono::year_month_day date{std::chrono::year(year),
-                                         std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
   if (!date.ok()) return std::nullopt;
   return std::chrono::sys_days(date).time_since_epoch().count();
 }

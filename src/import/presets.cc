@@ -75,9 +75,9 @@ PresetColumn read_column(YamlMap map, bool holds_joints) {
   return column;
 }
 
-bool is_number_sign(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool is_number_sign(unsigned char c) { return std::isdigit(c) != 0; }
 
-int lower(char c) { return std::tolower(static_cast<unsigned char>(c)); }
+int lower(unsigned char c) { return std::tolower(c); }
 
 bool fits(std::string_view pattern, std::string_view text, std::string& captured) {
   if (pattern.empty()) return text.empty();

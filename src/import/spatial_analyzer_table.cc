@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 
+#include "armtrue/kinematics/names.h"
 #include "import/column_names.h"
 #include "import/instrument_tables.h"
 #include "import/table_lines.h"
@@ -42,11 +43,7 @@ std::string unit_of_axes(const TableLines& lines, const std::string& before) {
 }
 
 void check_points(const PlainTable& table) {
-  const auto column = [&](std::string_view name) {
-    return static_cast<int>(std::ranges::find(table.columns, name, &PlainColumn::name) -
-                            table.columns.begin());
-  };
-  const int x = column("X");
+  const int x = find_name(table.columns, "X").value();
   for (const PlainRow& row : table.rows)
     for (int k = x; k < x + 3; ++k)
       if (!has_decimals(row.cells[k]))

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/observation/placement.h"
 #include "armtrue/path/registration/standstills.h"
@@ -143,7 +144,7 @@ class StopJoin {
       still[j] = joint.is_length ? kStillTravel : kStillAngle;
     }
     stops_ = find_standstills(joints.times, joints.values, still);
-    if (static_cast<int>(stops_.size()) < kFewestStops)
+    if (std::ssize(stops_) < kFewestStops)
       throw InputError(fmt::format(
           "{}: the joints stand still for half a second {} times, and at least {} are needed; "
           "record the joint angles from the first stop to the last",
@@ -163,7 +164,7 @@ class StopJoin {
     const double rest = rest_tolerance(points.times, points.values);
     if (rest <= kLargestRest)
       readings_ = find_standstills(points.times, points.values, Eigen::Vector3d::Constant(rest));
-    if (static_cast<int>(readings_.size()) < kFewestStops)
+    if (std::ssize(readings_) < kFewestStops)
       throw InputError(fmt::format(
           "{}: the points stand still for half a second {} times, and at least {} are needed; "
           "record from the first stop to the last, and stop for a second or more",
@@ -285,9 +286,9 @@ class StopJoin {
     return middle - (clock.offset + (1 + clock.rate) * middle);
   }
 
-  std::vector<Eigen::Index> samples_of(size_t reading) const {
+  std::vector<Eigen::Index> samples_of(Eigen::Index reading) const {
     if (is_stream_) return inner_samples(point_record_, readings_[reading]);
-    return {static_cast<Eigen::Index>(reading)};
+    return {reading};
   }
 
   void take_means() {
@@ -308,9 +309,7 @@ class StopJoin {
       campaign.position.push_back(reading_points_[k]);
       if (is_stream_ || !points_.has("target")) continue;
       const std::string& name = points_.name(point_record_.rows[k], "target");
-      const auto place = std::ranges::find(campaign.target_names, name);
-      campaign.target.push_back(static_cast<int>(place - campaign.target_names.begin()));
-      if (place == campaign.target_names.end()) campaign.target_names.push_back(name);
+      campaign.target.push_back(index_of(campaign.target_names, name));
     }
     return campaign;
   }
@@ -351,7 +350,7 @@ class StopJoin {
       matches.warnings.push_back(fmt::format(
           "{}: {} of {} {} have no standstill of the joints and are left out", points_file(), lost,
           readings_.size(), is_stream_ ? "standstills" : "points"));
-    if (const size_t lost = stops_.size() - static_cast<size_t>(way.standstills); lost > 0)
+    if (const size_t lost = stops_.size() - way.standstills; lost > 0)
       matches.warnings.push_back(fmt::format("{}: {} of {} standstills of the joints have no point",
                                              joints_file(), lost, stops_.size()));
     matches.how = fmt::format(

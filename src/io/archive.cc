@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "armtrue/io/inputs_stay.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 
 namespace armtrue {
@@ -162,9 +163,7 @@ constexpr std::array<KnownEnding, 8> kEndings{{{".zip", ".zip"},
 }  // namespace
 
 bool is_archive_name(const std::string& path, std::string& ending) {
-  std::string lower = path;
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string lower = lower_case(path);
   for (const KnownEnding& known : kEndings)
     if (lower.ends_with(known.ending)) {
       ending = known.kind;
@@ -229,7 +228,7 @@ std::string Archive::with(const std::map<std::string, std::string>& changed) con
   };
   const auto append = [](archive*, void* to, const void* from, size_t size) -> la_ssize_t {
     static_cast<std::string*>(to)->append(static_cast<const char*>(from), size);
-    return static_cast<la_ssize_t>(size);
+    return size;
   };
   if (archive_write_open(writer.get(), &bytes, nullptr, append, nullptr) != ARCHIVE_OK) fail(file_);
   for (const ArchiveMember& member : members_) {
@@ -238,17 +237,16 @@ std::string Archive::with(const std::map<std::string, std::string>& changed) con
     EntryHandle entry(archive_entry_new(), archive_entry_free);
     archive_entry_set_pathname(entry.get(), member.stated_path.c_str());
     archive_entry_set_filetype(entry.get(), member.is_folder ? AE_IFDIR : AE_IFREG);
-    archive_entry_set_perm(entry.get(), static_cast<mode_t>(member.mode));
-    archive_entry_set_mtime(entry.get(), static_cast<time_t>(member.modified_s),
-                            member.modified_ns);
+    archive_entry_set_perm(entry.get(), member.mode);
+    archive_entry_set_mtime(entry.get(), member.modified_s, member.modified_ns);
     archive_entry_set_uid(entry.get(), member.user);
     archive_entry_set_gid(entry.get(), member.group);
     archive_entry_set_uname(entry.get(), member.user_name.c_str());
     archive_entry_set_gname(entry.get(), member.group_name.c_str());
-    archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
+    archive_entry_set_size(entry.get(), content.size());
     if (archive_write_header(writer.get(), entry.get()) != ARCHIVE_OK) fail(member.stated_path);
-    if (!content.empty() && archive_write_data(writer.get(), content.data(), content.size()) !=
-                                static_cast<la_ssize_t>(content.size()))
+    if (!content.empty() &&
+        archive_write_data(writer.get(), content.data(), content.size()) != std::ssize(content))
       fail(member.stated_path);
   }
   if (archive_write_close(writer.get()) != ARCHIVE_OK) fail(file_);

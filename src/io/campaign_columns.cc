@@ -46,8 +46,8 @@ class ColumnFinder {
     find_covariances();
     columns_.context.emplace(table_, joints_);
     used_.insert(columns_.context->used().begin(), columns_.context->used().end());
-    for (size_t c = 0; c < table_.columns().size(); ++c)
-      if (!used_.contains(static_cast<int>(c))) columns_.unknown.push_back(table_.columns()[c]);
+    for (int c = 0; c < std::ssize(table_.columns()); ++c)
+      if (!used_.contains(c)) columns_.unknown.push_back(table_.columns()[c]);
     refuse_mistaken_columns(
         table_, columns_.unknown, columns_of_a_campaign(joints_),
         {.orientation = columns_.has_points && !columns_.abc[0] && !columns_.quaternion[0],

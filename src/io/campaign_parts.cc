@@ -46,7 +46,7 @@ void JoinedCampaign::append(const CampaignPart& part) {
   const std::vector<int> poses = numbers_of(rows.pose_ids, indices_.poses);
   for (size_t k = 0; k < rows.q.size(); ++k) {
     const int pose = poses[rows.pose[k]];
-    check_configuration(pose, rows.q[k], rows.line[k], static_cast<int>(all.q.size()));
+    check_configuration(pose, rows.q[k], rows.line[k], all.rows());
     all.pose.push_back(pose);
     all.q.push_back(rows.q[k]);
     all.line.push_back(rows.line[k]);
@@ -91,10 +91,10 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
     return;
   }
   const size_t first = first_row_of_pose_[pose];
-  for (size_t k = 0; k < joints_.size(); ++k) {
-    const auto j = static_cast<Eigen::Index>(k);
+  for (int k = 0; k < std::ssize(joints_); ++k) {
+    const auto j = k;
     double difference = std::abs(q[j] - campaign_.q[first][j]);
-    if (chain_ && is_within_one_turn(joint_link(*chain_, static_cast<int>(k))))
+    if (chain_ && is_within_one_turn(joint_link(*chain_, k)))
       difference = std::abs(std::remainder(difference, kTurn));
     if (difference > kSameConfiguration)
       table_.fail_in_line(

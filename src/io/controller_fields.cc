@@ -2,14 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <numbers>
 
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/csv_cell.h"
@@ -24,12 +25,6 @@ constexpr const char* kCounts = "$DMR_GRP[1].$MASTER_COUN";
 constexpr int kAxesOfArm = 6;       // of KUKA: external axis E1 has the number 7
 constexpr int kDecimals = 6;        // of deg and mm: 0.1 um at the end of an arm of some metres
 constexpr double kNoChange = 5e-7;  // what is less is rounded away
-
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return result;
-}
 
 std::string trimmed(const std::string& text) {
   const size_t first = text.find_first_not_of(" \t\r");
@@ -48,7 +43,7 @@ std::vector<NumberedLine> lines_of(const std::string& text) {
     const size_t newline = std::min(text.find('\n', begin), text.size());
     const std::string line = text.substr(begin, newline - begin);
     lines.push_back(
-        {upper(trimmed(line.substr(0, line.find(';')))), static_cast<int>(lines.size()) + 1});
+        {upper_case(trimmed(line.substr(0, line.find(';')))), static_cast<int>(lines.size()) + 1});
     begin = newline + 1;
   }
   return lines;
@@ -118,7 +113,7 @@ double old_value(const Mastering& mastering, int axis, const char* field) {
 
 // Of "3" and of "E3".
 int number_of(const std::string& axis) {
-  return static_cast<int>(read_number(axis.substr(axis.front() == 'E' ? 1 : 0)).value_or(0));
+  return read_whole_number(axis.substr(axis.front() == 'E' ? 1 : 0)).value_or(0);
 }
 
 // The field of an axis, its value now and the new one; `change` in the unit of the axis.
@@ -217,8 +212,8 @@ std::string write_controller_fields(const Robot& fitted, const KinematicChain& n
                      ": joints of the robot follow others, and it is not known how its controller "
                      "counts such motors; without this file the table has the changes alone");
   std::string table = "axis,field,unit,change,old,new\n";
-  for (size_t j = 0; j < joints.size(); ++j) {
-    const int joint = static_cast<int>(j), link = link_of_joint(fitted.chain, joint);
+  for (int j = 0; j < std::ssize(joints); ++j) {
+    const int joint = j, link = link_of_joint(fitted.chain, joint);
     if (is_of_positioner(fitted, zero_offset(fitted.chain, joint))) continue;
     const Link& own = fitted.chain.links[link];
     const double moved = zero_of(own) - zero_of(nominal.links[link]);

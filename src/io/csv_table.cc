@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
@@ -44,8 +45,7 @@ bool may_be_a_slip(const std::string& a, const std::string& b) {
 
 // q1_deg, e2_mm
 bool names_an_axis(const std::string& name) {
-  return name.size() > 1 && (name[0] == 'q' || name[0] == 'e') &&
-         std::isdigit(static_cast<unsigned char>(name[1]));
+  return name.size() > 1 && (name[0] == 'q' || name[0] == 'e') && name[1] >= '0' && name[1] <= '9';
 }
 
 }  // namespace
@@ -67,7 +67,7 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
   split(line, names);
   const auto numbers = std::ranges::count_if(
       names, [](std::string_view name) { return read_number(name).has_value(); });
-  if (2 * static_cast<size_t>(numbers) > names.size())
+  if (2 * numbers > std::ssize(names))
     throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
                      ": numbers stand where the header row should: '" +
                      std::string(line.substr(0, 60)) + "'; begin the file with a row such as " +
@@ -95,9 +95,7 @@ size_t CsvTable::end_of_field(std::string_view line, size_t begin) const {
       if (end == line.size() || line[end] == separator_) return end;
     }
   }
-  const auto* found =
-      static_cast<const char*>(std::memchr(line.data() + begin, separator_, line.size() - begin));
-  return found ? static_cast<size_t>(found - line.data()) : line.size();
+  return std::min(line.find(separator_, begin), line.size());
 }
 
 // `begin`: of the field in its line.
@@ -125,9 +123,7 @@ void CsvTable::split(std::string_view line, std::vector<std::string_view>& field
 }
 
 std::optional<int> CsvTable::find(std::string_view column) const {
-  const auto found = std::find(columns_.begin(), columns_.end(), column);
-  if (found == columns_.end()) return std::nullopt;
-  return static_cast<int>(found - columns_.begin());
+  return find_name(columns_, column);
 }
 
 std::optional<CsvTable::Quantity> CsvTable::find_length(std::string_view name) const {
@@ -229,8 +225,8 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
   if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
     remedy = "; separate them by commas or semicolons, not by tabs.";
   std::vector<std::string> candidates;
-  for (size_t c = 0; c < columns_.size(); ++c)
-    if (!taken.contains(static_cast<int>(c))) candidates.push_back(columns_[c]);
+  for (int c = 0; c < std::ssize(columns_); ++c)
+    if (!taken.contains(c)) candidates.push_back(columns_[c]);
   for (const std::string& name : missing) {
     const auto nearest =
         std::ranges::min_element(candidates, {}, [&](const std::string& candidate) {

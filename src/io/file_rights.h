@@ -12,12 +12,10 @@ inline bool give_rights(int descriptor, const struct stat& old) {
   struct stat now {};
   if (fstat(descriptor, &now) != 0) return false;
   mode_t mode = old.st_mode & 07777;
-  const bool has_owner =
-      now.st_uid == old.st_uid || fchown(descriptor, old.st_uid, static_cast<gid_t>(-1)) == 0;
-  const bool has_group =
-      now.st_gid == old.st_gid || fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) == 0;
-  if (!has_owner) mode &= ~static_cast<mode_t>(S_ISUID);
-  if (!has_group) mode &= ~static_cast<mode_t>(S_ISGID | (S_IRWXG & ~(mode << 3)));
+  const bool has_owner = now.st_uid == old.st_uid || fchown(descriptor, old.st_uid, -1) == 0;
+  const bool has_group = now.st_gid == old.st_gid || fchown(descriptor, -1, old.st_gid) == 0;
+  if (!has_owner) mode &= ~S_ISUID;
+  if (!has_group) mode &= ~(S_ISGID | (S_IRWXG & ~(mode << 3)));
   return fchmod(descriptor, mode) == 0;
 }
 

@@ -37,7 +37,8 @@ void require_number(const CsvTable& table, const std::vector<JointName>& joints)
   const size_t found = count_of_arm(table);
   if (found == expected || found < kFewestOfAnArm) return;
   const bool scattered = std::ranges::any_of(joints, [&](const JointName& joint) {
-    return joint.column.front() == 'q' && *read_number(joint.column.substr(1)) > static_cast<double>(found + 1) &&
+    return joint.column.front() == 'q' &&
+           std::cmp_greater(*read_whole_number(joint.column.substr(1)), found + 1) &&
            find_joint(table, joint.column, joint.is_length);
   });
   if (scattered) return;  // one is missing or misspelt

@@ -30,7 +30,7 @@ bool is_own_picture(const files::path& file) {
   std::error_code none;
   if (!files::is_regular_file(files::symlink_status(file, none))) return false;
   std::string begin(std::strlen(kOwnPicture), ' ');
-  std::ifstream(file).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  std::ifstream(file).read(begin.data(), begin.size());
   return begin == kOwnPicture;
 }
 

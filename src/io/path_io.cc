@@ -112,8 +112,7 @@ class SampleBuffer {
   }
   template <typename Matrix>
   Matrix matrix(Eigen::Index rows) const {
-    return Eigen::Map<const Matrix>(values_.data(), rows,
-                                    static_cast<Eigen::Index>(values_.size()) / rows);
+    return Eigen::Map<const Matrix>(values_.data(), rows, std::ssize(values_) / rows);
   }
 
  private:
@@ -187,8 +186,8 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
     if (columns.force) force.add(table, *columns.force);
     if (columns.q) q.add(table, *columns.q);
     if (keep == KeepRows::yes) {
-      for (size_t c = 0; c < result.columns.size(); ++c) {
-        const int column = static_cast<int>(c);
+      for (int c = 0; c < std::ssize(result.columns); ++c) {
+        const int column = c;
         const std::string_view text = table.text(column);
         if (c) result.rows += kBetweenCells;
         result.rows += read_number(text) ? text : table.original(column);
@@ -239,10 +238,10 @@ std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& positi
   text += '\n';
   size_t begin = 0;
   for (Eigen::Index i = 0; i < position.cols(); ++i) {
-    for (size_t c = 0; c < file.columns.size(); ++c) {
+    for (int c = 0; c < std::ssize(file.columns); ++c) {
       const size_t end = file.rows.find_first_of(std::string{kBetweenCells, '\n'}, begin);
       const auto moved = [&](int axis) {
-        return file.position[axis].column == static_cast<int>(c) &&
+        return file.position[axis].column == c &&
                std::abs(position(axis, i) - file.path.position(axis, i)) >= kNanometre / 2;
       };
       const int axis = moved(0) ? 0 : moved(1) ? 1 : moved(2) ? 2 : -1;
@@ -257,7 +256,7 @@ std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& positi
         text += decimal_text(checked(value, decimals, CheckSize::digits, Corrector::mirror),
                              decimals);
       }
-      text += c + 1 < file.columns.size() ? ',' : '\n';
+      text += c + 1 < std::ssize(file.columns) ? ',' : '\n';
       begin = end + 1;
     }
   }

@@ -5,6 +5,7 @@
 
 #include "armtrue/io/source.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 
 namespace armtrue {
@@ -46,11 +47,6 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
 bool is_program_text(const std::string& path) {
   if (dialect_of_file(path)) return true;
   const std::filesystem::path name(path);
-  const auto upper_case = [](std::string text) {
-    for (char& c : text)
-      if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
-    return text;
-  };
   const std::string ending = upper_case(name.extension().string());
   const std::string stem = upper_case(name.stem().string());
   const bool is_listing = ending == ".VA" && (stem.starts_with("P") || stem.starts_with("SYSF"));

@@ -154,15 +154,13 @@ bool Source::fill() {
 bool Source::next_line(std::string_view& line) {
   size_t searched = 0;
   while (true) {
-    const char* start = buffer_.data() + begin_;
-    const auto* newline =
-        static_cast<const char*>(std::memchr(start + searched, '\n', end_ - begin_ - searched));
-    if (newline) {
-      line = {start, static_cast<size_t>(newline - start)};
+    const std::string_view text(buffer_.data() + begin_, end_ - begin_);
+    if (const size_t newline = text.find('\n', searched); newline != text.npos) {
+      line = text.substr(0, newline);
       begin_ += line.size() + 1;
       break;
     }
-    searched = end_ - begin_;
+    searched = text.size();
     if (fill()) continue;
     if (begin_ == end_) return false;
     line = {buffer_.data() + begin_, end_ - begin_};

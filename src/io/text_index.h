@@ -16,13 +16,13 @@ class TextIndex {
   explicit TextIndex(std::vector<std::string>& names) : names_(names), slots_(64) {}
 
   int of(std::string_view text) {
-    if (!names_.empty() && names_.back() == text) return static_cast<int>(names_.size()) - 1;
+    const int place = static_cast<int>(names_.size());
+    if (place > 0 && names_.back() == text) return place - 1;
     const auto hash = static_cast<std::uint32_t>(std::hash<std::string_view>{}(text));
     size_t slot = first_slot(hash);
     for (; slots_[slot].place >= 0; slot = next_slot(slot))
       if (slots_[slot].hash == hash && names_[slots_[slot].place] == text)
         return slots_[slot].place;
-    const int place = static_cast<int>(names_.size());
     names_.emplace_back(text);
     slots_[slot] = {hash, place};
     if (2 * names_.size() > slots_.size()) grow();

@@ -8,11 +8,15 @@ namespace {
 
 constexpr int kAxesOfArm = 6;
 
+int driven_before(const KinematicChain& chain, int link) {
+  int joints = 0;
+  for (int k = 0; k < link; ++k) joints += is_driven(chain.links[k]);
+  return joints;
+}
+
 }  // namespace
 
-int joint_count(const KinematicChain& chain) {
-  return static_cast<int>(std::ranges::count_if(chain.links, is_driven));
-}
+int joint_count(const KinematicChain& chain) { return driven_before(chain, link_count(chain)); }
 
 int link_of_joint(const KinematicChain& chain, int joint) {
   int left = joint;
@@ -23,8 +27,7 @@ int link_of_joint(const KinematicChain& chain, int joint) {
 
 int joint_of_link(const KinematicChain& chain, int link) {
   if (!is_driven(chain.links[link])) return -1;
-  return static_cast<int>(
-      std::count_if(chain.links.begin(), chain.links.begin() + link, is_driven));
+  return driven_before(chain, link);
 }
 
 bool is_six_axis_arm(const KinematicChain& chain) {
@@ -53,10 +56,10 @@ std::vector<int> coupling_order(const KinematicChain& chain) {
   };
   while (order.size() < all.size()) {
     const size_t before = order.size();
-    for (size_t k = 0; k < all.size(); ++k) {
+    for (int k = 0; k < std::ssize(all); ++k) {
       if (done[k] || !is_complete(all[k].followed)) continue;
       done[k] = true;
-      order.push_back(static_cast<int>(k));
+      order.push_back(k);
     }
     if (order.size() > before) continue;
     const size_t left = std::ranges::find(done, false) - done.begin();

@@ -84,7 +84,7 @@ ChainEvaluator::ChainEvaluator(const KinematicChain& chain)
 ColumnSet ChainEvaluator::with_followers(ColumnSet columns) const {
   // A follower's own followers stand behind it in this order.
   for (const BoundCoupling& coupling : couplings_) {
-    const auto zero = [&](int link) { return static_cast<size_t>(links_[link].zero); };
+    const auto zero = [&](int link) { return links_[link].zero; };
     if (columns[zero(coupling.followed)] || columns[coupling.parameter])
       columns.set(zero(coupling.follower));
   }

@@ -6,6 +6,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -62,10 +63,7 @@ constexpr OwnerWord kSingle[] = {
     {Owner::base, "base"}, {Owner::tool, "tool"}, {Owner::instrument, "instrument"}};
 
 std::optional<int> component_of(Owner owner, std::string_view name) {
-  const Names names = component_names(owner);
-  const auto found = std::ranges::find(names, name);
-  if (found == names.end()) return std::nullopt;
-  return static_cast<int>(found - names.begin());
+  return find_name(component_names(owner), name);
 }
 
 // The text before the last dot, and that behind it; both empty without a dot.
@@ -295,8 +293,7 @@ Parameter parameter_of(const KinematicChain& chain, int index) {
   if (index < kFirstLinkParameter) return {Owner::base, "", index};
   const ParameterLayout layout = layout_of(chain);
   if (index < layout.tool)
-    return {Owner::link, chain.links[link_of_parameter(index)].name,
-            static_cast<int>(kind_of_parameter(index))};
+    return {Owner::link, chain.links[link_of_parameter(index)].name, place_in_link(index)};
   if (index < layout.couplings) return {Owner::tool, "", index - layout.tool};
   if (layout.is_of_couplings(index))
     return {Owner::coupling, coupling_name(chain, chain.couplings[index - layout.couplings]), 0};
@@ -319,10 +316,9 @@ std::string parameter_name(const KinematicChain& chain, int index) {
 std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& parameter) {
   if (parameter.component == Parameter::kWhole) return std::nullopt;
   const auto place = [&](const auto& all, int first, int size) -> std::optional<int> {
-    const auto found = std::ranges::find_if(
-        all, [&](const auto& one) { return one.name == parameter.of; });
-    if (found == all.end()) return std::nullopt;
-    return first + size * static_cast<int>(found - all.begin()) + parameter.component;
+    const auto found = find_name(all, parameter.of);
+    if (!found) return std::nullopt;
+    return first + size * *found + parameter.component;
   };
   const ParameterLayout layout = layout_of(chain);
   switch (parameter.owner) {
@@ -333,11 +329,9 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
     case Owner::tool:
       return layout.tool + parameter.component;
     case Owner::coupling: {
-      const auto found = std::ranges::find_if(chain.couplings, [&](const Coupling& one) {
-        return coupling_name(chain, one) == parameter.of;
-      });
-      if (found == chain.couplings.end()) return std::nullopt;
-      return layout.couplings + static_cast<int>(found - chain.couplings.begin());
+      for (int k = 0; k < std::ssize(chain.couplings); ++k)
+        if (coupling_name(chain, chain.couplings[k]) == parameter.of) return layout.couplings + k;
+      return std::nullopt;
     }
     case Owner::instrument:
       return layout.instrument_scale + parameter.component;
@@ -450,7 +444,7 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
   if (index < layout.tool) {
     Link& link = chain.links[link_of_parameter(index)];
     double* const members[] = {&link.alpha, &link.d, &link.theta, &link.r, &link.beta};
-    *members[static_cast<int>(kind_of_parameter(index))] += delta;
+    *members[place_in_link(index)] += delta;
     return;
   }
   if (index < layout.couplings) return move_pose(chain.tool, index - layout.tool, delta);

@@ -98,14 +98,15 @@ std::optional<Spectrum> bordered_spectrum(const Eigen::MatrixXd& symmetric,
   const double most = matrix.most();
   if (!(most > 0)) return std::nullopt;
   Spectrum spectrum;
+  const auto size = static_cast<double>(matrix.size());
   const auto is_above = [&](double s) { return matrix.is_definite(-1, s); };
   if (!is_above(2 * most)) return std::nullopt;
   // No eigenvalue is larger than their sum, and the largest is at least their mean.
-  spectrum.largest = end_of(2 * most, most / (2 * static_cast<double>(matrix.size())), is_above);
+  spectrum.largest = end_of(2 * most, most / (2 * size), is_above);
   const auto is_below = [&](double s) { return matrix.is_definite(1, s); };
   if (!is_below(least_share * spectrum.largest)) return std::nullopt;
   spectrum.smallest = end_of(least_share * spectrum.largest, 2 * spectrum.largest, is_below);
-  spectrum.mean_log = matrix.log_determinant() / static_cast<double>(matrix.size());
+  spectrum.mean_log = matrix.log_determinant() / size;
   for (double u = std::log(spectrum.smallest) - kBeyond; u < std::log(spectrum.largest) + kBeyond;
        u += kStep)
     spectrum.sum_of_inverse_roots +=

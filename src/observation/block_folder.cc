@@ -153,14 +153,13 @@ void BlockFolder::gather(int prediction, int place) {
   }
   const size_t begin = kept_->first[prediction];
   const size_t count = kept_->first[prediction + 1] - begin;
-  nonzero_.assign(kept_->column.begin() + begin,
-                  kept_->column.begin() + static_cast<std::ptrdiff_t>(begin + count));
+  nonzero_.assign(kept_->column.begin() + begin, kept_->column.begin() + begin + count);
   nonzero_.push_back(last);
   const Eigen::Index columns = count;
   const Eigen::Index at_size = size;
   gathered_.resize(at_size, columns + 1);
-  gathered_.leftCols(columns) = Eigen::Map<const Eigen::MatrixXd>(
-      kept_->value.data() + begin * static_cast<size_t>(size), at_size, columns);
+  gathered_.leftCols(columns) =
+      Eigen::Map<const Eigen::MatrixXd>(kept_->value.data() + begin * size, at_size, columns);
   const ReadingSigma sigma = model_.sigma();
   const int position = model_.campaign().reading_size().position;
   gathered_.topRows(position) *= kept_->sigma.position / sigma.position;
@@ -182,11 +181,11 @@ void BlockFolder::add_gathered() {
 
 void BlockFolder::find_runs() {
   runs_.clear();
-  for (size_t k = 0; k < nonzero_.size(); ++k)
+  for (int k = 0; k < std::ssize(nonzero_); ++k)
     if (k > 0 && nonzero_[k] == nonzero_[k - 1] + 1)
       ++runs_.back().count;
     else
-      runs_.push_back({static_cast<Eigen::Index>(k), 1, nonzero_[k]});
+      runs_.push_back({k, 1, nonzero_[k]});
 }
 
 void BlockFolder::add_products(const RowMajor& row, Eigen::Index j,

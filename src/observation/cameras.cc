@@ -176,15 +176,14 @@ class BoardView {
     const std::vector<double> all = misses(place);
     const double limit = median(all);
     std::vector<int> chosen;
-    for (size_t k = 0; k < all.size(); ++k)
-      if (all[k] <= limit || std::ssize(all) <= 2 * kCornersOfHomography)
-        chosen.push_back(static_cast<int>(k));
+    for (int k = 0; k < std::ssize(all); ++k)
+      if (all[k] <= limit || std::ssize(all) <= 2 * kCornersOfHomography) chosen.push_back(k);
     return chosen;
   }
 
   std::optional<Pose> best_of_fours() const {
     constexpr int kTries = 60;  // with a third of wrong corners, 1e-6 to draw no right four
-    const auto count = static_cast<int>(image_.corner.size());
+    const auto count = std::ssize(image_.corner);
     Random random(1);
     std::optional<Pose> best;
     double least = 0;
@@ -201,8 +200,7 @@ class BoardView {
     attempt(all);
     for (int t = 0; t < kTries && count > kCornersOfHomography; ++t) {
       for (int k = 0; k < kCornersOfHomography; ++k)
-        std::swap(all[k],
-                  all[k + static_cast<int>(random.next() % static_cast<std::uint64_t>(count - k))]);
+        std::swap(all[k], all[k + random.next() % (count - k)]);
       attempt({all.begin(), all.begin() + kCornersOfHomography});
     }
     return best;
@@ -287,7 +285,7 @@ Places closed_form(const std::vector<Loop>& loops, const std::vector<int>& chose
   return places;
 }
 
-Pose mean_of(const std::vector<Pose>& poses, const std::vector<int>& chosen) {
+Pose mean_pose(const std::vector<Pose>& poses, const std::vector<int>& chosen) {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   for (int k : chosen) {
@@ -305,8 +303,7 @@ double apart(const Pose& a, const Pose& b) {
 
 Pose robust_mean(const std::vector<Pose>& poses) {
   return fit_nearer_half(
-      static_cast<int>(poses.size()),
-      [&](const std::vector<int>& chosen) { return mean_of(poses, chosen); },
+      std::ssize(poses), [&](const std::vector<int>& chosen) { return mean_pose(poses, chosen); },
       [&](const Pose& mean, int k) { return apart(mean, poses[k]); });
 }
 
@@ -381,7 +378,7 @@ Robot with_cameras_placed(Robot robot, const Campaign& campaign, FitContacts whi
       camera.place = robust_mean(places);
     } else {
       const Places found = fit_nearer_half(
-          static_cast<int>(loops.size()),
+          std::ssize(loops),
           [&](const std::vector<int>& chosen) { return closed_form(loops, chosen); },
           [&](const Places& of, int k) {
             return apart(loops[k].arm * of.camera * loops[k].seen, of.board);

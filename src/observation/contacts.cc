@@ -164,9 +164,8 @@ double refine_artefact(const Touches& touches, Contact& contact, bool with_radiu
 void place_artefact(const Touches& touches, Contact& contact) {
   const auto is_point = [&](int point) { return reads_point(contact, point); };
   if (std::ranges::all_of(touches.of_artefact, is_point)) return place_points(touches, contact);
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (int point : touches.of_artefact) middle += contact.points[point].position;
-  middle /= static_cast<double>(touches.of_artefact.size());
+  const Eigen::Vector3d middle =
+      mean_of(touches.of_artefact, [&](int point) { return contact.points[point].position; });
   const Eigen::Vector3d in_a = touches.matrix().rowwise().mean();
   std::optional<Contact> best;
   double least = 0;
@@ -285,7 +284,7 @@ class Approach {
     move_to_point(of_pose, lever);
     frame.translation += lever;
     Eigen::Matrix3Xd joints(3, joint_count(chain_));
-    for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
+    for (int j = 0; j < joints.cols(); ++j)
       joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
     const Contact& contact = chain_.contacts[which.contact];
     Eigen::MatrixX3d gradients;

@@ -120,10 +120,10 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
   const int predictions = model.rows_by_prediction().groups();
   // Rows move about as many unknowns as the first.
   const auto reserve = [&](int rows, size_t of_row, KeptDerivatives& kept) {
-    const auto count = static_cast<size_t>(rows) * of_row;
-    kept.first.reserve(static_cast<size_t>(rows) + 1);
+    const size_t count = rows * of_row;
+    kept.first.reserve(rows + 1);
     kept.column.reserve(count);
-    kept.value.reserve(count * static_cast<size_t>(size));
+    kept.value.reserve(count * size);
   };
   KeptDerivatives all;
   all.sigma = model.sigma();

@@ -7,6 +7,7 @@
 
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/names.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/statistics/summary.h"
 
@@ -35,13 +36,12 @@ size_t first_row_of(size_t number, const std::vector<int>& column) {
 std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& chain) {
   std::vector<int> indices;
   for (const std::string& name : campaign.target_names) {
-    const auto found = std::find_if(chain.targets.begin(), chain.targets.end(),
-                                    [&](const Target& target) { return target.name == name; });
-    if (found == chain.targets.end())
+    const auto found = find_name(chain.targets, name);
+    if (!found)
       fail_at(campaign, first_row_of(indices.size(), campaign.target),
               "column 'target': the robot file has no target '" + name +
                   "'; add its offset in the measured frame to the robot file, under 'targets'");
-    indices.push_back(static_cast<int>(found - chain.targets.begin()));
+    indices.push_back(*found);
   }
   return indices;
 }
@@ -62,7 +62,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
     return 0;
   };
   if (campaign.anchor.empty()) return {the_only()};
-  const auto first_row_from = [&](int anchor) {
+  const auto first_row_from = [&](std::ptrdiff_t anchor) {
     int row = 0;
     while (row < campaign.rows() &&
            (campaign.kind(row) != ReadingKind::distance || campaign.anchor[row] != anchor))
@@ -71,12 +71,11 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
   };
   std::vector<int> indices;
   for (const std::string& name : campaign.anchor_names) {
-    const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
-                                    [&](const Anchor& anchor) { return anchor.name == name; });
-    if (found == chain.anchors.end())
-      fail_at(campaign, first_row_from(static_cast<int>(indices.size())),
+    const auto found = find_name(chain.anchors, name);
+    if (!found)
+      fail_at(campaign, first_row_from(indices.size()),
               "column 'anchor': the robot file has no anchor '" + name + "'" + kRemedy);
-    indices.push_back(static_cast<int>(found - chain.anchors.begin()));
+    indices.push_back(*found);
   }
   return indices;
 }
@@ -100,10 +99,9 @@ std::optional<ContactPoint> find_pixel(const KinematicChain& chain, const std::s
   const auto camera = of_kind(chain, ContactKind::camera, name.camera);
   const auto board = of_kind(chain, ContactKind::board, name.board);
   if (!camera || !board) return std::nullopt;
-  const std::vector<ArtefactPoint>& points = chain.contacts[*board].points;
-  const auto point = std::ranges::find(points, name.corner, &ArtefactPoint::name);
-  if (point == points.end()) return std::nullopt;
-  return ContactPoint{*camera, static_cast<int>(point - points.begin()), *board};
+  const auto point = find_name(chain.contacts[*board].points, name.corner);
+  if (!point) return std::nullopt;
+  return ContactPoint{*camera, *point, *board};
 }
 
 // Why a beam, a camera or a board is not found.
@@ -134,14 +132,12 @@ std::string why_no_pixel(const KinematicChain& chain, const std::string& text) {
 
 // Of `bar/2` the artefact `bar` and its point `2`.
 std::optional<ContactPoint> find_contact(const KinematicChain& chain, const std::string& name) {
-  for (size_t c = 0; c < chain.contacts.size(); ++c) {
+  for (int c = 0; c < std::ssize(chain.contacts); ++c) {
     const Contact& contact = chain.contacts[c];
     if (!is_touched(contact.kind)) continue;
-    if (contact.kind != ContactKind::artefact && contact.name == name)
-      return ContactPoint{static_cast<int>(c)};
-    for (size_t p = 0; p < contact.points.size(); ++p)
-      if (contact.name + "/" + contact.points[p].name == name)
-        return ContactPoint{static_cast<int>(c), static_cast<int>(p)};
+    if (contact.kind != ContactKind::artefact && contact.name == name) return ContactPoint{c};
+    for (int p = 0; p < std::ssize(contact.points); ++p)
+      if (contact.name + "/" + contact.points[p].name == name) return ContactPoint{c, p};
   }
   return std::nullopt;
 }
@@ -158,7 +154,7 @@ std::optional<ContactPoint> find_beam_reading(const KinematicChain& chain,
   return found;
 }
 
-size_t first_touch_of(const Campaign& campaign, int contact) {
+size_t first_touch_of(const Campaign& campaign, std::ptrdiff_t contact) {
   size_t row = 0;
   while (row < campaign.touch.size() && campaign.touch[row].contact != contact) ++row;
   return row;
@@ -208,7 +204,7 @@ std::vector<ContactPoint> match_contacts(const Campaign& campaign, const Kinemat
     if (!found) found = find_beam_reading(chain, name);
     if (!found) found = find_pixel(chain, name);
     if (!found) {
-      const size_t row = first_touch_of(campaign, static_cast<int>(matched.size()));
+      const size_t row = first_touch_of(campaign, matched.size());
       const bool is_pixel = row < campaign.touch.size() && campaign.touch[row].is_pixel;
       fail_at(campaign, row, is_pixel ? why_no_pixel(chain, name) : why_unknown(chain, name));
     }
@@ -221,12 +217,12 @@ namespace {
 
 void require_arm_between(const Campaign& campaign, const KinematicChain& chain,
                          const std::vector<ContactPoint>& matched) {
-  for (size_t k = 0; k < matched.size(); ++k) {
+  for (int k = 0; k < std::ssize(matched); ++k) {
     if (matched[k].board < 0) continue;
     const Contact &camera = chain.contacts[matched[k].contact],
                   &board = chain.contacts[matched[k].board];
     if (camera.on_arm == board.on_arm)
-      fail_at(campaign, first_touch_of(campaign, static_cast<int>(k)),
+      fail_at(campaign, first_touch_of(campaign, k),
               "the camera '" + camera.name + "' and the board '" + board.name + "' are both " +
                   (camera.on_arm ? "on the arm" : "at rest") +
                   ": their images do not show the arm; write on: arm at one of them in the robot "

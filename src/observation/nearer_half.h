@@ -11,7 +11,7 @@ namespace armtrue {
 /// Fits to all of `count`, then twice to the half of them with the smaller errors: fit(indices) and
 /// miss(found, index).
 template <typename Fit, typename Miss>
-auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
+auto fit_nearer_half(std::ptrdiff_t count, const Fit& fit, const Miss& miss) {
   std::vector<int> chosen(count);
   std::iota(chosen.begin(), chosen.end(), 0);
   auto found = fit(chosen);

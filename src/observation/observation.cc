@@ -105,8 +105,7 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
     first_coefficient_.push_back(coefficient_count);
     first_value_.push_back(value_count);
     coefficient_count += bound.coefficient_count();
-    if (static_cast<int>(effects_.size()) == fitted_effects_)
-      coefficient_count_ = coefficient_count;
+    if (std::ssize(effects_) == fitted_effects_) coefficient_count_ = coefficient_count;
     value_count += bound.value_count();
   }
   if (value_count == 0) return;
@@ -232,10 +231,10 @@ Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   robot.chain.base.rotation =
       rotation_exp(turn_of(x, kFirstBaseParameter)) * robot_.chain.base.rotation;
   robot.chain.tool.rotation = rotation_exp(turn_of(x, tool)) * robot_.chain.tool.rotation;
-  for (size_t c = 0; c < robot.chain.contacts.size(); ++c)
+  for (int c = 0; c < contact_count(robot.chain); ++c)
     robot.chain.contacts[c].place.rotation =
         robot_.chain.contacts[c].place.rotation *
-        rotation_exp(turn_of(x, first_contact + kParametersOfContact * static_cast<int>(c)));
+        rotation_exp(turn_of(x, first_contact + kParametersOfContact * c));
   int k = geometric_count();
   for (int e = 0; e < fitted_effects_; ++e) {
     robot.effects[e].coefficients.resize(effects_[e].coefficient_count());

@@ -33,7 +33,7 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
   tool_turn_ = inverse_right_jacobian(-model.turn_of(x, layout_.tool)).inverse();
   // exp(x + dx) = exp(x) exp(Jr(x) dx).
   const int first = first_contact_parameter(robot_.chain);
-  for (int c = 0; c < static_cast<int>(robot_.chain.contacts.size()); ++c)
+  for (int c = 0; c < std::ssize(robot_.chain.contacts); ++c)
     contact_turns_.emplace_back(
         inverse_right_jacobian(model.turn_of(x, first + kParametersOfContact * c)).inverse());
   if (!model.has_replicates()) return;
@@ -87,9 +87,9 @@ void ObservationModel::At::for_each_prediction(int count, const RowOf& row_of,
   for (int k : model_.columns_) columns.set(k);
   const Eigen::VectorXd none;
   for (int begin = 0; begin < count; begin += kPosesAtOnce) {
-    const size_t rows = std::min(kPosesAtOnce, count - begin);
-    for (size_t k = 0; k < rows; ++k) {
-      const int row = row_of(begin + static_cast<int>(k));
+    const int rows = std::min(kPosesAtOnce, count - begin);
+    for (int k = 0; k < rows; ++k) {
+      const int row = row_of(begin + k);
       q[k] = model_.campaign_.q[row];
       if (all.empty()) continue;
       all[k] = offsets(row);
@@ -102,8 +102,8 @@ void ObservationModel::At::for_each_prediction(int count, const RowOf& row_of,
                    std::span(jacobians).first((rows + kLanes - 1) / kLanes), columns);
     else
       chain_.poses(of_rows, moved, std::span(frames).first(rows));
-    for (size_t k = 0; k < rows; ++k) {
-      const int number = begin + static_cast<int>(k), row = row_of(number);
+    for (int k = 0; k < rows; ++k) {
+      const int number = begin + k, row = row_of(number);
       const Prediction predicted = predict(row, frames[k], all.empty() ? none : all[k]);
       if constexpr (kWithJacobian) {
         auto jacobian = jacobians[k / kLanes][k % kLanes];
@@ -250,7 +250,7 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
 
 void ObservationModel::At::residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const {
   if (!predictions_.empty()) {
-    for (size_t k = 0; k < out.size(); ++k) out[k] = residual(first + static_cast<int>(k));
+    for (int k = 0; k < std::ssize(out); ++k) out[k] = residual(first + k);
     return;
   }
   for_each_prediction<false>(

@@ -34,7 +34,7 @@ Links links_of(Robot robot, const Campaign& campaign) {
   robot.chain.base = robot.chain.tool = Pose{};
   const RobotModel model(robot);
   Links links;
-  links.targets = std::max<int>(1, static_cast<int>(campaign.target_names.size()));
+  links.targets = campaign.targets();
   for (int row = 0; row < campaign.rows(); ++row) {
     links.pose.push_back(model.pose(campaign.context(row)));
     links.target.push_back(campaign.target.empty() ? 0 : campaign.target[row]);
@@ -119,8 +119,8 @@ Eigen::VectorXd step_of(const Links& links, const State& state, double scale, do
       Eigen::MatrixXd(base.bottomRightCorner(taken, taken)).ldlt().solve(gradient.tail(taken));
   Eigen::VectorXd step(taken + state.targets.size());
   step.head(taken) = of_all;
-  for (size_t t = 0; t < targets.size(); ++t)
-    step.segment<3>(taken + 3 * static_cast<Eigen::Index>(t)) = own[t].solve(
+  for (int t = 0; t < std::ssize(targets); ++t)
+    step.segment<3>(taken + 3 * t) = own[t].solve(
         targets[t].gradient - targets[t].shared.bottomRows(taken).transpose() * of_all);
   return step;
 }

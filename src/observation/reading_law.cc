@@ -172,11 +172,7 @@ ReadingLaw bounded_law(double degrees_of_freedom, std::vector<double> variance) 
   ReadingLaw law{degrees_of_freedom, std::move(variance)};
   constexpr double kTimes = 3, kUsual = 0.9;
   if (law.variance.empty()) return law;
-  std::vector<double> sorted = law.variance;
-  const auto usual =
-      sorted.begin() + static_cast<std::ptrdiff_t>(kUsual * static_cast<double>(sorted.size() - 1));
-  std::ranges::nth_element(sorted, usual);
-  law.most_counted = kTimes * kTimes * *usual;
+  law.most_counted = kTimes * kTimes * quantile(law.variance, kUsual);
   return law;
 }
 
@@ -194,8 +190,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
   if (!robust) return best;
   const std::vector<double> variance = pose_variances(norms, campaign, start);
   const Rows rows(norms, variance, size);
-  double best_value =
-      log_likelihood(alike, best.sigma, 0) + 0.5 * std::log(static_cast<double>(norms.size()));
+  double best_value = log_likelihood(alike, best.sigma, 0) + 0.5 * std::log(norms.size());
   constexpr std::array kFreedom{2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0};
   struct Tried {
     double value, dof;

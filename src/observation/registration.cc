@@ -59,7 +59,7 @@ namespace {
 
 Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
   return fit_nearer_half(
-      static_cast<int>(own.cols()),
+      own.cols(),
       [&](const std::vector<int>& chosen) {
         return rigid_fit(own(Eigen::all, chosen), measured(Eigen::all, chosen));
       },
@@ -73,7 +73,7 @@ Eigen::Vector3d trilaterate(const Eigen::Matrix3Xd& points, const Eigen::VectorX
   const SphereEquations sphere = sphere_equations(points);
   const Eigen::VectorXd squares = sphere.squares - distances.cwiseAbs2();
   return fit_nearer_half(
-      static_cast<int>(points.cols()),
+      points.cols(),
       [&](const std::vector<int>& chosen) -> Eigen::Vector3d {
         return sphere.middle + Eigen::MatrixXd(sphere.columns(chosen, Eigen::all))
                                    .completeOrthogonalDecomposition()
@@ -116,17 +116,17 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   }
   const std::vector<int> anchors = match_anchors(campaign, robot.chain);
   std::vector<Eigen::Vector3d> found, given;  // in R_0, in R_A
-  for (size_t a = 0; a < anchors.size(); ++a) {
+  for (int a = 0; a < std::ssize(anchors); ++a) {
     const Anchor& anchor = robot.chain.anchors[anchors[a]];
     std::vector<int> rows;
     std::vector<double> distances;
     for (int row = 0; row < campaign.rows(); ++row)
       if (campaign.kind(row) == ReadingKind::distance &&
-          (campaign.anchor.empty() || campaign.anchor[row] == static_cast<int>(a))) {
+          (campaign.anchor.empty() || campaign.anchor[row] == a)) {
         rows.push_back(row);
         distances.push_back(campaign.distance[row] - anchor.zero);
       }
-    if (static_cast<int>(rows.size()) < kMinDistances) continue;
+    if (std::ssize(rows) < kMinDistances) continue;
     found.push_back(
         trilaterate(own(Eigen::all, rows),
                     Eigen::Map<const Eigen::VectorXd>(distances.data(), std::ssize(distances))));

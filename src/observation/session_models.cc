@@ -61,7 +61,7 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
                              int fitted_effects, Split split)
     : campaign_(campaign), robot_(robot), geometric_(geometric) {
   find_groups(split);
-  const auto count = static_cast<int>(rows_.size());
+  const auto count = std::ssize(rows_);
   if (by_target_ || count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
     campaigns_.reserve(rows_.size());
     for (int g = 0; g < count; ++g) campaigns_.push_back(readings_of(g));
@@ -130,7 +130,7 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
   if (has_one_target_each_) there.chain.targets = {robot_.chain.targets[target]};
   if (rows_.size() > 1) there.std.clear();
   const std::vector<int> own = own_parameters(robot_);
-  if (session == static_cast<int>(names_.size())) {
+  if (session == std::ssize(names_)) {
     names_.push_back(session_name(readings, 0));
     common_from_own_.push_back(common_from_session(robot_, names_.back()));
     std::vector<int>& shown = own_.emplace_back(own);
@@ -142,7 +142,7 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
   }
   const ParameterLayout layout = layout_of(robot_.chain);
   const int targets_end = first_anchor_parameter(robot_.chain);
-  const auto targets = static_cast<int>(robot_.chain.targets.size());
+  const int targets = target_count(robot_.chain);
   std::vector<int> parameters = session == 0 ? std::vector<int>{} : own_[session];
   for (int k : geometric_) {
     if (session > 0 && contains(own, k)) continue;
@@ -176,7 +176,7 @@ void SessionModels::find_runs() {
   runs_.resize(models_.size());
   for (int g = 0; g < groups(); ++g)
     if (const int s = session_of_[g]; s > 0)
-      runs_[g].push_back({first_own(s), static_cast<int>(own_[s].size())});
+      runs_[g].push_back({first_own(s), first_own(s + 1) - first_own(s)});
   for (int begin = 0, end = 0; begin < first_own(1); begin = end) {
     const int owner = owner_of(begin);
     while (end < first_own(1) && owner_of(end) == owner) ++end;
@@ -318,8 +318,8 @@ SessionModels::At::At(const SessionModels& models, const Eigen::VectorXd& x) : m
   if (models.groups() == 1) return;
   places_.resize(models.rows());
   for (int g = 0; g < models.groups(); ++g)
-    for (size_t own = 0; own < models.rows_of(g).size(); ++own)
-      places_[models.rows_of(g)[own]] = {g, static_cast<int>(own)};
+    for (int own = 0; own < std::ssize(models.rows_of(g)); ++own)
+      places_[models.rows_of(g)[own]] = {g, own};
 }
 
 void SessionModels::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {

@@ -102,8 +102,8 @@ Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matr
   path.force.resize(3, ticks);
   path.q.resize(angles.rows(), ticks);
   Eigen::Index i = 0, n = 0;
-  for (Eigen::Index tick = 0;; ++tick) {
-    const double t = begin + static_cast<double>(tick) * period;
+  for (int tick = 0;; ++tick) {
+    const double t = begin + tick * period;
     if (t > end) break;
     while (i + 2 < time.size() && time[i + 1] <= t) ++i;
     const double u = (t - time[i]) / (time[i + 1] - time[i]);

@@ -29,7 +29,7 @@ Campaign image_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& 
     for (std::string& name : corner_names(chain, view))
       campaign.contact_names.push_back(std::move(name));
   }
-  for (size_t pose = 0; pose < poses.size(); ++pose) {
+  for (int pose = 0; pose < std::ssize(poses); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
     const Pose measured = evaluator.pose(poses[pose].q);
     for (size_t v = 0; v < views.size(); ++v) {
@@ -39,8 +39,8 @@ Campaign image_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& 
         const int point = k * (count - 1) / (used - 1);
         if (!shows(chain, views[v], measured, point, kEdge)) continue;
         const Eigen::Vector2d pixel = pixel_of(chain, views[v], measured, point);
-        campaign.pose.push_back(static_cast<int>(pose));
-        campaign.line.push_back(static_cast<int>(pose) + 1);
+        campaign.pose.push_back(pose);
+        campaign.line.push_back(pose + 1);
         campaign.q.push_back(poses[pose].q);
         campaign.position.emplace_back(pixel.x(), pixel.y(), 0);
         campaign.distance.push_back(0);

@@ -175,7 +175,7 @@ Information::Information(GroupedDerivatives candidates, int poses, const Grouped
   for (size_t g = 0; g < candidates.groups.size(); ++g) {
     GroupRows& of_group = candidates.groups[g];
     const Eigen::Index own = of_group.own.cols();
-    std::vector<Eigen::Index>& first = first_.emplace_back(static_cast<size_t>(poses) + 1, 0);
+    std::vector<Eigen::Index>& first = first_.emplace_back(poses + 1, 0);
     for (int pose : candidates.pose_of_row[g]) first[pose + 1] += candidates.row_size;
     std::partial_sum(first.begin(), first.end(), first.begin());
     candidates_.push_back({of_group.own.transpose(), of_group.common.transpose()});

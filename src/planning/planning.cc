@@ -65,7 +65,7 @@ Eigen::MatrixXd PosePlanner::position_triangle(
   const Campaign read = points(cloud_, configurations);
   return triangle(SessionModels(read, cloud_.robot, cloud_.unknowns, {1.0, 1.0}, kAllEffects,
                                 SessionModels::Split::by_target)) /
-         std::sqrt(static_cast<double>(read.rows()));
+         std::sqrt(read.rows());
 }
 
 std::vector<PlannedPose> PosePlanner::plan(int count) const {
@@ -89,7 +89,7 @@ std::vector<PlannedPose> PosePlanner::plan(int count) const {
   const std::vector<PlannedPose> seen = with_given(cloud_);
   const Campaign all = readings(cloud_, seen);
   const Scaling scaling(groups.triangles(models_of(all, cloud_.noise, groups.split())),
-                        1 / std::sqrt(static_cast<double>(seen.size())));
+                        1 / std::sqrt(seen.size()));
   scaling.apply(of_candidates);
   GroupedDerivatives known =
       ties ? groups.of_one_group(given_)

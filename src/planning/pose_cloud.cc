@@ -191,7 +191,7 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
     all = random_configurations(cloud.robot, draws * count, options.box, seed);
     std::vector<JointVector> above = all;
     std::erase_if(above, [&](const JointVector& q) { return !is_above_floor(cloud, q); });
-    if (static_cast<int>(above.size()) < count) continue;
+    if (std::ssize(above) < count) continue;
     above.resize(count);
     return planned_poses(above);
   }
@@ -232,11 +232,11 @@ Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot) {
   Eigen::MatrixXd columns(factor.rows(), models.unknowns());
   columns << factor.middleCols(kept, fitted), factor.leftCols(kept);
   const std::vector<int>& own = models.own(last);
-  for (size_t i = 0; i < own.size(); ++i) {
+  for (int i = 0; i < std::ssize(own); ++i) {
     const auto place = std::find(cloud.unknowns.begin(), cloud.unknowns.end(), own[i]);
     if (place == cloud.unknowns.end()) continue;
     const auto k = static_cast<int>(place - cloud.unknowns.begin());
-    columns.col(models.first_own(last) - kept + static_cast<int>(i)).swap(columns.col(fitted + k));
+    columns.col(models.first_own(last) - kept + i).swap(columns.col(fitted + k));
   }
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
   const Eigen::MatrixXd triangle =
@@ -247,19 +247,18 @@ Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot) {
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
   const KinematicChain& chain = cloud.robot.chain;
   const ChainEvaluator evaluator(chain);
-  const size_t targets = chain.targets.size(), anchors = chain.anchors.size();
+  const int targets = target_count(chain), anchors = anchor_count(chain);
   Campaign campaign;
   campaign.source = "the poses to be planned";
   for (const Target& target : chain.targets) campaign.target_names.push_back(target.name);
-  for (size_t pose = 0; pose < configurations.size(); ++pose) {
+  for (int pose = 0; pose < std::ssize(configurations); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
     const Pose frame = evaluator.pose(configurations[pose]);
-    for (size_t channel = 0; channel < std::max<size_t>(1, targets) * std::max<size_t>(1, anchors);
-         ++channel) {
-      campaign.pose.push_back(static_cast<int>(pose));
+    for (int channel = 0; channel < std::max(1, targets) * std::max(1, anchors); ++channel) {
+      campaign.pose.push_back(pose);
       campaign.q.push_back(configurations[pose]);
       campaign.position.push_back(frame.translation);
-      if (targets > 0) campaign.target.push_back(static_cast<int>(channel % targets));
+      if (targets > 0) campaign.target.push_back(channel % targets);
     }
   }
   return campaign;
@@ -286,12 +285,12 @@ Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses)
   if (cloud.options.touches || cloud.options.beams) return touch_readings(cloud, poses);
   const KinematicChain& chain = cloud.robot.chain;
   Campaign campaign = points(cloud, configurations(poses));
-  const size_t targets = std::max<size_t>(1, chain.targets.size());
-  const size_t anchors = chain.anchors.size();
+  const int targets = std::max(1, target_count(chain));
+  const int anchors = anchor_count(chain);
   if (anchors > 0) {
     for (const Anchor& anchor : chain.anchors) campaign.anchor_names.push_back(anchor.name);
-    for (size_t row = 0; row < campaign.q.size(); ++row)
-      campaign.anchor.push_back(static_cast<int>(row / targets % anchors));
+    for (int row = 0; row < campaign.rows(); ++row)
+      campaign.anchor.push_back(row / targets % anchors);
     campaign.position.clear();
     campaign.distance.assign(campaign.q.size(), 1.0);  // only derivatives count
   }

@@ -183,8 +183,8 @@ class Separation {
     const std::vector<double> alone = powers({}), planned = powers(plan.poses);
     std::vector<double> random(pairs_.size());
     for (int k = 0; k < kRandomDesigns; ++k) {
-      const std::vector<double> one = powers(
-          random_poses(cloud_, count, cloud_.options.seed + 1 + static_cast<std::uint64_t>(k)));
+      const std::vector<double> one =
+          powers(random_poses(cloud_, count, cloud_.options.seed + 1 + k));
       for (size_t i = 0; i < one.size(); ++i) random[i] += one[i] / kRandomDesigns;
     }
     for (size_t i = 0; i < pairs_.size(); ++i)
@@ -201,7 +201,7 @@ class Separation {
       robot.effects.push_back(one.effect);
       unknowns += one.effect.coefficients.size();
     }
-    if (given.rows() * given.reading_size().all() < 2 * static_cast<int>(unknowns)) return;
+    if (std::cmp_less(given.rows() * given.reading_size().all(), 2 * unknowns)) return;
     const ReadingSigma spread =
         calibrate(robot, given, {.statistics = FitStatistics::weights}).spread;
     const auto set = [](double shown, double stated, double& noise) {
@@ -244,7 +244,7 @@ class Separation {
   void enter_pairs() {
     for (size_t k = 0; k < contests_.size(); ++k) {
       const Fitted all(everything_[k], contests_[k].nuisances);
-      const int members = static_cast<int>(contests_[k].members.size());
+      const auto members = std::ssize(contests_[k].members);
       for (int truth = 0; truth < members; ++truth)
         for (int rival = 0; rival < members; ++rival)
           if (truth != rival)
@@ -308,7 +308,7 @@ class Separation {
 void require_coefficients(const Effect& effect, const Robot& robot,
                           const std::vector<std::string>& temperature_names) {
   const int needed = BoundEffect(effect, robot, temperature_names).coefficient_count();
-  const auto has = static_cast<int>(effect.coefficients.size());
+  const auto has = std::ssize(effect.coefficients);
   if (has != needed)
     throw std::invalid_argument("effect '" + effect.name + "' of " + to_string(effect.parameter) + " has " +
                                 std::to_string(has) + " coefficients where this robot needs " +

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "armtrue/kinematics/contact.h"
+#include "armtrue/kinematics/names.h"
 #include "armtrue/observation/contacts.h"
 
 namespace armtrue {
@@ -32,12 +33,6 @@ std::vector<std::string> names_of_points(const Contact& contact) {
   for (const ArtefactPoint& point : contact.points)
     names.push_back(contact.name + "/" + point.name);
   return names;
-}
-
-int index_of(std::vector<std::string>& names, const std::string& name) {
-  const auto found = std::ranges::find(names, name);
-  if (found == names.end()) names.push_back(name);
-  return static_cast<int>(std::ranges::find(names, name) - names.begin());
 }
 
 // On which side of a plane or a sphere the arm stands: the height above it of the frame nearest to
@@ -68,8 +63,7 @@ class Sides {
   static int point_of(const Contact& contact, const PlannedPose& pose) {
     if (contact.kind != ContactKind::artefact) return -1;
     const std::string name = pose.contact.substr(pose.contact.find('/') + 1);
-    return static_cast<int>(std::ranges::find(contact.points, name, &ArtefactPoint::name) -
-                            contact.points.begin());
+    return find_name(contact.points, name).value();
   }
 
   double height(const PlannedPose& pose, const JointVector& q) const {
@@ -166,10 +160,10 @@ Campaign touch_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& 
   const bool by_target = !cloud.robot.chain.targets.empty();
   for (const Target& target : cloud.robot.chain.targets)
     campaign.target_names.push_back(target.name);
-  for (size_t pose = 0; pose < poses.size(); ++pose) {
+  for (int pose = 0; pose < std::ssize(poses); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
-    campaign.pose.push_back(static_cast<int>(pose));
-    campaign.line.push_back(static_cast<int>(pose) + 1);
+    campaign.pose.push_back(pose);
+    campaign.line.push_back(pose + 1);
     campaign.q.push_back(poses[pose].q);
     campaign.distance.push_back(0);
     campaign.touch.push_back({index_of(campaign.contact_names, poses[pose].contact), -1});

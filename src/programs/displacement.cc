@@ -218,7 +218,7 @@ class Displacement {
       return t.has_value();
     };
     const auto begin = static_cast<Index>(std::ceil(found_before(k)));
-    const auto end = std::min(static_cast<Index>(found_from(k)) + 1, path_.samples());
+    const auto end = std::min<Index>(static_cast<Index>(found_from(k)) + 1, path_.samples());
     if (is_found(first)) {
       for (Index s = begin; s < end; ++s)
         if (!add(s) && !is_found(k)) break;

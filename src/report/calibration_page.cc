@@ -102,9 +102,8 @@ Report calibration_page(const CalibrationResult& result, const Robot& nominal,
                 "of it the readings say: 1 is all, below a half it stands near its nominal value. "
                 "Turns of base and tool have no number of their own; their change is a rotation "
                 "vector."));
-  page.add(
-      folded(fmt::format("{} parameters", result.set.kept.size()),
-             parameters_table(nominal, result, static_cast<int>(campaign.pose_ids.size()), "")));
+  page.add(folded(fmt::format("{} parameters", result.set.kept.size()),
+                  parameters_table(nominal, result, campaign.poses(), "")));
   page.add(folded("Errors in numbers", errors_table(page, tabled)));
   page.add(folded("The fit",
                   table({"fit", ""}, {{"rank", page.value("calibration/rank")},

@@ -68,9 +68,9 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
   Panel& panel = picture->panel(round_axis(low, high, "change, " + unit), 200);
   panel.rule_y(0, Look::mark, "");
   std::vector<std::pair<double, std::string>> words;
-  for (size_t k = 0; k < shown.size(); ++k) {
+  for (int k = 0; k < std::ssize(shown); ++k) {
     const NumberChange& number = shown[k]->number;
-    const double place = static_cast<double>(k) + 0.5;
+    const double place = k + 0.5;
     const auto [from, to] = interval(number);
     words.emplace_back(place, shown[k]->name);
     panel.range(place, from / si, *number.change / si, to / si,

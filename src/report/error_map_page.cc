@@ -10,7 +10,7 @@ namespace armtrue {
 namespace {
 
 void add_map_verdict(Page& page, const ErrorMap& map, const ErrorMapSummary& summary) {
-  const bool is_whole = static_cast<size_t>(summary.predicted) == map.points.size();
+  const bool is_whole = summary.predicted == std::ssize(map.points);
   page.verdict(is_whole ? Tone::good : Tone::attention,
                is_whole ? "every point can be reached" : "some points cannot be reached",
                page.value("sentence"));

@@ -14,9 +14,9 @@
 namespace armtrue {
 namespace {
 
-constexpr Eigen::Index kSlices = 3;
-constexpr Eigen::Index kCellsPerSide = 26;  // of a slice; of more points some are shown
-constexpr Eigen::Index kArrowsPerSide = 9;
+constexpr int kSlices = 3;
+constexpr int kCellsPerSide = 26;  // of a slice; of more points some are shown
+constexpr int kArrowsPerSide = 9;
 constexpr Eigen::Index kPathArrows = 60;  // so that those of a path stand apart
 constexpr double kSliceHeight = 230;
 
@@ -74,20 +74,18 @@ class GridPictures {
         axes.x);
     const auto [low, high] = limits(is_before);
     picture->heat_legend(low / kMillimetre, high / kMillimetre, "mm");
-    for (Eigen::Index slice : evenly(count(across_), kSlices)) {
+    for (const int slice : evenly(count(across_), kSlices)) {
       Axis y = axes.y;
       y.label += fmt::format(" (at {} = {:g} mm)", "xyz"[across_], mm(across_, slice));
-      draw(picture->panel(y, axes.height), static_cast<int>(slice), is_before, factor);
+      draw(picture->panel(y, axes.height), slice, is_before, factor);
     }
     return picture;
   }
 
  private:
-  Eigen::Index count(int axis) const { return grid_.count[axis]; }
+  int count(int axis) const { return grid_.count[axis]; }
 
-  double mm(int axis, Eigen::Index place) const {
-    return grid_.coordinate(axis, static_cast<int>(place)) / kMillimetre;
-  }
+  double mm(int axis, int place) const { return grid_.coordinate(axis, place) / kMillimetre; }
 
   Eigen::Vector2d corner(const Eigen::Vector3d& v) const {
     return Eigen::Vector2d(v[right_], v[up_]) / kMillimetre;
@@ -104,7 +102,7 @@ class GridPictures {
   // Between the cells that are drawn [mm].
   double step(int axis) const {
     constexpr double kLeastStep = 1;
-    const auto shown = static_cast<double>(std::min(count(axis), kCellsPerSide));
+    const int shown = std::min(count(axis), kCellsPerSide);
     const double side = (grid_.high[axis] - grid_.low[axis]) / kMillimetre;
     return std::max(kLeastStep, shown > 1 ? side / (shown - 1) : side);
   }
@@ -116,11 +114,11 @@ class GridPictures {
                : std::string();
   }
 
-  const MapPoint& at(int slice, Eigen::Index right, Eigen::Index up) const {
+  const MapPoint& at(int slice, int right, int up) const {
     std::array<int, 3> place{};
     place[across_] = slice;
-    place[right_] = static_cast<int>(right);
-    place[up_] = static_cast<int>(up);
+    place[right_] = right;
+    place[up_] = up;
     return map_.points[grid_.point(place)];
   }
 
@@ -129,8 +127,8 @@ class GridPictures {
     Points centres;
     std::vector<int> classes;
     std::vector<std::string> texts;
-    for (Eigen::Index v : evenly(count(up_), kCellsPerSide))
-      for (Eigen::Index u : evenly(count(right_), kCellsPerSide)) {
+    for (const int v : evenly(count(up_), kCellsPerSide))
+      for (const int u : evenly(count(right_), kCellsPerSide)) {
         const MapPoint& point = at(slice, u, v);
         if (!point.is_predicted) continue;
         const double value = is_before ? point.error.norm() : *left_of(point);
@@ -143,8 +141,8 @@ class GridPictures {
       }
     panel.cells(centres, classes, step(right_), step(up_), texts);
     Points from, to;
-    for (Eigen::Index v : evenly(count(up_), kArrowsPerSide))
-      for (Eigen::Index u : evenly(count(right_), kArrowsPerSide)) {
+    for (const int v : evenly(count(up_), kArrowsPerSide))
+      for (const int u : evenly(count(right_), kArrowsPerSide)) {
         const MapPoint& point = at(slice, u, v);
         if (!is_before || !point.is_predicted) continue;
         from.emplace_back(mm(right_, u), mm(up_, v));

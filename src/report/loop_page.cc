@@ -57,7 +57,7 @@ Judging judging(const LoopResult& result, const Campaign& training, const Campai
 
 // Whether the result is more than the geometry.
 bool has_effects(const LoopResult& result) {
-  return !result.trace.effects.empty() || result.applied;
+  return !result.trace.effects.empty() || !result.held.empty() || result.applied;
 }
 
 std::vector<Judged> models_of(const LoopResult& result, const Campaign& judging) {
@@ -284,7 +284,7 @@ void add_rest(Page& page, const LoopResult& result, const Judging& by) {
 void add_parameters(Page& page, const LoopResult& result, const std::optional<FitToAll>& to_all,
                     const Robot& nominal, const Campaign& training) {
   const CalibrationResult& fit = to_all ? to_all->fit : result_of(result);
-  const auto poses = (to_all ? to_all->sound : training).pose_ids.size();
+  const int poses = (to_all ? to_all->sound : training).poses();
   page.add(folded(
       fmt::format("{} parameters", fit.set.kept.size()),
       paragraph(fmt::format("Fitted to {} {}poses, beside the effects. A share of 1: the readings "
@@ -292,7 +292,7 @@ void add_parameters(Page& page, const LoopResult& result, const std::optional<Fi
                             "Turns of base and tool have no number of their own; their change is "
                             "a rotation vector.",
                             poses, to_all ? "" : "training ")) +
-          parameters_table(nominal, fit, static_cast<int>(poses), "robot:")));
+          parameters_table(nominal, fit, poses, "robot:")));
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ std::string about_line(const PageHead& head) {
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (char c : text) switch (c) {
+  for (const unsigned char c : text) switch (c) {
       case '&':
         result += "&amp;";
         break;
@@ -80,7 +80,7 @@ std::string escaped(const std::string& text) {
         result += "&quot;";
         break;
       default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') result += c;
+        if (c >= 0x20 || c == '\t' || c == '\n') result += c;
     }
   return result;
 }

@@ -17,7 +17,7 @@ void add_conditions(Page& page) {
 Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
                      const RowsText& text) {
   constexpr Eigen::Index kMostRows = 800;
-  const std::vector<Eigen::Index> drawn = evenly(before.size(), kMostRows);
+  const std::vector<int> drawn = evenly(before.size(), kMostRows);
   const size_t rows = before.size();
   auto picture = std::make_shared<Picture>(
       text.file, text.title,
@@ -28,12 +28,12 @@ Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after
   double most = 0;
   Points first, second;
   std::vector<std::string> of_first, of_second;
-  for (Eigen::Index k : drawn)
+  for (const int k : drawn)
     for (const auto& [values, points, texts, name] :
          {std::tuple(&before, &first, &of_first, &text.before),
           std::tuple(&after, &second, &of_second, &text.after)})
       if (const double value = (*values)[k]; std::isfinite(value)) {
-        points->emplace_back(static_cast<double>(k) + 1, value);
+        points->emplace_back(k + 1, value);
         if (!text.names.empty())
           texts->push_back(fmt::format("{}: {:.3g} mm, {}", text.names[k], value, *name));
         most = std::max(most, value);

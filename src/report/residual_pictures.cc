@@ -26,7 +26,7 @@ double largest_error(const std::vector<Judged>& models) {
 
 // "; of 12000 readings 800 are drawn, evenly spread", or nothing if all are.
 std::string thinned_note(Eigen::Index all, size_t drawn, const std::string& what) {
-  if (drawn == static_cast<size_t>(all)) return "";
+  if (std::cmp_equal(drawn, all)) return "";
   return fmt::format(" Of {} {} {} are drawn, evenly spread.", all, what, drawn);
 }
 
@@ -147,12 +147,11 @@ Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign
   Panel& panel = picture->panel(round_axis(low, high, "error, mm"), 200);
   panel.rule_y(0, Look::mark, "");
   std::vector<std::pair<double, std::string>> words;
-  for (size_t k = 0; k < axes.front().size(); ++k) {
-    words.emplace_back(static_cast<double>(k) + 0.5,
+  for (int k = 0; k < std::ssize(axes.front()); ++k) {
+    words.emplace_back(k + 0.5,
                        axes[0][k].axis == 'l' ? "length" : std::string(1, axes[0][k].axis));
-    for (size_t m = 0; m < models.size(); ++m) {
-      const double place = static_cast<double>(k) +
-                           (static_cast<double>(m) + 1) / (static_cast<double>(models.size()) + 1);
+    for (int m = 0; m < std::ssize(models); ++m) {
+      const double place = k + (m + 1) / (static_cast<double>(models.size()) + 1);
       const AxisErrors& axis = axes[m][k];
       panel.range(
           place, in_mm(axis.min), in_mm(axis.mean), in_mm(axis.max), models[m].look, models[m].name,
@@ -171,8 +170,8 @@ std::vector<bool> of_readings(const std::vector<bool>& left_out, const std::vect
   if (left_out.empty() || first.empty()) return left_out;
   std::vector<bool> readings(first.size());
   size_t reading = 0;
-  for (size_t row = 0; row < left_out.size(); ++row) {
-    if (reading + 1 < first.size() && static_cast<int>(row) == first[reading + 1]) ++reading;
+  for (int row = 0; row < std::ssize(left_out); ++row) {
+    if (reading + 1 < first.size() && row == first[reading + 1]) ++reading;
     if (left_out[row]) readings[reading] = true;
   }
   return readings;
@@ -185,7 +184,7 @@ Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& camp
   const Evaluation& first = models.front().evaluation;
   const std::vector<bool> left_out = of_readings(left_out_rows, first.first_rows);
   const auto rows = std::ssize(first.reading_errors());
-  const std::vector<Eigen::Index> drawn = evenly(rows, kMostReadings);
+  const std::vector<int> drawn = evenly(rows, kMostReadings);
   auto picture = std::make_shared<Picture>(
       "campaign", "Errors along the campaign",
       "Each reading, in the order of the file: a drift or a jump shows here. " +
@@ -198,13 +197,12 @@ Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& camp
     Points points;
     std::vector<std::string> texts;
     const std::vector<double> errors = model.evaluation.reading_errors();
-    for (Eigen::Index row : drawn) {
-      const size_t r = row;
-      const Eigen::Vector2d point(static_cast<double>(row) + 1, in_mm(errors[r]));
+    for (const int row : drawn) {
+      const Eigen::Vector2d point(row + 1, in_mm(errors[row]));
       points.push_back(point);
-      texts.push_back(fmt::format("{}: {:.3g} mm, {}", reading_name(campaign, first, r), point.y(),
-                                  model.name));
-      if (&model == &models.back() && !left_out.empty() && left_out[r]) out.push_back(point);
+      texts.push_back(fmt::format("{}: {:.3g} mm, {}", reading_name(campaign, first, row),
+                                  point.y(), model.name));
+      if (&model == &models.back() && !left_out.empty() && left_out[row]) out.push_back(point);
     }
     panel.points(points, model.look, model.name, texts);
   }
@@ -238,7 +236,7 @@ std::vector<View> views(const Eigen::Vector3d& upwards) {
 // The same vectors in three dimensions, with the box of the places.
 Drawing field_in_space(const std::vector<Eigen::Vector3d>& places,
                        const std::vector<VectorField>& fields, const FieldText& text,
-                       const std::vector<Eigen::Index>& drawn, double factor) {
+                       const std::vector<int>& drawn, double factor) {
   constexpr int kHeight = 300;
   constexpr double kLabelAt = 1.06;  // of the way along an edge
   Eigen::Vector3d low = places.front(), high = places.front();
@@ -309,7 +307,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
     high = high.cwiseMax(place);
   }
   double longest = 0;
-  const std::vector<Eigen::Index> drawn = evenly(places.size(), text.most);
+  const std::vector<int> drawn = evenly(places.size(), text.most);
   for (const VectorField& field : fields)
     for (Eigen::Index k : drawn) longest = std::max(longest, field.vectors[k].norm());
   const double factor = round_magnification(longest, (high - low).maxCoeff());

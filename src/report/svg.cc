@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "report/svg_layout.h"
 
@@ -117,17 +118,19 @@ std::string tick_text(double value, double step) {
   return fmt::format("{:.{}f}", value, decimals);
 }
 
-std::vector<Eigen::Index> evenly(Eigen::Index rows, Eigen::Index most) {
-  std::vector<Eigen::Index> kept;
+std::vector<int> evenly(Eigen::Index rows, Eigen::Index most) {
   const Eigen::Index count = std::min(rows, most);
-  for (Eigen::Index k = 0; k < count; ++k)
-    kept.push_back(rows <= most ? k : k * (rows - 1) / std::max<Eigen::Index>(1, count - 1));
+  std::vector<int> kept(count);
+  std::iota(kept.begin(), kept.end(), 0);
+  if (rows > most)
+    for (int& k : kept) k = static_cast<int>(k * (rows - 1) / std::max<Eigen::Index>(1, count - 1));
   return kept;
 }
 
 std::vector<Eigen::Index> peaks_kept(const Eigen::VectorXd& values, Eigen::Index most) {
   const Eigen::Index n = values.size(), stretches = most / 2;
-  if (n <= most) return evenly(n, most);
+  const std::vector<int> all = evenly(n, most);
+  if (n <= most) return {all.begin(), all.end()};
   std::vector<Eigen::Index> kept;
   for (Eigen::Index k = 0; k < stretches; ++k) {
     const Eigen::Index begin = k * n / stretches, end = (k + 1) * n / stretches;
@@ -186,7 +189,7 @@ std::string Picture::legend_svg(double& top) const {
   std::string svg;
   double x = 2;
   for (const Entry& entry : entries_) {
-    const double width = kKeyWidth + kLetter * static_cast<double>(entry.name.size());
+    const double width = kKeyWidth + width_of(entry.name);
     if (x > 2 && x + width > kPictureWidth) {
       x = 2;
       top += kRowHeight;
@@ -197,7 +200,7 @@ std::string Picture::legend_svg(double& top) const {
   }
   if (!entries_.empty()) top += kRowHeight;
   if (heat_[0].empty()) return svg;
-  const double left = 10 + kLetter * static_cast<double>(heat_[0].size());
+  const double left = 10 + width_of(heat_[0]);
   svg += text_svg(2, top + 13.5, "start", heat_[0]);
   for (int k = 0; k < kHeatClasses; ++k)
     svg += fmt::format("<rect class=\"h{}\" x=\"{}\" y=\"{}\" width=\"17\" height=\"12\"/>\n", k,
@@ -217,7 +220,7 @@ std::string Picture::x_axis(double top) const {
   for (double k = first; words_.empty() && k * x_.step <= x_.high + 1e-9 * x_.step; ++k) {
     const std::string text = tick_text(k * x_.step, x_.step);
     const double x = kLeft + (k * x_.step - x_.low) * scale;
-    const bool is_cut = x + 0.5 * kLetter * static_cast<double>(text.size()) > kPictureWidth;
+    const bool is_cut = x + 0.5 * width_of(text) > kPictureWidth;
     svg += text_svg(is_cut ? kPictureWidth : x, top + 15, is_cut ? "end" : "middle", text,
                     " class=\"tick\"");
   }

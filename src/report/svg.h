@@ -43,7 +43,7 @@ Axis exact_axis(double low, double high, const std::string& label, int most = 6)
 std::string tick_text(double value, double step);
 
 /// Rows to draw, at most `most`: all, or evenly spread ones, the first and the last included.
-std::vector<Eigen::Index> evenly(Eigen::Index rows, Eigen::Index most);
+std::vector<int> evenly(Eigen::Index rows, Eigen::Index most);
 
 /// Rows to draw of a curve, at most `most`: each stretch keeps its smallest and its largest value.
 std::vector<Eigen::Index> peaks_kept(const Eigen::VectorXd& values, Eigen::Index most);

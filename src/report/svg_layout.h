@@ -12,6 +12,9 @@ inline constexpr double kLeft = 56, kRight = 14;  // beside the panels
 inline constexpr double kRowHeight = 18;          // of a line of text
 inline constexpr double kPanelGap = 14;
 inline constexpr double kLetter = 7.9;  // widest mean width of a letter of 13 units
+inline double width_of(const std::string& text) {
+  return kLetter * static_cast<double>(text.size());
+}
 
 /// A coordinate with at most one decimal.
 std::string coordinate_text(double value);

@@ -38,9 +38,9 @@ std::string Panel::at(const Eigen::Vector2d& point) const {
 void Panel::bars(double low, double width, const std::vector<double>& heights,
                  const std::vector<std::string>& texts, Look look, const std::string& name) {
   picture_->legend("bar", look, name);
-  for (size_t k = 0; k < heights.size(); ++k) {
+  for (int k = 0; k < std::ssize(heights); ++k) {
     if (heights[k] <= 0) continue;
-    const double left = px(low + width * static_cast<double>(k));
+    const double left = px(low + width * k);
     body_ += fmt::format(
         "<rect class=\"bar {}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><title>{}</title>"
         "</rect>\n",

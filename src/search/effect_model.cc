@@ -159,7 +159,7 @@ bool EffectModel::contains(const Effect& effect) const {
   });
 }
 
-bool EffectModel::is_allowed(size_t k) const {
+bool EffectModel::is_allowed(int k) const {
   return is_allowed(chosen_[k], fit_.robot.effects[in_fit(k)].coefficients);
 }
 
@@ -190,20 +190,20 @@ void EffectModel::add(const Candidate& candidate, double p) {
   std::vector<Effect> coefficients = fit_.robot.effects;
   // A family takes the place of its members.
   std::vector<int> members;
-  for (size_t k = 0; k < chosen_.size(); ++k)
+  for (int k = 0; k < chosen_count(); ++k)
     if (std::ranges::any_of(candidate.effect.members, [&](const Effect& member) {
           return same_form(member, chosen_[k].effect);
         }))
-      members.push_back(static_cast<int>(k));
+      members.push_back(k);
   remove(members, coefficients);
   p_at_gate_.push_back(p);
   chosen_.push_back(candidate);
   refit(coefficients);
-  drop_impossible_members(chosen_.size() - 1);
+  drop_impossible_members(chosen_count() - 1);
 }
 
 // Removes the members that their law does not allow from a family, the largest first.
-void EffectModel::drop_impossible_members(size_t k) {
+void EffectModel::drop_impossible_members(int k) {
   const auto is_bounded = [](const Candidate& candidate) {
     return candidate.only_positive || candidate.furthest != 0 || candidate.alike;
   };
@@ -236,7 +236,7 @@ void EffectModel::drop_impossible_members(size_t k) {
 
 // The largest value over standard deviation among the coefficients of each member of a family, with
 // its sign. The fit is complete.
-std::vector<double> EffectModel::t_of_members(size_t k) const {
+std::vector<double> EffectModel::t_of_members(int k) const {
   const Effect& fitted = fit_.robot.effects[in_fit(k)];
   std::vector<double> t;
   Eigen::Index coefficient = 0;
@@ -251,7 +251,7 @@ std::vector<double> EffectModel::t_of_members(size_t k) const {
   return t;
 }
 
-int EffectModel::members_shown(size_t k) {
+int EffectModel::members_shown(int k) {
   complete();
   const double least = std::sqrt(std::log(linear().residual_freedom()));
   return static_cast<int>(std::ranges::count_if(
@@ -273,10 +273,10 @@ bool EffectModel::split_families() {
         chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
     if (family == chosen_.end()) break;
     found = true;
-    const size_t k = family - chosen_.begin();
+    const int k = static_cast<int>(family - chosen_.begin());
     const std::optional<double> p = p_at_gate_[k];
     const std::vector<Effect> singles = single_effects(start[in_fit(k)]);
-    remove({static_cast<int>(k)}, start);
+    remove({k}, start);
     for (const Effect& single : singles) {
       chosen_.push_back(alone(single));
       p_at_gate_.push_back(p);
@@ -299,7 +299,7 @@ void EffectModel::hold(const std::vector<int>& ascending) {
   refit(std::vector<Effect>(effects));
 }
 
-void EffectModel::exchange(size_t k, const Candidate& candidate) {
+void EffectModel::exchange(int k, const Candidate& candidate) {
   std::vector<Effect> coefficients = fit_.robot.effects;
   chosen_[k] = candidate;
   p_at_gate_[k] = std::nullopt;
@@ -346,12 +346,12 @@ std::optional<CalibrationResult> EffectModel::settle_tool() {
   return as_filed_;
 }
 
-void EffectModel::complete_in_order(const std::vector<size_t>& order) {
+void EffectModel::complete_in_order(const std::vector<int>& order) {
   if (std::ranges::is_sorted(order)) return complete();
   const std::vector<Candidate> chosen = chosen_;
   const auto p_at_gate = p_at_gate_;
   std::vector<Effect> in_order = fit_.robot.effects;
-  for (size_t k = 0; k < order.size(); ++k) {
+  for (int k = 0; k < std::ssize(order); ++k) {
     chosen_[k] = chosen[order[k]];
     p_at_gate_[k] = p_at_gate[order[k]];
     in_order[in_fit(k)] = fit_.robot.effects[in_fit(order[k])];
@@ -379,13 +379,13 @@ void EffectModel::refit(const std::vector<Effect>& start) {
 void EffectModel::start_from(const std::vector<Effect>& start) {
   Robot robot = fit_.robot;
   robot.effects.resize(declared_);
-  for (size_t k = 0; k < chosen_.size(); ++k) {
+  for (int k = 0; k < chosen_count(); ++k) {
     Effect effect = chosen_[k].effect;
     const auto& old = start.empty() ? fit_.robot.effects : start;
-    const size_t place = static_cast<size_t>(declared_) + k;
+    const int place = in_fit(k);
     const BoundEffect bound(effect, robot, campaign_.temperature_names);
     const size_t count = bound.coefficient_count();
-    if (place < old.size() && same_form(old[place], effect) &&
+    if (place < std::ssize(old) && same_form(old[place], effect) &&
         old[place].coefficients.size() == count)
       effect.coefficients = old[place].coefficients;
     effect.coefficients.resize(count);
@@ -440,7 +440,7 @@ EffectModel::View EffectModel::view() {
 
 CandidateScore EffectModel::score_of(const std::vector<int>& chosen) {
   std::vector<int> effects;
-  for (int k : chosen) effects.push_back(in_fit(static_cast<size_t>(k)));
+  for (int k : chosen) effects.push_back(in_fit(k));
   return score_of(chosen, linear().without(effects));
 }
 
@@ -454,7 +454,7 @@ CandidateScore EffectModel::score_of(const std::vector<int>& chosen,
 
 // The weights of the readings are those of the model with the effect, so that both sums of squares
 // are of the same equations.
-CandidateScore EffectModel::refitted_score_of(size_t k) {
+CandidateScore EffectModel::refitted_score_of(int k) {
   constexpr int kKeepLaw = 1;  // one round: the law of the present fit
   Robot robot = fit_.robot;
   robot.effects.erase(robot.effects.begin() + in_fit(k));
@@ -465,7 +465,7 @@ CandidateScore EffectModel::refitted_score_of(size_t k) {
   without.sigma = fit_.sigma;
   without.degrees_of_freedom = fit_.degrees_of_freedom;
   const double before = Linearization(without, campaign_).residual_norm();
-  CandidateScore score = score_of({static_cast<int>(k)});
+  CandidateScore score = score_of({k});
   score.gain = std::max(0.0, before - linear().residual_norm());
   score.score = ebic_fall(is_shrunken(chosen_[k].effect), chosen_[k].log_choices,
                           score.degrees_of_freedom, score.gain, before, linear().residual_freedom());

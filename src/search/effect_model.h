@@ -29,14 +29,15 @@ class EffectModel {
   const CalibrationResult& fit() const { return fit_; }
   /// The chosen candidates, in the order of the effects of the model.
   const std::vector<Candidate>& chosen() const { return chosen_; }
+  int chosen_count() const { return static_cast<int>(chosen_.size()); }
   /// Number of effects before the chosen ones: those that were declared and those that are held.
   int declared() const { return declared_; }
   /// Index of the k-th chosen candidate among the effects of the model.
-  int in_fit(size_t k) const { return declared_ + static_cast<int>(k); }
+  int in_fit(int k) const { return declared_ + k; }
   /// The p with which the k-th chosen candidate was added; none if it replaced another one.
-  std::optional<double> p_at_gate(size_t k) const { return p_at_gate_[k]; }
+  std::optional<double> p_at_gate(int k) const { return p_at_gate_[k]; }
   /// Whether the k-th chosen candidate has coefficients that its law allows.
-  bool is_allowed(size_t k) const;
+  bool is_allowed(int k) const;
   /// Whether the model has this effect, declared or chosen.
   bool contains(const Effect& effect) const;
   /// The distortion of space with most coefficients among the candidates.
@@ -44,10 +45,10 @@ class EffectModel {
 
   /// How many members of the k-th chosen candidate, a family, these readings show: those whose
   /// largest coefficient alone would lower BIC.
-  int members_shown(size_t k);
+  int members_shown(int k);
 
   void add(const Candidate& candidate, double p);
-  void exchange(size_t k, const Candidate& candidate);
+  void exchange(int k, const Candidate& candidate);
   void drop(const std::vector<int>& ascending);
   /// Replaces chosen families by their members, each as a chosen candidate of its own; they still
   /// share their prior deviation. False if there is none.
@@ -66,7 +67,7 @@ class EffectModel {
   /// Completes the fit with what refits during a search omit (see refit.h).
   void complete();
   /// The same with the chosen candidates in another order.
-  void complete_in_order(const std::vector<size_t>& order);
+  void complete_in_order(const std::vector<int>& order);
 
   /// The fit as a linear problem. Valid until the next change, as view() is.
   const Linearization& linear();
@@ -100,7 +101,7 @@ class EffectModel {
   CandidateScore score_of(const std::vector<int>& chosen, const Linearization::Loss& loss);
   /// What the k-th chosen candidate explains by a refit without it, under the same law of the
   /// readings.
-  CandidateScore refitted_score_of(size_t k);
+  CandidateScore refitted_score_of(int k);
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
@@ -125,8 +126,8 @@ class EffectModel {
  private:
   Refined best_of(const std::vector<Candidate>& candidates, int effect);
   Refined with_best_frequency(const Candidate& found, int effect);
-  void drop_impossible_members(size_t k);
-  std::vector<double> t_of_members(size_t k) const;
+  void drop_impossible_members(int k);
+  std::vector<double> t_of_members(int k) const;
   Candidate alone(const Effect& single) const;
   bool is_allowed(const Candidate& candidate, const std::vector<Coefficient>& fitted) const;
   double standard_deviation(int effect, Eigen::Index coefficient) const;

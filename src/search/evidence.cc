@@ -37,7 +37,7 @@ bool moves_station(const Effect& effect) {
 
 // Contains the uncertainty of the frequency, if that was searched.
 std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
-                              const TraceResult& result, size_t chosen) {
+                              const TraceResult& result, int chosen) {
   const int effect = model.in_fit(chosen);
   const auto poses = static_cast<int>(campaign.pose_ids.size());
   std::optional<Cycle> cycle = fixed_cycle(result.fit, result.bootstrap_draws, effect, poses);
@@ -70,14 +70,14 @@ bool same_claim(const Candidate& a, const Candidate& b) {
 
 // Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect that
 // occurs with others has none alone.
-void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::InPlace& in_place,
+void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPlace& in_place,
                  TracedEffect& traced) {
   const int effect = model.in_fit(chosen);
   const Candidate& found = model.chosen()[chosen];
   if (found.only_together) return;
   const Linearization& fit = model.linear();
   const std::vector<Candidate>& candidates = model.scan().candidates();
-  const CandidateScore own = model.score_of({static_cast<int>(chosen)});
+  const CandidateScore own = model.score_of({chosen});
   const auto& [scores, imitations] = in_place;
   std::vector<int> listed;
   for (int k : best_first(scores)) {
@@ -111,15 +111,15 @@ void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::I
 
 // What a curve without a name must score, its choices not counted, to reject the cause of an
 // effect.
-double score_to_beat(EffectModel& model, size_t chosen) {
+double score_to_beat(EffectModel& model, int chosen) {
   const Candidate& found = model.chosen()[chosen];
   if (!found.from_catalogue) return std::numeric_limits<double>::infinity();
-  return model.score_of({static_cast<int>(chosen)}).score + 2 * found.log_choices + kRuledOut;
+  return model.score_of({chosen}).score + 2 * found.log_choices + kRuledOut;
 }
 
 // All candidates in the place of one of the chosen effects, but those that are neither rivals nor
 // curves that reject its cause.
-ProjectedCandidates::InPlace candidates_in_place_of(EffectModel& model, size_t chosen) {
+ProjectedCandidates::InPlace candidates_in_place_of(EffectModel& model, int chosen) {
   double most_choices = 0;
   for (const Candidate& candidate : model.scan().candidates())
     most_choices = std::max(most_choices, candidate.log_choices);
@@ -129,7 +129,7 @@ ProjectedCandidates::InPlace candidates_in_place_of(EffectModel& model, size_t c
 
 // Whether a curve without a name, of the same parameter, explains the readings so much better that
 // the cause is rejected.
-bool is_beaten(EffectModel& model, size_t chosen, const std::vector<CandidateScore>& scores) {
+bool is_beaten(EffectModel& model, int chosen, const std::vector<CandidateScore>& scores) {
   const double least = score_to_beat(model, chosen);
   const std::vector<Candidate>& candidates = model.scan().candidates();
   for (size_t k = 0; k < candidates.size(); ++k) {
@@ -151,7 +151,7 @@ std::vector<double> values_at_readings(const Effect& effect, const Campaign& cam
     evaluate(effect.shape, value, of_shape.data());
     value = 0;
     for (size_t k = 0; k < effect.coefficients.size(); ++k)
-      value += effect.coefficients[k].value * of_shape[static_cast<Eigen::Index>(k)];
+      value += effect.coefficients[k].value * of_shape[k];
   }
   return values;
 }
@@ -187,20 +187,19 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
   for (size_t a = 0; a < chosen.size(); ++a)
     for (size_t b = 0; b < chosen.size(); ++b)
       place[a][b] = same_place(chosen[a].effect, chosen[b].effect);
-  std::vector<size_t> order(chosen.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+  std::vector<int> order(chosen.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     return std::pair(place[a].dot(share), found.of_group[a]) >
            std::pair(place[b].dot(share), found.of_group[b]);
   });
   const double wide = student_t_975(poses - 1);
   std::vector<VarianceShare> shares;
-  for (size_t k : order) {
-    const auto own = static_cast<Eigen::Index>(k);
-    const double half = wide * found.standard_deviation(Eigen::VectorXd::Unit(effects, own));
+  for (int k : order) {
+    const double half = wide * found.standard_deviation(Eigen::VectorXd::Unit(effects, k));
     const Eigen::VectorXd behind = place[order.front()] - place[k];
-    shares.push_back({share[own],
-                      {std::max(0.0, share[own] - half), std::min(1.0, share[own] + half)},
+    shares.push_back({share[k],
+                      {std::max(0.0, share[k] - half), std::min(1.0, share[k] + half)},
                       behind.dot(share) <= wide * found.standard_deviation(behind)});
   }
   model.complete_in_order(order);
@@ -212,11 +211,11 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
 // its sign. A member of a family has the evidence of the whole family.
 std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
   std::vector<int> found;
-  for (size_t k = 0; k < model.chosen().size(); ++k) {
+  for (int k = 0; k < model.chosen_count(); ++k) {
     const Effect& effect = fitted.effects[model.in_fit(k)];
     if (effect.coefficients.size() != 1 || effect.family) continue;
     const auto [low, high] = effect.coefficients.front().ci95;
-    if (low <= 0 && high >= 0) found.push_back(static_cast<int>(k));
+    if (low <= 0 && high >= 0) found.push_back(k);
   }
   return found;
 }
@@ -224,7 +223,7 @@ std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
 }  // namespace
 
 std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
-                                               size_t chosen) {
+                                               int chosen) {
   const Candidate& step = model.chosen()[chosen];
   if (!has_at(step.effect.shape.kind) || step.effect.driver.kind == DriverKind::session)
     return std::nullopt;
@@ -284,6 +283,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.best_score = search.best_score;
   result.null_run = search.null_run;
   result.remaining_p = search.remaining_p;
+  result.shown_family = search.shown_family;
   if (shares.empty()) return result;
   if (options.progress) options.progress("searching for rivals of the effects");
   result.bootstrap_draws =
@@ -298,7 +298,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   }
   const std::vector<Candidate>& chosen = model.chosen();
   const CrossValidation left_out(model.linear(), options.seed);
-  for (size_t k = 0; k < chosen.size(); ++k) {
+  for (int k = 0; k < model.chosen_count(); ++k) {
     TracedEffect& traced = result.effects.emplace_back();
     Effect& fitted = result.fit.robot.effects[model.in_fit(k)];
     traced.effect = fitted;
@@ -319,7 +319,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     traced.incomplete = std::count_if(chosen.begin(), chosen.end(), [&](const Candidate& other) {
                           return same_place(other.effect, chosen[k].effect);
                         }) > 1;
-    const double score = model.score_of({static_cast<int>(k)}).score;
+    const double score = model.score_of({k}).score;
     const GainLeftOut cv = left_out.of_effect(model.in_fit(k));
     const std::optional<double> at_gate = model.p_at_gate(k);
     const double p = at_gate ? *at_gate : model.chance_of(score);

@@ -121,9 +121,9 @@ void ModelSearch::find_effects() {
 // not come back.
 bool ModelSearch::drop_half_shown() {
   std::vector<int> half_shown;
-  for (size_t k = 0; k < model_.chosen().size(); ++k)
+  for (int k = 0; k < model_.chosen_count(); ++k)
     if (is_half_shown(k)) {
-      half_shown.push_back(static_cast<int>(k));
+      half_shown.push_back(k);
       rejected_.insert(model_.chosen()[k].effect.name);
     }
   if (half_shown.empty()) return false;
@@ -164,15 +164,14 @@ bool ModelSearch::step() {
     const GainLeftOut cv = left_out->of(projected.directions(candidate));
     if (cv.gain <= cv.error) continue;
     const double p = model_.chance_of(scores[candidate].score);
-    if (p >= model_.significance() ||
-        static_cast<int>(model_.chosen().size()) == options_.max_effects) {
+    if (p >= model_.significance() || model_.chosen_count() == options_.max_effects) {
       result_.remaining_p = p;
       failed_at_gate_ = true;
       return false;
     }
     model_.add(model_.refined(candidates()[candidate], -1), p);
     barred_.clear();
-    settle_place_of(model_.chosen().size() - 1);
+    settle_place_of(model_.chosen_count() - 1);
     return true;
   }
   return false;
@@ -226,8 +225,8 @@ bool ModelSearch::is_new_model() {
 
 // Whether the event of a chosen family may as well be that of the station or of the tool, which are
 // moved more often than an arm is bent: not excluded by odds of 1000 to 1.
-bool ModelSearch::may_be_knock(size_t k) {
-  const double least = model_.score_of({static_cast<int>(k)}).score - 2 * std::log(1000.0);
+bool ModelSearch::may_be_knock(int k) {
+  const double least = model_.score_of({k}).score - 2 * std::log(1000.0);
   const DriverKind driver = model_.chosen()[k].effect.driver.kind;
   const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
       least, std::vector<int>{model_.in_fit(k)}, [&](int candidate) {
@@ -240,7 +239,7 @@ bool ModelSearch::may_be_knock(size_t k) {
 
 // Whether a chosen family whose effects occur together shows in too few of them, or, as an event, at
 // no time. Of a load the one sign and the ratio of the compliances speak for the weaker axes.
-bool ModelSearch::is_half_shown(size_t k) {
+bool ModelSearch::is_half_shown(int k) {
   // Of a campaign. The time of a step that is just clear enough to be found (a fall of 30) lies within
   // 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no event.
   constexpr double kOneTime = 0.1;

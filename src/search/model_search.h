@@ -16,6 +16,7 @@ struct SearchResult {
   double best_score = 0;                       ///< of the last scan
   double remaining_p = 1;  ///< family-wise p of the best candidate that was not added
   NullRun null_run;
+  std::string shown_family{};  ///< see TraceResult
 };
 
 /// Searches for the effects that the model lacks. Forward steps add one candidate each; after each,

@@ -26,7 +26,7 @@ void ModelSearch::settle_inner_values() {
 // The same between the steps of a search, where effects share the place of one. What one of them
 // explains too little a further one would make up for, so that two cycles of a gear train a
 // hundredth off are seen as three.
-void ModelSearch::settle_place_of(size_t chosen) {
+void ModelSearch::settle_place_of(int chosen) {
   const Effect effect = model_.chosen()[chosen].effect;
   const auto is_there = [&](const Candidate& other) { return same_place(other.effect, effect); };
   if (std::ranges::count_if(model_.chosen(), is_there) > 1)
@@ -40,11 +40,11 @@ void ModelSearch::settle_inner_values(const std::function<bool(const Candidate&)
     const std::vector<Candidate>& chosen = model_.chosen();
     std::vector<Candidate> settled = chosen;
     bool changed = false;
-    for (size_t k = 0; k < chosen.size(); ++k) {
+    for (int k = 0; k < model_.chosen_count(); ++k) {
       if (!asked(chosen[k])) continue;
       const auto best = model_.with_best_inner_values(chosen[k], model_.in_fit(k));
       if (!best || same_form(best->candidate.effect, chosen[k].effect)) continue;
-      if (least > 0 && best->score < model_.score_of({static_cast<int>(k)}).score + least) continue;
+      if (least > 0 && best->score < model_.score_of({k}).score + least) continue;
       settled[k] = best->candidate;
       changed = true;
     }
@@ -59,7 +59,7 @@ void ModelSearch::drop_idle() {
   for (;;) {
     int idle = -1;
     double least = 0;
-    for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k) {
+    for (int k = 0; k < model_.chosen_count(); ++k) {
       const double score = model_.score_of({k}).score;
       const bool impossible = !model_.is_allowed(k);
       if (score > least && !impossible) continue;
@@ -76,10 +76,10 @@ void ModelSearch::drop_idle() {
 // along a direction that the readings hardly determine, the model is not linear, and the constants
 // of a refit take up what the effect seems to explain.
 void ModelSearch::drop_by_refit() {
-  for (int k = static_cast<int>(model_.chosen().size()) - 1; k >= 0; --k)
+  for (int k = model_.chosen_count() - 1; k >= 0; --k)
     if (model_.refitted_score_of(k).score <= 0) {
       model_.drop({k});
-      k = static_cast<int>(model_.chosen().size());
+      k = model_.chosen_count();
     }
 }
 
@@ -90,14 +90,17 @@ void ModelSearch::split_families() {
   constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it
   for (;;) {
     std::vector<int> weak;
-    for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k)
+    for (int k = 0; k < model_.chosen_count(); ++k)
       if (model_.chosen()[k].effect.family && model_.score_of({k}).score <= 0) weak.push_back(k);
     if (weak.empty()) break;
     const CandidateScore together = model_.score_of(weak);
-    if (together.gain > kAic * together.degrees_of_freedom)
+    if (together.gain > kAic * together.degrees_of_freedom) {
+      if (together.score > 0)
+        result_.shown_family = model_.chosen()[weak.front()].effect.family->name;
       model_.hold(weak);
-    else
+    } else {
       model_.drop(weak);
+    }
   }
   for (CalibrationResult& stage : result_.stages) {
     std::vector<Effect> singles;
@@ -121,13 +124,12 @@ void ModelSearch::hold_family_of_most_arms() {
   const Eigen::VectorXd without = errors_left_out(model_.fit().robot);
   if (!add_beside_found(family)) return;
   if (errors_left_out(model_.fit().robot).mean() > without.mean()) {
-    model_.drop({static_cast<int>(model_.chosen().size()) - 1});
+    model_.drop({model_.chosen_count() - 1});
     return;
   }
   std::vector<int> singles(model_.chosen().back().effect.members.size());
   model_.split_families();
-  std::iota(singles.begin(), singles.end(),
-            static_cast<int>(model_.chosen().size() - singles.size()));
+  std::iota(singles.begin(), singles.end(), model_.chosen_count() - std::ssize(singles));
   model_.hold(singles);
 }
 
@@ -135,7 +137,7 @@ void ModelSearch::hold_family_of_most_arms() {
 // the compliance of an axis does that of an eccentricity: where masses are not known its torque is
 // sine and cosine of the angle. False if no member is left.
 bool ModelSearch::add_beside_found(Candidate family) {
-  const auto found = static_cast<int>(model_.chosen().size());
+  const int found = model_.chosen_count();
   const auto directions = [&] {
     std::vector<int> count;
     for (int k = 0; k < found; ++k) count.push_back(model_.score_of({k}).degrees_of_freedom);

@@ -23,7 +23,7 @@ class ModelSearch {
               const TraceOptions& options)
       : options_(options),
         campaign_(campaign),
-        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, {}},
+        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, {}, {}},
         model_(result_.model) {
     result_.stages.push_back(model_.fit());
   }
@@ -46,8 +46,8 @@ class ModelSearch {
   void begin_with(const Effect& effect);
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
-  bool is_half_shown(size_t k);
-  bool may_be_knock(size_t k);
+  bool is_half_shown(int k);
+  bool may_be_knock(int k);
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 
   // Revisions (search_revisions.cc).
@@ -59,14 +59,14 @@ class ModelSearch {
   bool was_taken_back(const Effect& a, const Effect& b) const;
   bool leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const;
   std::optional<Revision> best_revision(KnownCauses known_causes);
-  std::optional<EffectModel::Refined> cycle_in_place_of(size_t curve, double least,
+  std::optional<EffectModel::Refined> cycle_in_place_of(int curve, double least,
                                                         const ProjectedCandidates::Place& place);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
 
   // At the end (search_end.cc).
   void settle_inner_values();
-  void settle_place_of(size_t chosen);
+  void settle_place_of(int chosen);
   void settle_inner_values(const std::function<bool(const Candidate&)>& asked, double least);
   void drop_idle();
   void drop_by_refit();

@@ -31,7 +31,7 @@ bool ModelSearch::revise(KnownCauses known_causes) {
     }
     // What a circle of two comes back to keeps its view, no more: views are large.
     if (left.size() > 1) left[left.size() - 2].forget_view();
-    const size_t revised = revision->effect;
+    const int revised = revision->effect;
     if (revision->other) {
       model_.exchange(revised, *revision->other);
       if (is_half_shown(revised)) {
@@ -73,12 +73,12 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
   const ProjectedCandidates& projected = model_.view().projected;
   const std::vector<Candidate>& chosen = model_.chosen();
   std::vector<std::vector<int>> each;
-  for (size_t k = 0; k < chosen.size(); ++k) each.push_back({model_.in_fit(k)});
+  for (int k = 0; k < model_.chosen_count(); ++k) each.push_back({model_.in_fit(k)});
   const std::vector<ProjectedCandidates::Place> places = projected.places_of(each);
   std::optional<Revision> best;
   double most = 0;
-  for (size_t k = 0; k < chosen.size(); ++k) {
-    const double own = model_.score_of({static_cast<int>(k)}, places[k].loss).score;
+  for (int k = 0; k < model_.chosen_count(); ++k) {
+    const double own = model_.score_of({k}, places[k].loss).score;
     const double least = std::max(own, 0.0) + kMinFallToExchange;
     const bool by_known = chosen[k].from_catalogue && known_causes == KnownCauses::stay;
     const std::vector<CandidateScore> scores =
@@ -102,7 +102,7 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
         was_taken_back(chosen[k].effect, refined->effect))
       continue;
     most = fall;
-    best = {static_cast<int>(k), refined};
+    best = {k, refined};
   }
   return best;
 }
@@ -111,7 +111,7 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
 // than `least`. Between two steps of the periodogram a clear cycle loses more than the coefficients
 // of a curve cost, so the two are compared at the best frequency.
 std::optional<EffectModel::Refined> ModelSearch::cycle_in_place_of(
-    size_t curve, double least, const ProjectedCandidates::Place& place) {
+    int curve, double least, const ProjectedCandidates::Place& place) {
   constexpr double kLostBetweenSteps = 0.1;  // of the gain, at most: 6 % by the amplitude
   const Candidate& chosen = model_.chosen()[curve];
   if (chosen.from_catalogue || chosen.frequency_resolution > 0) return std::nullopt;
@@ -145,11 +145,11 @@ bool ModelSearch::merge_into_spline(size_t least) {
   std::vector<int> merged;
   int curve = -1;
   double most = kMinFallToExchange;
-  for (size_t first = 0; first < chosen.size(); ++first) {
+  for (int first = 0; first < model_.chosen_count(); ++first) {
     std::vector<int> together, effects;
-    for (size_t k = first; k < chosen.size(); ++k)
+    for (int k = first; k < model_.chosen_count(); ++k)
       if (same_place(chosen[k].effect, chosen[first].effect)) {
-        together.push_back(static_cast<int>(k));
+        together.push_back(k);
         effects.push_back(model_.in_fit(k));
       }
     const bool seen = std::any_of(chosen.begin(), chosen.begin() + first, [&](const auto& c) {

@@ -60,8 +60,7 @@ WithoutEffects without_effects(const CalibrationResult& fit, const SessionModels
   const Eigen::VectorXd y = own.completeOrthogonalDecomposition().solve(value);
   WithoutEffects without{models.robot_at(-fit.inverse_root * y), y.squaredNorm()};
   for (size_t effect : descending)
-    without.robot.effects.erase(without.robot.effects.begin() +
-                                static_cast<std::ptrdiff_t>(effect));
+    without.robot.effects.erase(without.robot.effects.begin() + effect);
   return without;
 }
 
@@ -102,6 +101,7 @@ void fall_back_to_geometry(Training& training) {
   trace.fit = trace.stages.front();
   trace.stages.push_back(trace.fit);
   trace.effects.clear();
+  trace.shown_family.clear();
   trace.bootstrap_draws.resize(0, 0);
   training.quality = assess(trace.fit, *training.sound);
   training.errors = errors_of_stages(training);

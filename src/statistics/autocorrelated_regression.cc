@@ -50,16 +50,16 @@ WeightedSums sum_weighted(const Eigen::MatrixXd& columns, const Eigen::VectorXd&
 // Integrated correlation time of the residual, in samples: the number of samples that count as one
 // independent sample.
 double correlation_time(const WeightedSums& sums) {
-  const Eigen::Index bins = sums.residual.size();
+  const auto bins = static_cast<int>(sums.residual.size());
   const double power = sums.residual.squaredNorm();
   if (power == 0) return sums.samples_per_bin;
   double time = 1;
-  Eigen::Index lag = 1;
-  for (; lag < bins && static_cast<double>(lag) < kTimesSummed * time; ++lag)
+  int lag = 1;
+  for (; lag < bins && lag < kTimesSummed * time; ++lag)
     time += 2 * sums.residual.head(bins - lag).dot(sums.residual.tail(bins - lag)) / power;
   // Each fitted column lowers each of the 2 lag + 1 correlations by time / bins.
   const auto fitted_lags = static_cast<double>(sums.columns.cols() * (2 * lag + 1));
-  time = std::max(time, 1.0) * (1 + fitted_lags / static_cast<double>(bins));
+  time = std::max(time, 1.0) * (1 + fitted_lags / bins);
   return time * sums.samples_per_bin;
 }
 
@@ -75,12 +75,13 @@ Spread spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
   const WeightedSums sums = sum_weighted(fitted, residual, weight);
   const double total = weight.squaredNorm();
   const double samples = total * total / weight.array().square().square().sum();
-  const auto cosines = static_cast<Eigen::Index>(
+  const double freedom = std::floor(
       std::clamp(samples / (kSamplesPerCosine * correlation_time(sums)), kMinCosines, kMaxCosines));
+  const auto cosines = static_cast<int>(freedom);
   // Cosines of the weights' own time have nothing in common with the estimate.
   Eigen::MatrixXd cosine(sums.passed.size(), cosines);
-  for (Eigen::Index j = 0; j < cosines; ++j)
-    cosine.col(j) = (std::numbers::pi * static_cast<double>(j + 1) * sums.passed).array().cos();
+  for (int j = 0; j < cosines; ++j)
+    cosine.col(j) = (std::numbers::pi * (j + 1) * sums.passed).array().cos();
   const Eigen::MatrixXd on_columns = cosine.transpose() * sums.columns;
   const Eigen::VectorXd on_residual = cosine.transpose() * sums.residual;
   // Weighted cosines are orthogonal in their own time, each of square norm total / 2; what they
@@ -88,7 +89,6 @@ Spread spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
   Eigen::MatrixXd gram = -on_columns * on_columns.transpose();
   gram.diagonal().array() += total / 2;
   const double energy = on_residual.dot(gram.ldlt().solve(on_residual));
-  const auto freedom = static_cast<double>(cosines);
   return {std::max(energy, 0.0) / freedom * total, freedom};
 }
 

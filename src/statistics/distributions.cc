@@ -72,11 +72,11 @@ double binomial_at_least(int count, int trials, double probability) {
 
 double hypergeometric_at_least(int count, int drawn, int marked, int all) {
   if (count <= std::max(0, drawn + marked - all)) return 1;
-  const Hypergeometric law(static_cast<unsigned>(marked), static_cast<unsigned>(drawn),
-                                 static_cast<unsigned>(all));
-  return math::cdf(math::complement(law, static_cast<unsigned>(count - 1)));
+  const Hypergeometric law(marked, drawn, all);
+  const unsigned fewer = count - 1;
+  return math::cdf(math::complement(law, fewer));
 }
 
-double student_t_975(int dof) { return student_t_quantile(0.975, std::max(1, dof)); }
+double student_t_975(double dof) { return student_t_quantile(0.975, std::max(1.0, dof)); }
 
 }  // namespace armtrue

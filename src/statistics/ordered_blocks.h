@@ -17,7 +17,7 @@ inline thread_local bool is_block_worker = false;
 
 /// Asked for once: the answer comes from a file of the system.
 inline int machine_threads() {
-  static const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  static const int threads = std::max(1u, std::thread::hardware_concurrency());
   return threads;
 }
 

@@ -14,10 +14,17 @@ double normal_length_exceeded(double probability) {
 
 double median(std::vector<double> values) {
   if (values.empty()) throw std::invalid_argument("median: there are no values");
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+double quantile(std::vector<double> values, double share) {
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
 }
 
 ErrorSummary summarize(std::vector<double> errors) {
@@ -33,11 +40,11 @@ ErrorSummary summarize(std::vector<double> errors) {
   summary.rms = std::sqrt(sum_of_squares / count);
   // Linear between order statistics.
   const double place = 0.95 * (count - 1);
-  const auto below = static_cast<size_t>(place);
-  const auto at = errors.begin() + below;
+  const double below = std::floor(place);
+  const auto at = errors.begin() + static_cast<size_t>(below);
   std::nth_element(errors.begin(), at, errors.end());
   const double above = at + 1 < errors.end() ? *std::min_element(at + 1, errors.end()) : *at;
-  summary.p95 = *at + (place - static_cast<double>(below)) * (above - *at);
+  summary.p95 = *at + (place - below) * (above - *at);
   summary.max = *std::max_element(at, errors.end());
   return summary;
 }

@@ -27,6 +27,13 @@ std::optional<double> read_number(std::string_view text) {
   return value;
 }
 
+std::optional<int> read_whole_number(std::string_view text) {
+  const auto value = read_number(text);
+  if (!value || *value != std::floor(*value)) return std::nullopt;
+  if (std::abs(*value) > std::numeric_limits<int>::max()) return std::nullopt;
+  return static_cast<int>(*value);
+}
+
 NumberText number_text(double value) {
   if (value == 0) return NumberText("0");  // no "-0"
   return number_in_form("{}", value);

@@ -8,7 +8,7 @@ namespace {
 
 // Bytes of the character that begins at `at`; 0 if none does.
 size_t length_of_character(std::string_view text, size_t at) {
-  const auto byte = [&](size_t k) { return static_cast<std::uint8_t>(text[k]); };
+  const auto byte = [&](size_t k) -> std::uint8_t { return text[k]; };
   const std::uint8_t first = byte(at);
   if (first < 0x80) return 1;
   const size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
@@ -27,9 +27,8 @@ Utf8Character character_at(std::string_view text, size_t at) {
   const size_t length = length_of_character(text, at);
   if (length == 0) return {};
   constexpr char32_t kFirstBits[] = {0, 0x7F, 0x1F, 0x0F, 0x07};
-  char32_t code = static_cast<std::uint8_t>(text[at]) & kFirstBits[length];
-  for (size_t k = 1; k < length; ++k)
-    code = code << 6 | (static_cast<std::uint8_t>(text[at + k]) & 0x3F);
+  char32_t code = text[at] & kFirstBits[length];
+  for (size_t k = 1; k < length; ++k) code = code << 6 | (text[at + k] & 0x3F);
   return {code, length};
 }
 
@@ -46,7 +45,7 @@ std::string as_utf8(std::string_view text) {
   if (is_utf8(text)) return std::string(text);
   std::string utf8;
   for (const char c : text) {
-    const auto byte = static_cast<std::uint8_t>(c);
+    const std::uint8_t byte = c;
     if (byte < 0x80) {
       utf8 += c;
     } else {

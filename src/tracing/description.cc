@@ -289,6 +289,11 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::nothing_to_explain:
       return text + "; nothing to explain: what is left is noise";
     case Verdict::not_separable:
+      if (result.trace.effects.empty())
+        return text + fmt::format(
+                          "; '{}' is there, but these poses cannot tell in which parts: all "
+                          "of 'held_by_priors' share it",
+                          result.trace.shown_family);
       return text + "; the cause is one of several that these poses cannot distinguish";
     case Verdict::too_few_poses:
       return text + fmt::format("; too few poses to explain the rest: measure some {} more",

@@ -44,8 +44,7 @@ CalibrationResult without_doubtful(const TraceResult& trace, const Campaign& cam
   Robot robot = fit.robot;
   for (size_t k = trace.effects.size(), last = robot.effects.size(); k-- > 0;)
     if (is_of_no_rigid_arm(trace.effects[k]))
-      robot.effects.erase(robot.effects.begin() +
-                          static_cast<std::ptrdiff_t>(last - trace.effects.size() + k));
+      robot.effects.erase(robot.effects.begin() + (last - trace.effects.size() + k));
   CalibrationOptions near;
   near.start_near(fit);
   return calibrate(robot, campaign, fit.set, near);

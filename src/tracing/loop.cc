@@ -310,6 +310,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                              .outside_p = result.outside_p,
                              .left_out_together = !result.left_out_together.empty(),
                              .is_explained = !result.explanation.empty(),
+                             .shown_family = !result.trace.shown_family.empty(),
                              .angles_read_early = result.common_backlash.has_value()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
@@ -389,8 +390,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
     result.curves.push_back(effect_curve(result.trace.fit, *training.sound, declared + k,
                                          result.trace.bootstrap_draws));
-  result.held.assign(effects.begin() + static_cast<std::ptrdiff_t>(robot.effects.size()),
-                     effects.begin() + declared);
+  result.held.assign(effects.begin() + robot.effects.size(), effects.begin() + declared);
   set_pattern(result);
   result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
   result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");

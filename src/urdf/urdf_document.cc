@@ -131,7 +131,7 @@ void refuse_xacro(const std::string& text, const std::string& file) {
     throw InputError(fmt::format(
         "{0}:{1}: contains xacro macros that are not expanded; write 'xacro {0} > robot.urdf' and "
         "take robot.urdf",
-        file, 1 + std::count(text.begin(), text.begin() + static_cast<long>(tag->begin), '\n')));
+        file, 1 + std::count(text.begin(), text.begin() + tag->begin, '\n')));
   }
 }
 

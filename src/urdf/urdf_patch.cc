@@ -48,8 +48,8 @@ std::vector<Pose> frames_at_zero(const KinematicChain& chain) {
 // The tool in the frame of the last driven link.
 Pose tool_behind_joints(const KinematicChain& chain) {
   Pose tool;
-  const auto first = static_cast<size_t>(link_of_joint(chain, joint_count(chain) - 1)) + 1;
-  for (size_t j = first; j < chain.links.size(); ++j) tool = tool * link_transform(chain.links[j]);
+  const int first = link_of_joint(chain, joint_count(chain) - 1) + 1;
+  for (int j = first; j < link_count(chain); ++j) tool = tool * link_transform(chain.links[j]);
   return tool * chain.tool;
 }
 
@@ -80,10 +80,10 @@ std::string why_another_arm(const KinematicChain& own, const KinematicChain& nom
   if (!std::ranges::equal(own.links, nominal.links, same_kinds))
     return fmt::format("with other joints; {}", kTakeThisArm);
   const std::vector<Pose> frames = frames_at_zero(own), expected = frames_at_zero(nominal);
-  for (size_t j = 0; j < frames.size(); ++j) {
+  for (int j = 0; j < std::ssize(frames); ++j) {
     const auto [distance, angle] =
-        frames_apart(frames[j], expected[j], j + 1 == frames.size());
-    const int joint = static_cast<int>(j);
+        frames_apart(frames[j], expected[j], j + 1 == std::ssize(frames));
+    const int joint = j;
     if (joint_link(own, joint).sign == joint_link(nominal, joint).sign && distance < kSameArm &&
         angle < kSameArmAngle)
       continue;
@@ -122,8 +122,7 @@ void take_last_frame_of(const KinematicChain& nominal, KinematicChain& chain) {
   const Pose tool = inverse(moved) * tool_behind_joints(chain);
   chain.links[last].theta = nominal.links[last].theta;
   chain.links[last].r = nominal.links[last].r;
-  std::copy(nominal.links.begin() + static_cast<long>(last) + 1, nominal.links.end(),
-            chain.links.begin() + static_cast<long>(last) + 1);
+  std::copy(nominal.links.begin() + last + 1, nominal.links.end(), chain.links.begin() + last + 1);
   chain.tool = {};
   chain.tool = inverse(tool_behind_joints(chain)) * tool;
 }
@@ -218,8 +217,7 @@ ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& r
   // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
   if (kept.tool || has_no_place) {
     const int last = link_of_joint(wanted, joint_count(wanted) - 1);
-    for (size_t j = static_cast<size_t>(last) + 1; j < wanted.links.size(); ++j)
-      wanted.links[j] = nominal.chain.links[j];
+    for (int j = last + 1; j < link_count(wanted); ++j) wanted.links[j] = nominal.chain.links[j];
     wanted.tool = nominal.chain.tool;
   }
   const Pose tool = tool_behind_joints(wanted);

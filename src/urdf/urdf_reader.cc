@@ -254,14 +254,14 @@ std::vector<ChainJoint> with_axes_merged(const std::vector<ChainJoint>& chain) {
 // How the links of the joints that move, in their order, follow each other.
 void add_couplings(const std::vector<const ChainJoint*>& moving, KinematicChain& chain) {
   std::vector<double> offsets(moving.size(), 0.0);
-  for (size_t j = 0; j < moving.size(); ++j) {
+  for (int j = 0; j < std::ssize(moving); ++j) {
     offsets[j] = moving[j]->shift;
     for (const ChainMimic& mimic : moving[j]->follows) {
       const auto leader = std::ranges::find(moving, mimic.joint,
                                             [](const ChainJoint* joint) { return joint->name; });
       const auto followed = static_cast<int>(leader - moving.begin());
-      chain.couplings.push_back({static_cast<int>(j), followed, mimic.multiplier,
-                                 zero_of(std::as_const(chain.links[followed]))});
+      chain.couplings.push_back(
+          {j, followed, mimic.multiplier, zero_of(std::as_const(chain.links[followed]))});
       offsets[j] += mimic.offset;
     }
   }

@@ -18,7 +18,7 @@ USES = {
     "certification": ["calibration", "path/registration"],
     "search": ["calibration"],
     "tracing": ["diagnosis", "search", "text"],
-    "diagnosis": ["calibration"],
+    "diagnosis": ["calibration", "text"],
     "planning": ["tracing"],
     "path": ["effects", "statistics"],
     "path/registration": ["path"],

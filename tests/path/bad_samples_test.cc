@@ -180,7 +180,7 @@ TEST(BadSamples, ALostLockMayLast) {
   const Path programmed = path_of(plant::program(plant::Shape::spiral));
   const Path clean = pass_of(plant::Shape::spiral, cell(2));
   for (const Eigen::Vector3d& other : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1.4, -0.2, 0.9)})
-    for (const Index first : {Index{0}, Index{200}, clean.samples() - 30}) {
+    for (const Index first : {0, 200, clean.samples() - 30}) {
       Path pass = clean;
       pass.position.middleCols(first, 30).colwise() = other;
       const std::vector<BadSample> bad = find_bad_samples(programmed, pass);

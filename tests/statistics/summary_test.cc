@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
+#include <vector>
 
 #include "armtrue/statistics/intervals.h"
 
@@ -35,6 +36,24 @@ TEST(Statistics, SummaryIsThatOfSortedErrors) {
     EXPECT_DOUBLE_EQ(summary.p95, errors[below] + share * (above - errors[below])) << count;
     EXPECT_EQ(summary.max, errors.back()) << count;
   }
+}
+
+TEST(Statistics, QuantileIsAnOrderStatistic) {
+  const std::vector<double> values{7, 1, 9, 3, 5};
+  EXPECT_EQ(quantile(values, 0), 1);
+  EXPECT_EQ(quantile(values, 0.5), 5);
+  EXPECT_EQ(quantile(values, 0.9), 7);  // place 3.6
+  EXPECT_EQ(quantile(values, 1), 9);
+}
+
+TEST(Statistics, MeanOfNumbersAndOfMembers) {
+  struct Item {
+    Eigen::Vector2d place;
+  };
+  const std::vector<Item> items{{{1, 4}}, {{2, 0}}, {{6, 2}}};
+  EXPECT_EQ(mean_of(items, &Item::place), Eigen::Vector2d(3, 2));
+  EXPECT_EQ(mean_of(items, [](const Item& item) { return item.place.x() * item.place.y(); }),
+            16.0 / 3);
 }
 
 TEST(Statistics, MedianOfNothingIsAnError) {

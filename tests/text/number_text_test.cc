@@ -19,6 +19,13 @@ TEST(NumberText, IsTheShortestThatReadsBack) {
   EXPECT_EQ(number_text(-424.2775 * kMillimetre, kMillimetre), "-424.2775");
 }
 
+TEST(NumberText, WholeNumbersAreThoseOfAnInt) {
+  EXPECT_EQ(read_whole_number("+7"), 7);
+  EXPECT_EQ(read_whole_number("-2147483647"), -2147483647);
+  for (const char* text : {"", "7.5", "7a", "2147483648", "1e99", "inf", "nan"})
+    EXPECT_FALSE(read_whole_number(text)) << text;
+}
+
 RC_GTEST_PROP(NumberText, AnyNumberReadsBack, (double value)) {
   RC_PRE(std::isfinite(value));
   RC_ASSERT(std::strtod(number_text(value).c_str(), nullptr) == value);

@@ -145,6 +145,9 @@ struct Campaign {
   int skipped_rows = 0;  ///< rows without a measurement
 
   int rows() const { return static_cast<int>(q.size()); }
+  int poses() const { return static_cast<int>(pose_ids.size()); }
+  /// Number of the targets; 1 where there is no column of them.
+  int targets() const { return std::max(1, static_cast<int>(target_names.size())); }
   bool has_orientation() const { return !orientation.empty(); }
   /// True if each row reads one number (distance, touch, coordinate, pixel), not a point.
   bool has_distances() const { return !distance.empty(); }
@@ -189,9 +192,7 @@ struct Campaign {
   /// Number of the pose, quantity and profile point of a row, below poses_by_quantity(). All rows
   /// with one number have the same error of the model.
   int pose_by_quantity(int row) const;
-  size_t poses_by_quantity() const {
-    return pose_ids.size() * static_cast<size_t>(quantities()) * longest_profile;
-  }
+  size_t poses_by_quantity() const { return pose_ids.size() * quantities() * longest_profile; }
   /// For every row, the number of its pose in the order of the ids (`P2` before `P10`). Unlike
   /// `pose`, it does not depend on the order of the rows.
   std::vector<int> pose_by_id() const;

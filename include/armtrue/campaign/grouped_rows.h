@@ -11,6 +11,11 @@ namespace armtrue {
 struct GroupedRows {
   std::vector<int> first{0}, row;
 
+  /// Adds a group of these rows.
+  void add(std::span<const int> rows) {
+    row.insert(row.end(), rows.begin(), rows.end());
+    first.push_back(static_cast<int>(row.size()));
+  }
   int groups() const { return static_cast<int>(first.size()) - 1; }
   std::span<const int> rows(int group) const {
     return std::span<const int>(row).subspan(first[group], first[group + 1] - first[group]);

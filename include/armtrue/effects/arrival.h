@@ -17,7 +17,7 @@ class Arrival {
 
   /// Goes to the next visit.
   void go_to(const JointVector& q) {
-    for (int j = 0; j < static_cast<int>(q.size()); ++j) {
+    for (int j = 0; j < q.size(); ++j) {
       const double motion = q[j] - moved_last_[j];
       if (std::abs(motion) <= kMinMotion) continue;
       const bool reverses = motion * stroke_[j] < 0;

@@ -158,6 +158,15 @@ struct KinematicChain {
 };
 
 inline int link_count(const KinematicChain& chain) { return static_cast<int>(chain.links.size()); }
+inline int target_count(const KinematicChain& chain) {
+  return static_cast<int>(chain.targets.size());
+}
+inline int anchor_count(const KinematicChain& chain) {
+  return static_cast<int>(chain.anchors.size());
+}
+inline int contact_count(const KinematicChain& chain) {
+  return static_cast<int>(chain.contacts.size());
+}
 
 /// Number of the driven joints.
 int joint_count(const KinematicChain& chain);

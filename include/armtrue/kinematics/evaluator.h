@@ -32,14 +32,12 @@ class LaneJacobians {
   Eigen::Index columns() const { return columns_; }
   void set_columns(Eigen::Index columns) { columns_ = columns; }
   /// The entries (row, column) of all poses.
-  double* entries(int row, int column) {
-    return entries_.data() + static_cast<size_t>(kCount * (6 * column + row));
-  }
+  double* entries(int row, int column) { return entries_.data() + kCount * (6 * column + row); }
 
  private:
   Eigen::Index columns_ = 0;
-  alignas(kCount * sizeof(double))
-      std::array<double, static_cast<size_t>(kCount * 6 * kMaxGeometricParameters)> entries_;
+  alignas(kCount *
+          sizeof(double)) std::array<double, kCount * 6 * kMaxGeometricParameters> entries_;
 };
 
 /// Some columns of a Jacobian.

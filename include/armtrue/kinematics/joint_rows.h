@@ -71,11 +71,9 @@ class JointRows {
 
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  Row operator[](size_t row) {
-    return Row(numbers_.data() + static_cast<std::ptrdiff_t>(row) * joints_, joints_);
-  }
+  Row operator[](size_t row) { return Row(numbers_.data() + row * joints_, joints_); }
   ConstRow operator[](size_t row) const {
-    return ConstRow(numbers_.data() + static_cast<std::ptrdiff_t>(row) * joints_, joints_);
+    return ConstRow(numbers_.data() + row * joints_, joints_);
   }
   Row front() { return (*this)[0]; }
   ConstRow front() const { return (*this)[0]; }
@@ -99,11 +97,11 @@ class JointRows {
     push_back(JointVector(of...));
   }
   /// Room for as many rows of as many joints as the first has.
-  void reserve(size_t rows) { numbers_.reserve(rows * static_cast<size_t>(joints_)); }
+  void reserve(size_t rows) { numbers_.reserve(rows * joints_); }
   void resize(size_t count, const JointVector& q) {
-    if (count < size_) numbers_.resize(count * static_cast<size_t>(joints_));
+    if (count < size_) numbers_.resize(count * joints_);
     size_ = std::min(size_, count);
-    numbers_.reserve(count * static_cast<size_t>(q.size()));  // growth would take twice the memory
+    numbers_.reserve(count * q.size());  // growth would take twice the memory
     while (size_ < count) push_back(q);
   }
   void assign(size_t count, const JointVector& q) {

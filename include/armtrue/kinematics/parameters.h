@@ -77,9 +77,13 @@ enum class LinkParameter { alpha, d, theta, r, beta };
 constexpr int link_parameter(int link, LinkParameter which) {
   return kFirstLinkParameter + kParametersPerLink * link + static_cast<int>(which);
 }
+/// Its place among those of its link.
+constexpr int place_in_link(int index) {
+  return (index - kFirstLinkParameter) % kParametersPerLink;
+}
 /// The kind of a parameter of the links.
 constexpr LinkParameter kind_of_parameter(int index) {
-  return static_cast<LinkParameter>((index - kFirstLinkParameter) % kParametersPerLink);
+  return static_cast<LinkParameter>(place_in_link(index));
 }
 
 /// The zero offset of a joint, to which the encoder value is added: theta of a revolute joint, r of
@@ -102,20 +106,19 @@ inline int zero_of_link(const KinematicChain& chain, int link) {
 
 /// Index of the first anchor's x.
 inline int first_anchor_parameter(const KinematicChain& chain) {
-  return layout_of(chain).targets + 3 * static_cast<int>(chain.targets.size());
+  return layout_of(chain).targets + 3 * target_count(chain);
 }
 
 /// Index of the first contact's x.
 inline constexpr int kFirstIntrinsic = 7;
 inline constexpr int kParametersOfContact = kFirstIntrinsic + kIntrinsics;
 inline int first_contact_parameter(const KinematicChain& chain) {
-  return first_anchor_parameter(chain) + 4 * static_cast<int>(chain.anchors.size());
+  return first_anchor_parameter(chain) + 4 * anchor_count(chain);
 }
 
 /// Number of parameters of a chain, its targets, anchors and contacts included.
 inline int parameter_count(const KinematicChain& chain) {
-  return first_contact_parameter(chain) +
-         kParametersOfContact * static_cast<int>(chain.contacts.size());
+  return first_contact_parameter(chain) + kParametersOfContact * contact_count(chain);
 }
 
 /// Those of the parameters of a contact that change what it reads: place of a point, place and

@@ -38,7 +38,7 @@ struct PathAccuracy {
   /// Of a pass about the barycentre, per axis of a plane, of all planes together: the root of
   /// sum_ij l_ij^2 over 2 (n - 1) planes [m]; 0 for one pass.
   double scatter = 0;
-  Eigen::Index planes = 0;  ///< met by all passes; the others do not count
+  int planes = 0;  ///< met by all passes; the others do not count
 };
 
 /// `passes`: cross_normal_planes() of each. Throws std::invalid_argument if there is none, or no

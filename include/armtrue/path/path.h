@@ -18,7 +18,7 @@ struct Path {
   JointMatrix q;                 ///< encoder values [rad or m]
   Eigen::Matrix3Xd force;        ///< on the tool [N], in the axes of `position`
 
-  Eigen::Index samples() const { return time.size(); }
+  int samples() const { return static_cast<int>(time.size()); }
   bool has_orientation() const { return orientation.cols() > 0; }
   bool has_joints() const { return q.cols() > 0; }
   bool has_force() const { return force.cols() > 0; }

@@ -117,6 +117,9 @@ struct TraceResult {
   double best_score = 0;  ///< of the last scan; 0 or less if nothing is left to explain
   NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
+  /// The family of which these readings show that it is there, but no member of it: all of them
+  /// stay in the model by their common prior. Empty: none.
+  std::string shown_family{};
   /// Parameters of the links that the robot file does not let a fit identify, though the readings
   /// show them. Then there is no effect, because it would take their place; those that are found
   /// beside all parameters stand in LeftOut::beside.

@@ -24,6 +24,6 @@ double hypergeometric_at_least(int count, int drawn, int marked, int all);
 
 /// Half width of a 95 % interval in standard deviations: the 0.975 quantile of Student's t. Fewer
 /// than one degree of freedom count as one.
-double student_t_975(int dof);
+double student_t_975(double dof);
 
 }  // namespace armtrue

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 namespace armtrue {
@@ -15,8 +16,21 @@ ErrorSummary summarize(std::vector<double> errors);
 /// Returns the length x with P(|v| > x) = probability, v of three independent N(0, 1) components.
 double normal_length_exceeded(double probability);
 
+/// Sum of value(item), numbers or vectors, over the number of items, of which there is at least
+/// one. `value`: a function, or a member of the items.
+template <typename Items, typename Value>
+auto mean_of(const Items& items, const Value& value) {
+  auto sum = std::invoke(value, items.front());
+  for (size_t k = 1; k < items.size(); ++k) sum += std::invoke(value, items[k]);
+  return sum /= static_cast<double>(items.size());
+}
+
 /// Throws std::invalid_argument if there are no values.
 double median(std::vector<double> values);
+
+/// The value at the place share (n - 1), rounded down, of the n sorted values, of which there is at
+/// least one; `share` from 0 to 1.
+double quantile(std::vector<double> values, double share);
 
 /// Robust standard deviation about zero: from the median of |x|, then ten times from the root mean
 /// square of the values within three standard deviations; both are made consistent for a normal

@@ -8,7 +8,8 @@ namespace armtrue {
 /// Characters to insert, remove or replace that turn one text into the other (Levenshtein).
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The text in lower case; only the letters of ASCII change.
+/// The text in lower or upper case; only the letters of ASCII change.
 std::string lower_case(std::string_view text);
+std::string upper_case(std::string_view text);
 
 }  // namespace armtrue

@@ -27,6 +27,9 @@ void require_finite(double value);
 /// the text is no number.
 std::optional<double> read_number(std::string_view text);
 
+/// The same of a whole number that an int holds.
+std::optional<int> read_whole_number(std::string_view text);
+
 /// The shortest decimal that reads back as exactly this number. The number must be finite, as in
 /// the functions below.
 NumberText number_text(double value);

@@ -41,6 +41,7 @@ struct Grounds {
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
   bool is_explained = false;       ///< what is left has a cause, see explanation_of_rest()
+  bool shown_family = false;       ///< see TraceResult::shown_family
   bool angles_read_early = false;  ///< see common_backlash()
 };
 
@@ -55,10 +56,11 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
 /// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a
-/// rival of the catalogue, or all backlash is that of angles that were read early; a curve without a
-/// known cause does not count as another cause. Without a known noise `unknown_noise` takes the
-/// place of those that follow. `too_few_poses` if the held-out error exceeds `floor_high`: then it
-/// is not shown that nothing is left.
+/// rival of the catalogue, if a family was found of which no member is shown, or all backlash is
+/// that of angles that were read early; a curve without a known cause does not count as another
+/// cause. Without a known noise `unknown_noise` takes the place of those that follow.
+/// `too_few_poses` if the held-out error exceeds `floor_high`: then it is not shown that nothing is
+/// left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

@@ -24,9 +24,8 @@ std::string date_text(YamlMap& map, const std::string& key) {
   const bool is_read =
       text.size() == 10 &&
       std::sscanf(text.c_str(), "%4d-%2d-%2d%n", &year, &month, &day, &used) == 3 && used == 10;
-  const std::chrono::year_month_day date{std::chrono::year(year),
-                                         std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
   if (!is_read || text.find_first_not_of("0123456789-") != std::string::npos || !date.ok())
     map.fail(key, "'" + text + "' is no date; write YYYY-MM-DD, such as 2026-03-31");
   return text;

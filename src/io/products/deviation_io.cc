@@ -33,8 +33,7 @@ std::string write_pass_as_poses(const Path& programmed, const JointMatrix& q,
   for (const JointName& joint : joints) text += "," + joint.encoder();
   text += ",x_mm,y_mm,z_mm,sigma_mm";
   text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
-  const std::string sigma =
-      ',' + decimal_text(deviation.noise / std::sqrt(static_cast<double>(block)) / kMillimetre, 6);
+  const std::string sigma = ',' + decimal_text(deviation.noise / std::sqrt(block) / kMillimetre, 6);
   const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
   const Eigen::Matrix3Xd measured = wanted + deviation.whole;
   const Eigen::MatrixXd angles = interpolate(programmed.time, q, deviation.time);

@@ -124,9 +124,7 @@ YAML::Node causes_node(const ErrorMap& map, const ErrorMapSummary& summary) {
 YAML::Node grid_node(const Grid& grid) {
   YAML::Node node;
   node["box_mm"] = flow_list(box_of(grid.low, grid.high));
-  node["points"] =
-      flow_list({static_cast<double>(grid.count[0]), static_cast<double>(grid.count[1]),
-                 static_cast<double>(grid.count[2])});
+  node["points"] = flow_list(std::vector<double>(grid.count.begin(), grid.count.end()));
   return flow(node);
 }
 

@@ -20,7 +20,7 @@ struct FittedCoefficient {
 
 // The coefficients among the unknowns, in their order.
 std::vector<FittedCoefficient> fitted_coefficients(const CalibrationResult& result) {
-  size_t left = static_cast<size_t>(result.shared) - result.set.kept.size();
+  size_t left = result.shared - result.set.kept.size();
   std::vector<FittedCoefficient> coefficients;
   for (const Effect& effect : result.robot.effects)
     for (size_t k = 0; k < effect.coefficients.size() && left > 0; ++k, --left)
@@ -93,16 +93,13 @@ std::string write_correlations(const CalibrationResult& result) {
   std::string text = "parameter";
   for (const std::string& name : names) text += "," + csv_cell(name);
   const Eigen::MatrixXd& covariance = result.covariance;
-  for (size_t i = 0; i < names.size(); ++i) {
+  for (int i = 0; i < std::ssize(names); ++i) {
     text += "\n" + csv_cell(names[i]);
-    for (size_t j = 0; j < names.size(); ++j) {
-      const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
+    for (int j = 0; j < std::ssize(names); ++j) {
       text += ",";
-      const bool is_known = std::max(row, column) < covariance.rows();
-      const double scale =
-          is_known ? std::sqrt(covariance(row, row) * covariance(column, column)) : 0.0;
-      if (scale > 0)
-        text += decimal_text(std::clamp(covariance(row, column) / scale, -1.0, 1.0), 6);
+      const bool is_known = std::max(i, j) < covariance.rows();
+      const double scale = is_known ? std::sqrt(covariance(i, i) * covariance(j, j)) : 0.0;
+      if (scale > 0) text += decimal_text(std::clamp(covariance(i, j) / scale, -1.0, 1.0), 6);
     }
   }
   return text + "\n";

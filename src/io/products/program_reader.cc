@@ -133,7 +133,7 @@ class ProgramReader {
 
   void read_target() {
     Program& program = file_.program;
-    const auto joints = static_cast<int>(file_.joints.size());
+    const auto joints = std::ssize(file_.joints);
     JointVector q = JointVector::Zero(joints);
     int empty = 0;
     if (has_joints_)

@@ -58,8 +58,8 @@ void read_grid(YamlMap& map, Contact& contact) {
       map.fail(key, fmt::format("must be a whole number of corners, from 2 to {:.0f}", kMostCorners));
   if (columns * rows > kMostCorners) map.fail("rows", "times columns is more than a board has");
   if (pitch <= 0) map.fail("pitch_mm", "must be above zero");
-  for (int row = 0; row < static_cast<int>(rows); ++row)
-    for (int column = 0; column < static_cast<int>(columns); ++column)
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
       contact.points.push_back(
           {std::to_string(contact.points.size()), Eigen::Vector3d(column, row, 0) * pitch});
 }

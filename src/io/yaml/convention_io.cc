@@ -9,6 +9,7 @@
 #include "armtrue/io/link_names.h"
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/names.h"
 #include "io/yaml/link_io.h"
 
 namespace armtrue {
@@ -49,8 +50,8 @@ void begin_with_positioner(YamlMap& document, const KinematicChain& positioner, 
     if (std::ranges::find(links, link.name, &Link::name) != links.end())
       document.fail("positioner", "its link '" + link.name +
                                       "' has the name of a link of the arm; name it otherwise");
-  robot.ground_link = static_cast<int>(way.links.size()) - 1;
   const auto before_arm = static_cast<int>(way.links.size());
+  robot.ground_link = before_arm - 1;
   for (Body& body : robot.bodies) body.link += before_arm;
   for (Coupling& coupling : robot.chain.couplings) {
     coupling.follower += before_arm;
@@ -95,8 +96,8 @@ void read_links(YamlMap& map, KinematicChain& chain) {
       entry.fail("name", "'" + link.name + "' means something else; name the link otherwise");
     links.push_back(link);
   }
-  for (size_t j = 0; j < entries.size(); ++j) {
-    read_couplings(entries[j], static_cast<int>(j), chain);
+  for (int j = 0; j < std::ssize(entries); ++j) {
+    read_couplings(entries[j], j, chain);
     entries[j].finish();
   }
   try {
@@ -150,10 +151,8 @@ void use_positioner(YamlMap& document, Robot& robot) {
     if (forward)
       document.fail("ground_link", "stands beside 'positioner', which says the same; keep one");
     const std::string name = document.text("ground_link");
-    const auto found = std::ranges::find(robot.chain.links, name, &Link::name);
-    if (found == robot.chain.links.end())
-      document.fail("ground_link", "the robot has no link '" + name + "'");
-    robot.ground_link = static_cast<int>(found - robot.chain.links.begin());
+    robot.ground_link = find_name(robot.chain.links, name);
+    if (!robot.ground_link) document.fail("ground_link", "the robot has no link '" + name + "'");
   } else if (forward) {
     refuse_parameters(document, "names parameters of the chain from the part to the tool");
     YamlMap map = document.map("positioner");

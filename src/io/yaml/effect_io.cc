@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/yaml_text.h"
@@ -85,10 +86,9 @@ void read_sessions(YamlMap& map, Effect& effect) {
   std::vector<std::string>& sessions = effect.driver.sessions;
   sessions = map.texts("sessions");
   const std::string since = map.name("since");
-  const auto found = std::ranges::find(sessions, since) - sessions.begin();
-  if (found == 0 || found == std::ssize(sessions))
-    map.fail("since", "'" + since + "' is none of 'sessions' after the first");
-  effect.shape.at = static_cast<double>(found) - 0.5;
+  const int found = find_name(sessions, since).value_or(0);
+  if (found == 0) map.fail("since", "'" + since + "' is none of 'sessions' after the first");
+  effect.shape.at = found - 0.5;
 }
 
 }  // namespace
@@ -134,9 +134,8 @@ namespace {
 
 // Names of the coefficients by their places, as the writer gives them; empty if so many cannot be.
 std::vector<std::string> names_by_place(const Effect& effect, size_t count) {
-  const size_t members = effect.driver.kind == DriverKind::moment
-                             ? 1
-                             : static_cast<size_t>(group_size(effect.parameter));
+  const size_t members =
+      effect.driver.kind == DriverKind::moment ? 1 : group_size(effect.parameter);
   if (count % members != 0) return {};
   const std::vector<std::string> values =
       value_names(effect.shape, static_cast<int>(count / members));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -122,13 +123,12 @@ const char* key_of_zeros(const Link& followed) {
 
 int followed_link(const YamlMap& map, const std::string& name, int own,
                   const KinematicChain& chain) {
-  const auto found = std::ranges::find(chain.links, name, &Link::name);
-  if (found == chain.links.end()) map.fail(name, "the robot has no link '" + name + "'");
-  if (found->joint == JointKind::fixed)
+  const auto link = find_name(chain.links, name);
+  if (!link) map.fail(name, "the robot has no link '" + name + "'");
+  if (chain.links[*link].joint == JointKind::fixed)
     map.fail(name, "the link '" + name + "' is fixed: nothing follows it");
-  const auto link = static_cast<int>(found - chain.links.begin());
-  if (link == own) map.fail(name, "the joint of this link follows itself");
-  return link;
+  if (*link == own) map.fail(name, "the joint of this link follows itself");
+  return *link;
 }
 
 }  // namespace

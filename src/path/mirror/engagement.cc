@@ -91,8 +91,7 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   EngagementRecord record;
   if (n < 2) return record;
   const double period = (time[n - 1] - time[0]) / static_cast<double>(n - 1);
-  const auto width =
-      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kMinDuration / period)));
+  const auto width = std::max<Eigen::Index>(3, std::llround(kMinDuration / period));
   if (n / width < kMinBlocks) return record;
   const Eigen::VectorXd magnitude = signal.colwise().norm().transpose();
   const Air air = quiet_level(magnitude, width);
@@ -113,7 +112,7 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
       level / 2 > high ? std::min(high / (level / 2 - high), kMaxHidden) : kMaxHidden;
 
   Eigen::Index past = 0;  // first sample in air after the run before
-  Eigen::Index quiet = 0;
+  int quiet = 0;
   const auto add_air = [&](Eigen::Index from, Eigen::Index to) {
     for (Eigen::Index i = from; i < to; ++i, ++quiet) record.noise += signal.col(i).cwiseAbs2();
   };
@@ -132,7 +131,7 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
     past = run.last + 1;
   }
   add_air(past, n);
-  record.noise = (record.noise / static_cast<double>(std::max<Eigen::Index>(quiet, 1))).cwiseSqrt();
+  record.noise = (record.noise / std::max(quiet, 1)).cwiseSqrt();
   return record;
 }
 

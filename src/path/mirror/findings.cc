@@ -21,7 +21,7 @@ std::vector<Path> all_registered(const std::vector<Path>& passes, const std::vec
 
 double largest_of_noise(const MirrorFindings& findings) {
   const auto passes = static_cast<double>(findings.files.size());
-  const double samples = passes * static_cast<double>(findings.accuracy.path.planes);
+  const double samples = passes * findings.accuracy.path.planes;
   // That of the mean of the passes is smaller.
   const double noise = findings.result.deviation.noise * std::sqrt(passes);
   return noise * std::sqrt(-2 * std::log(-std::expm1(-std::log(2) / samples)));

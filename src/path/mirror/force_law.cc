@@ -142,7 +142,7 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
     const Eigen::Index axis = a;
     const Regression fit = regress(force, noise, beside, deviation_along(record, axis));
     auto coefficient = fit.coefficients.begin();
-    for (size_t i = 0; i < static_cast<size_t>(law.rank); ++i, ++coefficient) {
+    for (int i = 0; i < law.rank; ++i, ++coefficient) {
       ForceDirection& d = law.directions[i];
       if (!d.compliance) d.compliance.emplace();
       (*d.compliance)[a] = *coefficient;
@@ -176,9 +176,8 @@ ForceLaw force_law(const ForceRecord& record) {
     for (size_t a = 0; a < 3; ++a) {
       const Eigen::Index axis = a;
       forced.row(axis).array() -= law.offset[a].value;
-      for (size_t s = 0; s < law.reversals.size(); ++s)
-        forced.row(axis) -= law.reversals[s].step[a].value *
-                            beside.columns.col(static_cast<Eigen::Index>(s) + 1).transpose();
+      for (int s = 0; s < std::ssize(law.reversals); ++s)
+        forced.row(axis) -= law.reversals[s].step[a].value * beside.columns.col(s + 1).transpose();
     }
     law.magnitude = line_through_origin(record.force.colwise().norm(), forced.colwise().norm());
   }

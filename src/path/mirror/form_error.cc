@@ -18,7 +18,7 @@ namespace {
 // Of the form [Hz]: twice the cut-off of the seed paper, beyond which its correction follows
 // nothing. Of a step, 99 % of the power lies below.
 constexpr double kHighest = 2 * kPaperCutoff;
-constexpr Eigen::Index kNoiseBand = 2;     // up to this multiple of it: noise near the form
+constexpr int kNoiseBand = 2;              // up to this multiple of it: noise near the form
 constexpr double kLongestStretch = 20;     // [s]: 125 coefficients of the form
 constexpr double kStandsOut = 1e-3;       // chance of as much power in a band by noise
 // Of white noise: of n samples the mean square of second differences is as uncertain as that of
@@ -45,10 +45,10 @@ Eigen::Matrix3Xd across_in_motion(const Path& programmed, const Eigen::Matrix3Xd
 // The first `count` coefficients of the orthonormal cosine transform of each row.
 Eigen::Matrix3Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix3Xd>& samples,
                                   Eigen::Index count) {
-  const Eigen::Index n = samples.cols();
+  const auto n = static_cast<double>(samples.cols());
   Eigen::MatrixX3d sum = Eigen::MatrixX3d::Zero(count, 3);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double angle = std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+  for (int i = 0; i < samples.cols(); ++i) {
+    const double angle = std::numbers::pi * (i + 0.5) / n;
     const double twice = 2 * std::cos(angle);
     double before = twice / 2, cosine = 1;  // of -1 and 0 times the angle
     for (Eigen::Index k = 0; k < count; ++k) {
@@ -58,7 +58,7 @@ Eigen::Matrix3Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix3Xd>& samp
       cosine = next;
     }
   }
-  sum *= std::sqrt(2 / static_cast<double>(n));
+  sum *= std::sqrt(2 / n);
   sum.row(0) /= std::numbers::sqrt2;
   return sum.transpose();
 }
@@ -144,29 +144,28 @@ class FormSpectrum {
   }
 
   void add_stretch(const Eigen::Ref<const Eigen::Matrix3Xd>& across, double period) {
-    const Eigen::Index n = across.cols();
+    const auto n = static_cast<int>(across.cols());
     if (n < 2) return;
     // Coefficient k has the frequency k / (2 n period).
-    const double highest = 2 * kHighest * period * static_cast<double>(n);
-    const Eigen::Index of_form =
-        std::clamp<Eigen::Index>(static_cast<Eigen::Index>(highest) + 1, 1, n / 2);
-    const Eigen::Matrix3Xd z = cosine_transform(across, std::min(kNoiseBand * of_form, n));
-    const Eigen::Index of_noise = z.cols() - of_form;
+    const double highest = 2 * kHighest * period * n;
+    const int of_form = std::clamp(static_cast<int>(highest) + 1, 1, n / 2);
+    const int of_noise = std::min(kNoiseBand * of_form, n) - of_form;
+    const Eigen::Matrix3Xd z = cosine_transform(across, of_form + of_noise);
     noise_ += z.rightCols(of_noise) * z.rightCols(of_noise).transpose();
-    noise_count_ += static_cast<double>(of_noise);
+    noise_count_ += of_noise;
     form_ += z.leftCols(of_form) * z.leftCols(of_form).transpose();
     above_.power += across.squaredNorm() - z.leftCols(of_form).squaredNorm();
-    above_.count += static_cast<double>(n - of_form);
+    above_.count += n - of_form;
     for (Eigen::Index i = 1; i + 1 < n; ++i)
       differences_ += (across.col(i - 1) - 2 * across.col(i) + across.col(i + 1)).squaredNorm() / 6;
-    difference_count_ += static_cast<double>(n - 2);
-    samples_ += static_cast<double>(n);
+    difference_count_ += n - 2;
+    samples_ += n;
     size_t band = 0;
-    for (Eigen::Index first = 0, end = 1; first < of_form; first = end, end *= 2, ++band) {
-      const Eigen::Index count = std::min(end, of_form) - first;
+    for (int first = 0, end = 1; first < of_form; first = end, end *= 2, ++band) {
+      const int count = std::min(end, of_form) - first;
       if (band == bands_.size()) bands_.emplace_back();
       bands_[band].power += z.middleCols(first, count).squaredNorm();
-      bands_[band].count += static_cast<double>(count);
+      bands_[band].count += count;
     }
   }
 

@@ -131,7 +131,7 @@ double longest_gap(const Path& measured) {
 Pass register_pass(const Path& programmed, Path& record, size_t which,
                    const ClockOptions& options) {
   Pass pass;
-  pass.samples = static_cast<int>(record.samples());
+  pass.samples = record.samples();
   pass.lost = lost_samples(record);
   const auto check_number = [&] {
     if (!too_many(pass.bad, record)) return;
@@ -203,8 +203,7 @@ PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& me
   PathDeviation deviation = mean_of(programmed, measured, passes, 0, measured.size());
   const double halfway = 0.5 * (deviation.time[0] + deviation.time[deviation.time.size() - 1]);
   for (const Pass& pass : passes)
-    deviation.clock_covariance +=
-        pass.clock.covariance_at(halfway) / std::pow(static_cast<double>(passes.size()), 2);
+    deviation.clock_covariance += pass.clock.covariance_at(halfway) / std::pow(passes.size(), 2);
   return deviation;
 }
 

@@ -58,8 +58,9 @@ Eigen::Matrix3Xd trend_on(const Path& programmed, const std::vector<Corner>& cor
         (piece < jumps.size() ? deviation.breaks[piece] : deviation.time.size()) - 1;
     const double place = std::clamp((time - deviation.time[0]) / deviation.period,
                                     static_cast<double>(first), static_cast<double>(last));
-    const auto k = static_cast<Eigen::Index>(place);
-    const double share = place - static_cast<double>(k);
+    const double before = std::floor(place);
+    const auto k = static_cast<Eigen::Index>(before);
+    const double share = place - before;
     trend.col(i) =
         (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(std::min(k + 1, last));
   }

@@ -22,10 +22,10 @@ constexpr double kRounding = 1e-12;  // of the file, of the squared extents
 // RMS length of the means of blocks of some columns.
 double rms_of_blocks(const Eigen::Matrix3Xd& columns, Index length) {
   double square = 0;
-  Index blocks = 0;
+  int blocks = 0;
   for (Index first = 0; first + length <= columns.cols(); first += length, ++blocks)
     square += columns.middleCols(first, length).rowwise().mean().squaredNorm();
-  return blocks > 0 ? std::sqrt(square / static_cast<double>(blocks)) : 0;
+  return blocks > 0 ? std::sqrt(square / blocks) : 0;
 }
 
 // The principal axes of the positions about their mean.
@@ -36,7 +36,7 @@ struct Extents {
                                                 Eigen::ComputeFullU);
     squared = svd.singularValues();
     axes = svd.matrixU();
-    least = std::max(kRounding * squared[0], off * off * static_cast<double>(path.samples()));
+    least = std::max(kRounding * squared[0], off * off * path.samples());
   }
 
   Eigen::Vector3d squared;  // sums along the axes, the largest first [m^2]

@@ -154,9 +154,7 @@ Eigen::VectorXd solved(const Eigen::MatrixXd& columns, const Eigen::VectorXd& al
   return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(columns).solve(along);
 }
 
-double rms_along(const Eigen::VectorXd& values) {
-  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
-}
+double rms_along(const Eigen::VectorXd& values) { return std::sqrt(values.cwiseAbs2().mean()); }
 
 std::optional<TurnedRecord> find_turn(const Eigen::Matrix3Xd& position,
                                       const Eigen::Matrix3Xd& deviation,
@@ -209,11 +207,11 @@ std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
     across.push_back((deviation.col(k) + later.back() * velocity.col(k)).norm());
   }
   const size_t length = later.size() / kQuarters;
-  if (length < static_cast<size_t>(kFewestOfShape)) return std::nullopt;
+  if (std::cmp_less(length, kFewestOfShape)) return std::nullopt;
   std::vector<double> quarters;
   for (size_t i = 0; i < kQuarters; ++i) {
-    const auto begin = later.begin() + static_cast<std::ptrdiff_t>(i * length);
-    quarters.push_back(median({begin, begin + static_cast<std::ptrdiff_t>(length)}));
+    const auto begin = later.begin() + i * length;
+    quarters.push_back(median({begin, begin + length}));
   }
   lag.median = median(later);
   const auto upper = across.begin() + std::ssize(across) * 3 / 4;

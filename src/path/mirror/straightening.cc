@@ -9,12 +9,17 @@
 namespace armtrue {
 namespace {
 
+// Where a sample lies between two others, from 0 to 1.
+double share_between(Eigen::Index first, Eigen::Index i, Eigen::Index last) {
+  return static_cast<double>(i - first) / static_cast<double>(last - first);
+}
+
 // The largest distance of the values from the straight line between two samples, and its sample.
 std::pair<double, Eigen::Index> farthest(const Eigen::Matrix3Xd& values, Eigen::Index first,
                                          Eigen::Index last) {
   std::pair<double, Eigen::Index> most{0, first};
   for (Eigen::Index i = first + 1; i < last; ++i) {
-    const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+    const double share = share_between(first, i, last);
     const double off =
         (values.col(i) - (1 - share) * values.col(first) - share * values.col(last)).norm();
     if (off > most.first) most = {off, i};
@@ -82,9 +87,7 @@ void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(count), beside = Eigen::VectorXd::Zero(count);
   Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, count);
   const auto share_of = [&](Eigen::Index k, Eigen::Index i) {  // of the next point
-    const Eigen::Index from = points[k];
-    const Eigen::Index to = points[k + 1];
-    return static_cast<double>(i - from) / static_cast<double>(to - from);
+    return share_between(points[k], i, points[k + 1]);
   };
   const auto for_each = [&](const auto& visit) {
     Eigen::Index k = 0;

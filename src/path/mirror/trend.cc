@@ -19,24 +19,30 @@ double duration(const Eigen::VectorXd& time) { return time[time.size() - 1] - ti
 
 // Stein's estimate for a trend that kept the share `kept` of the noise.
 double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend, double kept) {
-  const auto n = static_cast<double>(trend.cols());
-  const double left = (deviation.normal - trend).colwise().squaredNorm().sum() / n;
+  const double left = (deviation.normal - trend).colwise().squaredNorm().mean();
   const double noise = 2 * deviation.noise * deviation.noise;
   return std::max(left - noise + 2 * noise * kept, noise * kept);
 }
 
+double samples_of(const PathDeviation& deviation) {
+  return static_cast<double>(deviation.time.size());
+}
+
+double pieces_of(const PathDeviation& deviation) {
+  return static_cast<double>(deviation.breaks.size() + 1);
+}
+
 // Share of the noise that piecewise smoothing keeps: each piece has a free constant.
 double kept_piecewise(const PathDeviation& deviation, double share) {
-  return share + static_cast<double>(deviation.breaks.size() + 1) /
-                     static_cast<double>(deviation.time.size());
+  return share + pieces_of(deviation) / samples_of(deviation);
 }
 
 // Share of the noise that polygons keep: a vertex is free in two components, and in its place along
 // the path unless it ends a piece.
 double kept_by_polygon(const PathDeviation& deviation, size_t points) {
   const auto all = static_cast<double>(points);
-  const double inner = all - 2 * static_cast<double>(deviation.breaks.size() + 1);
-  return (all + inner / 2) / static_cast<double>(deviation.time.size());
+  const double inner = all - 2 * pieces_of(deviation);
+  return (all + inner / 2) / samples_of(deviation);
 }
 
 // A long record reduced to runs of samples, evenly spread: they determine the cut-off as well.

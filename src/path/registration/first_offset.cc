@@ -12,13 +12,11 @@ namespace {
 
 // Speed, as chord over `window` [s], at times `period` apart from the first sample on.
 Eigen::VectorXd speed(const Path& path, double period, double window) {
-  const auto count = static_cast<Eigen::Index>(
-                         std::ceil((path.time[path.samples() - 1] - path.time[0]) / period)) +
-                     1;
+  const double steps = std::ceil((path.time[path.samples() - 1] - path.time[0]) / period);
+  const auto count = static_cast<Eigen::Index>(steps) + 1;
   const auto times = [&](double shift) -> Eigen::VectorXd {
-    return Eigen::VectorXd::LinSpaced(
-        count, path.time[0] + shift,
-        path.time[0] + shift + period * static_cast<double>(count - 1));
+    return Eigen::VectorXd::LinSpaced(count, path.time[0] + shift,
+                                      path.time[0] + shift + period * steps);
   };
   return (position_at(path, times(window / 2)) - position_at(path, times(-window / 2)))
              .colwise()
@@ -50,7 +48,7 @@ Eigen::VectorXd correlate(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
 
 double mean_square_distance(const Path& programmed, const Path& measured, double offset,
                             double rate) {
-  const Eigen::Index step = std::max<Eigen::Index>(1, measured.samples() / 5000);
+  const Eigen::Index step = std::max(1, measured.samples() / 5000);
   const Eigen::VectorXd time = measured.time(Eigen::seq(0, Eigen::last, step));
   const Eigen::Matrix3Xd position = measured.position(Eigen::all, Eigen::seq(0, Eigen::last, step));
   return (position - position_at(programmed, (time.array() - offset) / (1 + rate)))
@@ -65,9 +63,9 @@ double first_offset(const Path& programmed, const Path& measured) {
   const double window = std::max(3 * period, std::min(0.25, 0.05 * duration));
   const Eigen::VectorXd correlation =
       correlate(speed(measured, period, window), speed(programmed, period, window));
-  const auto last = static_cast<Eigen::Index>(std::ceil(duration / period));
-  const auto offset_of = [&](double k) {
-    return measured.time[0] - programmed.time[0] + (k - static_cast<double>(last)) * period;
+  const double last = std::ceil(duration / period);
+  const auto offset_of = [&](Eigen::Index k) {
+    return measured.time[0] - programmed.time[0] + (static_cast<double>(k) - last) * period;
   };
   // Candidates: the highest peaks (a raster fits again one line further), and offsets evenly spread
   // over all that are good (a stretch at constant speed fits anywhere). The right one is good:
@@ -87,13 +85,13 @@ double first_offset(const Path& programmed, const Path& measured) {
   };
   std::sort(peaks.begin(), peaks.end(), higher);
   peaks.resize(std::min(peaks.size(), kMaxTried));
-  const double highest = offset_of(static_cast<double>(peaks.front()));
+  const double highest = offset_of(peaks.front());
   for (size_t k = 0; k < places.size(); k += std::max<size_t>(1, places.size() / kMaxTried))
     peaks.push_back(places[k]);
   double best = highest;
   double least = kMaxPathDistance * kMaxPathDistance;
   for (const Eigen::Index k : peaks) {
-    const double offset = offset_of(static_cast<double>(k));
+    const double offset = offset_of(k);
     const double here = mean_square_distance(programmed, measured, offset);
     if (here >= least) continue;
     least = here;

@@ -94,12 +94,13 @@ FittedProcess fit_ornstein_uhlenbeck(const AxisSamples& samples) {
   const double duration = some.time[count - 1] - some.time[0];
   // [m]: no instrument reads more finely. A simulated record has no noise at all.
   constexpr double kMinNoise = 1e-7;
-  const double typical = std::max(
-      kMinNoise, std::sqrt(some.columns.col(0).squaredNorm() / static_cast<double>(count)));
+  const auto samples_of_fit = static_cast<double>(count);
+  const double typical =
+      std::max(kMinNoise, std::sqrt(some.columns.col(0).squaredNorm() / samples_of_fit));
   OrnsteinUhlenbeck best, unscaled;
   double least = std::numeric_limits<double>::infinity();
   // A grid over correlation time and deviation : noise; the overall scale follows in closed form.
-  for (double time = 4 * duration / static_cast<double>(count); time < 2 * duration; time *= 1.6) {
+  for (double time = 4 * duration / samples_of_fit; time < 2 * duration; time *= 1.6) {
     for (double ratio = 0.05; ratio < 60; ratio *= 1.6) {
       const double noise = typical / std::sqrt(1 + ratio * ratio);
       const OrnsteinUhlenbeck process{ratio * noise, time, noise};

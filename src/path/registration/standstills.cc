@@ -273,10 +273,7 @@ double rest_tolerance(const Eigen::VectorXd& times, const Eigen::Matrix3Xd& poin
     if (const Eigen::Index end = ends[begin]; end >= 0)
       extents.push_back(extent(points, begin, end).maxCoeff());
   if (extents.empty()) return kSmallestRest;
-  const auto calm = extents.begin() +
-                    static_cast<std::ptrdiff_t>(kCalmest * static_cast<double>(extents.size() - 1));
-  std::nth_element(extents.begin(), calm, extents.end());
-  return std::max(kSmallestRest, kRestFactor * *calm);
+  return std::max(kSmallestRest, kRestFactor * quantile(std::move(extents), kCalmest));
 }
 
 StandstillMatch match_by_clock(const std::vector<Standstill>& standstills,

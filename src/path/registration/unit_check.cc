@@ -50,8 +50,7 @@ std::optional<double> noise_of_samples(const Path& path) {
   constexpr std::array<double, 7> kBinomials = {1, -6, 15, -20, 15, -6, 1};
   constexpr double kIrregular = 0.01;
   if (path.samples() < kFewestSamples) return std::nullopt;
-  const double period =
-      (path.time[path.samples() - 1] - path.time[0]) / static_cast<double>(path.samples() - 1);
+  const double period = (path.time[path.samples() - 1] - path.time[0]) / (path.samples() - 1);
   std::vector<double> squares;
   for (Eigen::Index i = 0; i + 6 < path.samples(); ++i) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();

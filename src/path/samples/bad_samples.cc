@@ -79,19 +79,15 @@ class JumpFilter {
 
   // Goes from a good piece to those that the tool can have reached from there. After the last of
   // them the record never returns: such a step may be real, and longer pieces are kept.
-  void follow(size_t from, int direction) {
-    const auto end = static_cast<std::ptrdiff_t>(direction > 0 ? pieces_.size() : size_t(-1));
-    size_t good = from;
-    for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(from) + direction; k != end;
-         k += direction) {
-      const size_t piece = k;
+  void follow(std::ptrdiff_t from, int direction) {
+    const std::ptrdiff_t end = direction > 0 ? std::ssize(pieces_) : -1;
+    std::ptrdiff_t good = from;
+    for (std::ptrdiff_t piece = from + direction; piece != end; piece += direction) {
       if (is_zero(piece) || !goes_on(good, piece, direction)) continue;
       kept_[piece] = true;
       good = piece;
     }
-    for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(good) + direction; k != end;
-         k += direction) {
-      const size_t piece = k;
+    for (std::ptrdiff_t piece = good + direction; piece != end; piece += direction) {
       kept_[piece] = length(piece) > kMaxRun && !is_zero(piece);
     }
   }
@@ -154,7 +150,8 @@ std::vector<BadSample> find_bad_deviations(const Path& deviation, const Eigen::M
   // Travel along the program, one sample more on either side: the clock may be off by as much.
   const auto travel = [&](Index from, Index to) {
     double length = 0;
-    for (Index i = std::max<Index>(from, 1); i <= std::min(to + 1, deviation.samples() - 1); ++i)
+    for (Index i = std::max<Index>(from, 1); i <= std::min<Index>(to + 1, deviation.samples() - 1);
+         ++i)
       length += (wanted.col(i) - wanted.col(i - 1)).norm();
     return length;
   };
@@ -170,7 +167,7 @@ std::vector<BadSample> find_bad_deviations(const Path& deviation, const Eigen::M
 }
 
 bool too_many(const std::vector<BadSample>& bad, const Path& measured) {
-  return static_cast<double>(bad.size()) > kMaxBadShare * static_cast<double>(measured.samples());
+  return static_cast<double>(bad.size()) > kMaxBadShare * measured.samples();
 }
 
 TooManyBadSamples::TooManyBadSamples(size_t which, std::vector<BadSample> those)

@@ -56,7 +56,7 @@ class DepartureFilter {
                               const std::array<Difference, 2>& sides) const = 0;
   virtual void add_ends(std::vector<Run>& runs) const = 0;
 
-  Index size() const { return good_.size(); }
+  int size() const { return static_cast<int>(good_.size()); }
   Index side() const { return side_; }
   double period() const { return period_; }
   double threshold() const { return threshold_; }
@@ -93,10 +93,7 @@ class DepartureFilter {
  private:
   static constexpr Index kStretch = 64;  // samples with one estimate of the noise
 
-  bool crowded() const {
-    return static_cast<double>(path_.samples() - size()) >
-           kMaxBadShare * static_cast<double>(path_.samples());
-  }
+  bool crowded() const { return path_.samples() - size() > kMaxBadShare * path_.samples(); }
 
   // Whether the neighbours of a run follow each other with few gaps.
   bool is_dense(Index k, Index length) const {
@@ -132,7 +129,7 @@ class DepartureFilter {
         near.insert(near.end(), stretches[n].begin(), stretches[n].end());
       noise_[s] = std::max(usual_, from_squares(std::move(near)));
     }
-    threshold_ = normal_length_exceeded(kChance / static_cast<double>(size()));
+    threshold_ = normal_length_exceeded(kChance / size());
   }
 
   // Runs that differ from both sides by more than chance.
@@ -199,7 +196,7 @@ class DepartureFilter {
     std::vector<bool> touched(good_.size(), false), bad(good_.size(), false);
     for (const Run& run : runs) {
       const Index from = std::max<Index>(0, run.first - side());
-      const Index to = std::min(size(), run.first + run.length + side());
+      const Index to = std::min<Index>(size(), run.first + run.length + side());
       if (std::any_of(touched.begin() + from, touched.begin() + to, [](bool t) { return t; }))
         continue;
       std::fill(touched.begin() + from, touched.begin() + to, true);

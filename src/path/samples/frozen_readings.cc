@@ -26,11 +26,11 @@ struct Hold {
 std::vector<Hold> long_holds(const Eigen::Matrix3Xd& readings) {
   std::vector<Hold> holds;
   std::vector<double> lengths;
-  Index first = 0;
-  for (Index i = 1; i <= readings.cols(); ++i) {
+  int first = 0;
+  for (int i = 1; i <= readings.cols(); ++i) {
     if (i < readings.cols() && (readings.col(i) - readings.col(first)).norm() <= kStandstill)
       continue;
-    lengths.push_back(static_cast<double>(i - first));
+    lengths.push_back(i - first);
     holds.push_back({first, i - 1});
     first = i;
   }

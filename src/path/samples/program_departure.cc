@@ -18,14 +18,14 @@ Departure largest_departure(const Path& programmed, const Eigen::ArrayXd& times,
   constexpr Index kSide = kSideOfMotion;
   std::vector<Eigen::Matrix3Xd> at;  // positions of samples 0 .. 2 kSide + length - 1, by time
   const double middle = 0.5 * static_cast<double>(2 * kSide + length - 1);
-  for (Index k = 0; k < 2 * kSide + length; ++k)
-    at.push_back(position_at(programmed, times + (static_cast<double>(k) - middle) * period));
+  for (int k = 0; k < 2 * kSide + length; ++k)
+    at.push_back(position_at(programmed, times + (k - middle) * period));
   Neighbours around{};
   around.count = kSideOfMotion;
   around.ends = {0, static_cast<double>(length - 1)};
-  for (size_t k = 0; k < kSideOfMotion; ++k) {
-    around.before[k] = -1 - static_cast<double>(k);
-    around.after[k] = static_cast<double>(length) + static_cast<double>(k);
+  for (int k = 0; k < kSide; ++k) {
+    around.before[k] = -1 - k;
+    around.after[k] = static_cast<double>(length + k);
   }
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Departure most;
