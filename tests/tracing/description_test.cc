@@ -44,6 +44,15 @@ TEST(Description, PredictionImprovesIsSaidOfTheHeldOutPosesOnlyWhereTheyShowIt) 
   EXPECT_THAT(words(true, {not_shown}), ElementsAre(HasSubstr("; " + unclear + "; cause is one")));
 }
 
+TEST(Description, AFamilyOfWhichNoMemberIsShownHasItsName) {
+  LoopResult loop = found(true, {});
+  loop.verdict = Verdict::not_separable;
+  EXPECT_THAT(verdict_in_words(loop), HasSubstr("the cause is one of several"));
+  loop.trace.effects.clear();
+  loop.trace.shown_family = "thermal growth of the arm";
+  EXPECT_THAT(verdict_in_words(loop), HasSubstr("'thermal growth of the arm' is there"));
+}
+
 // What a knock leaves follows time too: beside it only clear evidence makes a drift the arm's.
 TEST(Description, BesideAKnockOfTheInstrumentADriftMayBeItsRest) {
   const Driver time{DriverKind::time, -1, -1, ""}, warm{DriverKind::temperature, -1, -1, "arm"};

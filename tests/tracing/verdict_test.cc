@@ -37,6 +37,16 @@ TEST(Verdict, AtTheFloorNothingIsLeft) {
   EXPECT_EQ(conclude(at_the_floor(kOne)), Verdict::closed);
 }
 
+// The arm moves, and nothing shows which of its parts.
+TEST(Verdict, AFamilyOfWhichNoMemberIsShownIsNotNothing) {
+  for (const auto& [effects, verdict] : {std::pair{kNone, Verdict::not_separable},
+                                         {kOne, Verdict::closed}}) {
+    Grounds grounds = at_the_floor(effects);
+    grounds.shown_family = true;
+    EXPECT_EQ(conclude(grounds), verdict);
+  }
+}
+
 TEST(Verdict, AnExplanationOfTheRestOverrulesAFloorHoweverLarge) {
   const std::vector<TracedEffect> rivals{with_a_rival()};
   for (const auto& effects : {kNone, kOne, rivals}) {
