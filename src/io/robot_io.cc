@@ -195,6 +195,26 @@ std::string section_of(ContactKind kind) {
   }
 }
 
+// The section that the owner of a parameter stands in.
+std::string section_of(Owner owner) {
+  switch (owner) {
+    case Owner::target:
+      return "targets";
+    case Owner::anchor:
+      return "anchors";
+    case Owner::beam:
+      return section_of(ContactKind::beam);
+    case Owner::camera:
+      return section_of(ContactKind::camera);
+    case Owner::board:
+      return section_of(ContactKind::board);
+    case Owner::contact:
+      return "contacts";
+    default:
+      return "links";
+  }
+}
+
 // `beams`, `cameras` and `boards` are contacts of their kinds.
 void read_beams_and_cameras(YamlMap& document, KinematicChain& chain) {
   for (const auto& [kind, read] :
@@ -334,10 +354,11 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   read_targets_and_anchors(document, robot.chain);
   read_contacts(document, robot.chain);
   read_beams_and_cameras(document, robot.chain);
-  if (const std::string twice = ambiguous_parameter(robot.chain); !twice.empty())
-    document.fail("links", "'" + twice +
-                               "' names two parameters; give the link, target, anchor or contact a "
-                               "name that does not end like the name of a parameter");
+  if (const auto twice = ambiguous_parameter(robot.chain))
+    document.fail(section_of(twice->owner),
+                  "'" + to_string(*twice) +
+                      "' names two parameters; give the link, target, anchor or contact a name that "
+                      "does not end like the name of a parameter");
   read_masses(document, robot);
   use_convention(document, robot);
   use_positioner(document, robot);

@@ -354,15 +354,15 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
   return std::nullopt;
 }
 
-std::string ambiguous_parameter(const KinematicChain& chain) {
+std::optional<Parameter> ambiguous_parameter(const KinematicChain& chain) {
   std::vector<Parameter> all;
   for (int index = 0; index < parameter_count(chain); ++index)
     all.push_back(parameter_of(chain, index));
   for (const Target& target : chain.targets)
     all.emplace_back(Owner::target, target.name, Parameter::kWhole);
   for (const Parameter& parameter : all)
-    if (const std::string text = to_string(parameter); Parameter(text) != parameter) return text;
-  return "";
+    if (Parameter(to_string(parameter)) != parameter) return parameter;
+  return std::nullopt;
 }
 
 std::optional<double> parameter_value(const KinematicChain& chain, int index) {

@@ -279,7 +279,7 @@ TEST(Parameters, ANameDoesNotDecideWhoseAParameterIs) {
   for (size_t j = 0; j < chain.links.size(); ++j) chain.links[j].name = names[j % names.size()];
   chain.targets = {{"1", {}}, {"nose.left", {}}};
   chain.anchors = {{"wall 2", {}}};
-  EXPECT_EQ(ambiguous_parameter(chain), "");
+  EXPECT_EQ(ambiguous_parameter(chain), std::nullopt);
   const ParameterLayout layout = layout_of(chain);
   for (int k = 0; k < parameter_count(chain); ++k) {
     const Parameter parameter(parameter_name(chain, k));
@@ -298,11 +298,11 @@ TEST(Parameters, ANameThatMeansTwoThingsIsFound) {
   KinematicChain chain;
   chain.links = six_axis_links();
   for (size_t j = 0; j < chain.links.size(); ++j) chain.links[j].name = "A" + std::to_string(j);
-  EXPECT_EQ(ambiguous_parameter(chain), "");
+  EXPECT_EQ(ambiguous_parameter(chain), std::nullopt);
   chain.targets = {{"1", {}}, {"1.x", {}}};
-  EXPECT_EQ(ambiguous_parameter(chain), "target 1.x");
+  EXPECT_EQ(to_string(*ambiguous_parameter(chain)), "target 1.x");
   chain.targets = {{"nose.theta", {}}};
-  EXPECT_EQ(ambiguous_parameter(chain), "target nose.theta");
+  EXPECT_EQ(to_string(*ambiguous_parameter(chain)), "target nose.theta");
 }
 
 }  // namespace

@@ -221,9 +221,9 @@ std::string parameter_name(const KinematicChain& chain, int index);
 /// parameter.
 std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& parameter);
 
-/// Two names that one text of a parameter or a group can mean, such as those of the targets `1` and
-/// `1.x`; empty if every text means one.
-std::string ambiguous_parameter(const KinematicChain& chain);
+/// A parameter or group whose text means another one too, such as target `1.x` beside the x of
+/// target `1`; nothing if every text means one.
+std::optional<Parameter> ambiguous_parameter(const KinematicChain& chain);
 
 /// The value of a parameter [m or rad]. Nothing of what changes and has no number of its own: a
 /// rotation of base, tool or contact, a coordinate of a contact that is turned or has no place, and
