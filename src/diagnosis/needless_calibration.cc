@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/worthwhile.h"
 #include "armtrue/diagnosis/suspicions.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 #include "diagnosis/plain_fit.h"
@@ -25,6 +27,12 @@ double mean_square_between(const Evaluation& a, const Evaluation& b) {
   return sum / static_cast<double>(a.residuals.size());
 }
 
+// False of a table of one axis: base and tool take up all that its link does.
+bool shows_links(const PlainFit& fit) {
+  const ParameterLayout layout = layout_of(fit.result.robot.chain);
+  return std::ranges::any_of(fit.result.set.kept, [&](int k) { return layout.is_of_links(k); });
+}
+
 }  // namespace
 
 std::optional<std::string> find_needless_calibration(const Robot& robot,
@@ -40,7 +48,7 @@ std::optional<std::string> find_needless_calibration(const Robot& robot,
   alone.effects.clear();
   try {
     const auto fit = fit_plainly(alone, campaign);
-    if (!fit) return std::nullopt;
+    if (!fit || !shows_links(*fit)) return std::nullopt;
     const Robot placed = placed_nominal(alone, fit->readings);
     const Evaluation by_file = evaluate(placed, fit->readings),
                      by_fit = evaluate(fit->result.robot, fit->readings);

@@ -458,6 +458,20 @@ TEST(SilentNumbers, AnArmThatNeedsNoCalibrationIsNamed) {
   }
 }
 
+// Base and tool take up all that a table of one axis does.
+TEST(SilentNumbers, ATableOfOneAxisIsAskedNothing) {
+  Robot table = spindle();
+  table.chain.links.resize(1);
+  table.chain.links.front().r = 0.5;
+  table.bodies.clear();
+  Robot truth = table;
+  truth.chain.tool.translation.x() += 1.5e-3;
+  const Campaign readings = simulate(table, truth,
+                                     {.poses = 60, .repeats = 2, .noise_position = 1e-4,
+                                      .noise_orientation = 1.5e-4, .seed = 1});
+  EXPECT_EQ(find_needless_calibration(table, readings), std::nullopt);
+}
+
 TEST(SilentNumbers, LimitsInAnotherUnitAreNamed) {
   const auto found = [](double factor) {
     Robot robot = spindle();
