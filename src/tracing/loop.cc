@@ -310,8 +310,8 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                              .outside_p = result.outside_p,
                              .left_out_together = !result.left_out_together.empty(),
                              .is_explained = !result.explanation.empty(),
-                             .shown_family = !result.trace.shown_family.empty(),
-                             .angles_read_early = result.common_backlash.has_value()});
+                             .angles_read_early = result.common_backlash.has_value(),
+                             .shown_family = !result.trace.shown_family.empty()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

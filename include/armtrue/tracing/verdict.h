@@ -41,8 +41,8 @@ struct Grounds {
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
   bool is_explained = false;       ///< what is left has a cause, see explanation_of_rest()
-  bool shown_family = false;       ///< see TraceResult::shown_family
   bool angles_read_early = false;  ///< see common_backlash()
+  bool shown_family = false;       ///< see TraceResult::shown_family
 };
 
 /// The mean of the backlash of the joints [rad], if more than half of them, three at least, have it
