@@ -342,13 +342,4 @@ std::string unknown_noise_in_words(const LoopResult& result) {
       result.after / kMillimetre);
 }
 
-std::vector<std::string> effect_descriptions(const LoopResult& result) {
-  std::vector<std::string> descriptions;
-  for (size_t k = 0; k < result.trace.effects.size(); ++k)
-    descriptions.push_back(in_words(result.trace.effects[k],
-                                    k < result.gains.size() ? &result.gains[k] : nullptr,
-                                    result.curves[k], result.trace.fit.robot));
-  return descriptions;
-}
-
 }  // namespace armtrue

@@ -25,9 +25,6 @@ std::string rejection_in_words(const LoopResult& result);
 /// the noise is known, or no instrument would read what is left.
 std::string unknown_noise_in_words(const LoopResult& result);
 
-/// in_words() of each effect of a loop.
-std::vector<std::string> effect_descriptions(const LoopResult& result);
-
 /// One sentence on an effect and its rival: what would change if the rival took its place, by how
 /// much the two differ, and which readings would separate them.
 std::string unidentifiable(const TracedEffect& traced, const Rival& rival);
