@@ -126,8 +126,8 @@ void warn_of_uncertain_frame(Command& command, const PathFile& pass, const Mirro
   const double rms = result.frame.rms();
   const bool is_most =
       std::numbers::pi / 4 * result.frame.mean_square > 0.5 * std::pow(result.expected_after, 2);
-  constexpr double kNothing = 0.01e-3;  // [m]: no arm is corrected so finely
-  if (!is_most || rms < kNothing) return;
+  constexpr double kFinestCorrection = 0.01e-3;  // [m]: no arm is corrected so finely
+  if (!is_most || rms < kFinestCorrection) return;
   command.warn(fmt::format(
       "{}: the frame that --fit-frame fits takes up a part of the deviation: across the path it is "
       "uncertain by {:.3g} mm (rms), most of the {:.3g} mm that are expected after the correction; "
@@ -283,14 +283,14 @@ void warn_of_prediction(Command& command, const PathFile& pass, const ForceLine&
 
 void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
                     const MirrorOptions& options) {
-  constexpr double kNothing = 1e-6, kTooMuch = 0.02;  // m: no arm bends so under a cut
+  constexpr double kNoBending = 1e-6, kMostBending = 0.02;  // m: no arm bends so under a cut
   const double most = deviation.colwise().norm().maxCoeff();
   const std::string found = fmt::format(
       "{}: the forces, {:.3g} N at most, make the tool deviate by up to {:.3g} mm",
       programmed.source, programmed.path.force.colwise().norm().maxCoeff(), most / kMillimetre);
-  if (most < kNothing)
+  if (most < kNoBending)
     command.warn(found + ", which is nothing: are they in N, and has --robot effects of them?");
-  if (most > kTooMuch)
+  if (most > kMostBending)
     command.warn(found + ", as no arm does that cuts: are they in N?");
   else if (most > options.max)
     command.warn(fmt::format("{}, and no correction is longer than {:g} mm (--max-mm)", found,

@@ -355,14 +355,14 @@ CalibrationResult refit(const Robot& robot, const Campaign& campaign, const Cali
 }
 
 NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign) {
-  constexpr double kNothing = 0.01;  // share from which no number of such poses would help
+  constexpr double kShareBeyondHelp = 0.01;  // share from which no number of such poses would help
   NearNominal result;
   double most = 0;
   for (int k = 0; k < std::ssize(fit.set.kept); ++k) {
     const double share = fit.share_of_readings[k];
     if (share >= kMostlyReadings) continue;
     result.parameters.push_back(k);
-    if (share > kNothing) most = std::max(most, (1 - share) / share);
+    if (share > kShareBeyondHelp) most = std::max(most, (1 - share) / share);
   }
   result.poses = static_cast<int>(std::ceil(most * campaign.poses()));
   return result;

@@ -107,13 +107,13 @@ struct Deleted {
 // See find_gross_poses().
 Deleted deleted(const Eigen::MatrixXd& shown, const Eigen::VectorXd& residual,
                 const Eigen::VectorXd& weight) {
-  constexpr double kLeast = 1e-6;
+  constexpr double kSmallestShareLeft = 1e-6;  // of a direction that this pose alone shows
   const Eigen::MatrixXd gram = shown * shown.transpose();
   const Eigen::VectorXd root = weight.cwiseMax(1e-12).cwiseSqrt();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root.asDiagonal() * gram *
                                                              root.asDiagonal());
   const Eigen::VectorXd leverage = eigen.eigenvalues().cwiseMax(0.0);
-  const Eigen::VectorXd left = (1 - leverage.array()).max(kLeast);
+  const Eigen::VectorXd left = (1 - leverage.array()).max(kSmallestShareLeft);
   const Eigen::MatrixXd axes = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();
   const Eigen::MatrixXd c = axes * leverage.cwiseQuotient(left).asDiagonal() * axes.transpose();
   const Eigen::VectorXd error = residual + c * weight.asDiagonal() * residual;

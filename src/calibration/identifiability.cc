@@ -224,7 +224,7 @@ double length_of(const KinematicChain& chain, int parameter) {
 //     n . (c - b) + g - r = 0      for each face through b with the normal n:
 // a radius that is known does not grow.
 bool imitates_scale(const Contact& artefact, const std::set<int>& parts) {
-  constexpr double kSmall = 1e-9;  // m
+  constexpr double kExactTo = 1e-9;  // m
   std::vector<Eigen::Vector4d> rows;
   std::vector<double> right;
   const double growing = artefact.radius_is_known ? 0 : 1;
@@ -245,7 +245,7 @@ bool imitates_scale(const Contact& artefact, const std::set<int>& parts) {
   for (size_t k = 0; k < rows.size(); ++k) equations.row(k) = rows[k];
   const Eigen::Map<const Eigen::VectorXd> wanted(right.data(), std::ssize(right));
   const Eigen::VectorXd solution = equations.completeOrthogonalDecomposition().solve(wanted);
-  return (equations * solution - wanted).norm() < kSmall;
+  return (equations * solution - wanted).norm() < kExactTo;
 }
 
 // Touches in the same configurations are as well those of an arm that is larger, with the contacts,

@@ -106,11 +106,11 @@ struct RoundOnGrid {
 
 // Of some hundred targets, evenly spread: they show it as well as a million.
 std::vector<NumberBeside> some_of(const std::vector<NumberBeside>& numbers) {
-  constexpr size_t kMost = 500;
+  constexpr size_t kTargetsToCompare = 500;
   const size_t targets = numbers.empty() ? 0 : numbers.back().target + 1;
   std::vector<NumberBeside> some;
   for (const NumberBeside& number : numbers)
-    if (number.target % (targets / kMost + 1) == 0) some.push_back(number);
+    if (number.target % (targets / kTargetsToCompare + 1) == 0) some.push_back(number);
   return some;
 }
 

@@ -104,11 +104,11 @@ void scale_lengths(Campaign& campaign, double factor) {
 
 // Whether no length of the links is that of an arm, but would be one a thousand times as long.
 bool looks_like_metres(const KinematicChain& chain) {
-  constexpr double kShort = 0.01, kLeast = 1e-5;  // m: 10 m and 10 mm, divided by 1000
+  constexpr double kLongestInMetres = 0.01, kShortestInMetres = 1e-5;  // m: 10 m and 10 mm, divided by 1000
   double longest = 0;
   for (const Link& link : chain.links)
     longest = std::max({longest, std::abs(link.d), std::abs(link.r)});
-  return longest > kLeast && longest < kShort;
+  return longest > kShortestInMetres && longest < kLongestInMetres;
 }
 
 std::vector<Hypothesis> length_hypotheses(const KinematicChain& chain, bool of_distances) {

@@ -62,13 +62,13 @@ struct Run {
 };
 
 std::vector<Run> runs_of(const std::vector<double>& values) {
-  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
   std::vector<Run> runs;
   for (const double value : values) {
     if (!runs.empty() && runs.back().value == value) continue;
-    const double before = runs.empty() ? kNothing : runs.back().value;
+    const double before = runs.empty() ? kNoValue : runs.back().value;
     if (!runs.empty()) runs.back().after = value;
-    runs.push_back({value, before, kNothing});
+    runs.push_back({value, before, kNoValue});
   }
   return runs;
 }

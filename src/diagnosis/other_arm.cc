@@ -41,8 +41,8 @@ std::optional<double> placed_miss(const Robot& arm, const Campaign& campaign) {
 }
 
 bool may_be_another_arm(const Robot& robot, const Campaign& campaign) {
-  constexpr double kFar = 3e-3;  // m: nominal files of the right arm are rarely as far
-  return placed_miss(robot, campaign).value_or(0) > kFar;
+  constexpr double kMissOfRightArm = 3e-3;  // m: nominal files of the right arm are rarely as far
+  return placed_miss(robot, campaign).value_or(0) > kMissOfRightArm;
 }
 
 FittingArm arm_that_fits(const std::vector<Robot>& arms, const Robot& robot,

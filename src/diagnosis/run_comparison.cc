@@ -318,8 +318,8 @@ Robot with_change(Robot robot, const ComparedParameter& parameter) {
 }
 
 std::string mm(double metres) {
-  constexpr double kNothing = 5e-8;  // m: half of a tenth of a um
-  return metres < kNothing ? "0 mm" : fmt::format("{:.2g} mm", metres / kMillimetre);
+  constexpr double kShownAsZero = 5e-8;  // m: half of a tenth of a um
+  return metres < kShownAsZero ? "0 mm" : fmt::format("{:.2g} mm", metres / kMillimetre);
 }
 
 std::string moved_in_words(const ComparedParameter& parameter, const KinematicChain& chain) {

@@ -396,10 +396,10 @@ class CampaignReader {
     Campaign& c = campaign_;
     if (!c.has_profiles()) return;
     number_profile_points(c);
-    constexpr double kLeast = 1e-3, kMost = 10;  // m, between them are the readings of any sensor
+    constexpr double kShortestReading = 1e-3, kLongestReading = 10;  // m, between them are the readings of any sensor
     double largest = 0;
     for (int row = 0; row < c.rows(); ++row) largest = std::max(largest, c.own_point(row).norm());
-    if (largest < kLeast || largest > kMost)
+    if (largest < kShortestReading || largest > kLongestReading)
       throw InputError(fmt::format(
           "{}: profile_y_mm and profile_z_mm: the farthest point is {:.4g} mm from the sensor's "
           "origin, as no profile is; are these numbers in another unit? Columns in metres are "

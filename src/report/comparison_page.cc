@@ -19,10 +19,10 @@ const char* word_of(InRuns in) {
 
 // A tenth of a um and 2 urad: beyond what is measured.
 std::string value_cell(const std::optional<double>& si, double unit, const std::string& key) {
-  constexpr double kNothing = 5e-5;  // half the last digit
+  constexpr double kShownAsZero = 5e-5;  // half the last digit
   if (!si) return "-";
   const double shown = *si / unit;
-  return keyed(std::abs(shown) < kNothing ? "0.0000" : fmt::format("{:.4f}", shown), key);
+  return keyed(std::abs(shown) < kShownAsZero ? "0.0000" : fmt::format("{:.4f}", shown), key);
 }
 
 std::string moved_cell(const NumberChange& number) {

@@ -171,12 +171,12 @@ void Page::list(const std::vector<std::string>& items) {
 }
 
 std::string Page::value(const std::string& key) const {
-  constexpr double kNothing = 5e-5;  // half the last digit of 0.0000, in mm or mrad
+  constexpr double kShownAsZero = 5e-5;  // half the last digit of 0.0000, in mm or mrad
   const std::string* const value = head_.product.value(key);
   if (!value) return "-";
   const bool has_unit = key.find("_mm") != key.npos || key.find("_mrad") != key.npos;
   const double size = std::abs(std::strtod(value->c_str(), nullptr));
-  return keyed(has_unit && size > 0 && size < kNothing ? "0.0000" : *value, key);
+  return keyed(has_unit && size > 0 && size < kShownAsZero ? "0.0000" : *value, key);
 }
 
 std::string Page::file_name(const std::string& key) const {

@@ -13,10 +13,10 @@ namespace {
 
 // A tenth of a um and 2 urad: beyond what is measured.
 std::string cell(const std::optional<double>& si, const IdentifiedValue& row, const char* column) {
-  constexpr double kNothing = 5e-5;  // half the last digit
+  constexpr double kShownAsZero = 5e-5;  // half the last digit
   if (!si) return "-";
   const double shown = *si / row.unit.si;
-  return keyed(std::abs(shown) < kNothing ? "0.0000" : fmt::format("{:.4f}", shown),
+  return keyed(std::abs(shown) < kShownAsZero ? "0.0000" : fmt::format("{:.4f}", shown),
                "parameters:" + row.name + "/" + column);
 }
 

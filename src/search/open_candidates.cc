@@ -294,8 +294,8 @@ std::optional<std::pair<double, double>> gravity_torques(const Robot& robot, int
     low = std::min(low, torque);
     high = std::max(high, torque);
   }
-  constexpr double kLeast = 1;  // N m: less does not turn a joint
-  if (high - low < kLeast) return std::nullopt;
+  constexpr double kSmallestTorque = 1;  // N m: less does not turn a joint
+  if (high - low < kSmallestTorque) return std::nullopt;
   return std::pair(low, high);
 }
 

@@ -174,8 +174,8 @@ Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squar
     return of_part.values().col(scan_.value_of_column_[term.column]).template cast<double>();
   };
   const int count = scan_.coefficient_count_[candidate];
-  constexpr int kFew = 4;  // too few for a blocked product
-  if (count <= kFew) {
+  constexpr int kMostOfPlainProduct = 4;  // too few for a blocked product
+  if (count <= kMostOfPlainProduct) {
     Eigen::MatrixXd gram(count, count);
     for (const auto& a : terms)
       for (const auto& b : terms)

@@ -9,7 +9,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kFar = 14, kNear = 5;  // standard deviations
+constexpr double kContradicts = 14, kAgrees = 5;  // standard deviations
 constexpr double kMostBlunders = 0.3;   // of the rows
 
 }  // namespace
@@ -27,10 +27,10 @@ std::vector<int> contradicted_rows(const Evaluation& evaluation, const NoiseFloo
   const GroupedRows poses = grouped_rows(held_out.pose);
   for (int pose = 0; pose < poses.groups(); ++pose) {
     const auto rows = poses.rows(pose);
-    const auto near = std::ranges::count_if(rows, [&](int row) { return is_within(row, kNear); });
+    const auto near = std::ranges::count_if(rows, [&](int row) { return is_within(row, kAgrees); });
     if (2 * near < std::ssize(rows)) continue;
     std::ranges::copy_if(rows, std::back_inserter(contradicted),
-                         [&](int row) { return !is_within(row, kFar); });
+                         [&](int row) { return !is_within(row, kContradicts); });
   }
   std::ranges::sort(contradicted);
   if (static_cast<double>(contradicted.size()) > kMostBlunders * held_out.rows()) return {};
