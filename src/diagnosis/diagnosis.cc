@@ -104,7 +104,8 @@ void scale_lengths(Campaign& campaign, double factor) {
 
 // Whether no length of the links is that of an arm, but would be one a thousand times as long.
 bool looks_like_metres(const KinematicChain& chain) {
-  constexpr double kLongestInMetres = 0.01, kShortestInMetres = 1e-5;  // m: 10 m and 10 mm, divided by 1000
+  constexpr double kLongestInMetres = 0.01,
+                   kShortestInMetres = 1e-5;  // m: 10 m and 10 mm, divided by 1000
   double longest = 0;
   for (const Link& link : chain.links)
     longest = std::max({longest, std::abs(link.d), std::abs(link.r)});

@@ -396,7 +396,8 @@ class CampaignReader {
     Campaign& c = campaign_;
     if (!c.has_profiles()) return;
     number_profile_points(c);
-    constexpr double kShortestReading = 1e-3, kLongestReading = 10;  // m, between them are the readings of any sensor
+    constexpr double kShortestReading = 1e-3,
+                     kLongestReading = 10;  // m, between them are the readings of any sensor
     double largest = 0;
     for (int row = 0; row < c.rows(); ++row) largest = std::max(largest, c.own_point(row).norm());
     if (largest < kShortestReading || largest > kLongestReading)
