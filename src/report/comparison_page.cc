@@ -17,14 +17,6 @@ const char* word_of(InRuns in) {
   return in == InRuns::both ? "both" : in == InRuns::before ? "only before" : "only after";
 }
 
-// A tenth of a um and 2 urad: beyond what is measured.
-std::string value_cell(const std::optional<double>& si, double unit, const std::string& key) {
-  constexpr double kShownAsZero = 5e-5;  // half the last digit
-  if (!si) return "-";
-  const double shown = *si / unit;
-  return keyed(std::abs(shown) < kShownAsZero ? "0.0000" : fmt::format("{:.4f}", shown), key);
-}
-
 std::string moved_cell(const NumberChange& number) {
   return !number.p_value ? "-" : number.moved() ? "moved" : "by chance";
 }
@@ -95,8 +87,8 @@ std::string parameters_table(const Page& page, const std::vector<ComparedParamet
     const std::string key = fmt::format("parameters/{}/", k);
     rows.push_back(
         {escaped(parameter.name), parameter.of_arm ? "arm" : "station", word_of(parameter.in),
-         parameter.unit.name, value_cell(number.before, si, key + "before" + ending),
-         value_cell(number.after, si, key + "after" + ending), page.value(key + "change" + ending),
+         parameter.unit.name, keyed_value(number.before, si, key + "before" + ending),
+         keyed_value(number.after, si, key + "after" + ending), page.value(key + "change" + ending),
          page.value(key + "std" + ending), moved_cell(number)});
   }
   return table({"parameter", "of", "identified in", "unit", "before", "after", "change",

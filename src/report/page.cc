@@ -12,6 +12,8 @@
 namespace armtrue {
 namespace {
 
+constexpr double kShownAsZero = 5e-5;  // half the last digit of 0.0000, in mm or mrad
+
 // Signs beside the colours, for those who see none.
 const char* sign_of(Tone tone) {
   switch (tone) {
@@ -87,6 +89,12 @@ std::string escaped(const std::string& text) {
 
 std::string keyed(const std::string& text, const std::string& key) {
   return "<span data-key=\"" + escaped(key) + "\">" + escaped(text) + "</span>";
+}
+
+std::string keyed_value(const std::optional<double>& si, double unit, const std::string& key) {
+  if (!si) return "-";
+  const double shown = *si / unit;
+  return keyed(std::abs(shown) < kShownAsZero ? "0.0000" : fmt::format("{:.4f}", shown), key);
 }
 
 std::string keyed_share(double share, const std::string& key) {
@@ -171,7 +179,6 @@ void Page::list(const std::vector<std::string>& items) {
 }
 
 std::string Page::value(const std::string& key) const {
-  constexpr double kShownAsZero = 5e-5;  // half the last digit of 0.0000, in mm or mrad
   const std::string* const value = head_.product.value(key);
   if (!value) return "-";
   const bool has_unit = key.find("_mm") != key.npos || key.find("_mrad") != key.npos;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,10 @@ enum class Tone { good, attention, bad };
 /// A text that the page words or rounds itself, with the path of its value in the product (see
 /// Report); Page::value() shows a value as it is.
 std::string keyed(const std::string& text, const std::string& key);
+
+/// A value [SI] with four decimals of a unit, a tenth of a um or of a urad, so never "-0.0000"; "-"
+/// if there is none.
+std::string keyed_value(const std::optional<double>& si, double unit, const std::string& key);
 
 /// A share, of 1 in the product, in per cent.
 std::string keyed_share(double share, const std::string& key);

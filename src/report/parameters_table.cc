@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 
 #include "armtrue/calibration/identified_values.h"
 #include "armtrue/text/number_text.h"
@@ -11,13 +10,8 @@
 namespace armtrue {
 namespace {
 
-// A tenth of a um and 2 urad: beyond what is measured.
 std::string cell(const std::optional<double>& si, const IdentifiedValue& row, const char* column) {
-  constexpr double kShownAsZero = 5e-5;  // half the last digit
-  if (!si) return "-";
-  const double shown = *si / row.unit.si;
-  return keyed(std::abs(shown) < kShownAsZero ? "0.0000" : fmt::format("{:.4f}", shown),
-               "parameters:" + row.name + "/" + column);
+  return keyed_value(si, row.unit.si, "parameters:" + row.name + "/" + column);
 }
 
 }  // namespace
