@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 #include "armtrue/calibration/identified_values.h"
 #include "armtrue/text/number_text.h"
 #include "report/page.h"
