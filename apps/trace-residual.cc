@@ -101,6 +101,7 @@ int report_change(app::Command& command, const std::string& path) {
     command.warn(fmt::format("{}:{}: this reading of pose {} is a blunder and is left out",
                              campaign.source, campaign.line[row],
                              campaign.pose_ids[campaign.pose[row]]));
+  app::warn_of_all(command, {noisier_in_words(result)});
   write_output(command.output,
                write_change(result, previous.robot, campaign, command.provenance()));
   if (result.holds) return app::kSuccess;

@@ -1,5 +1,7 @@
 #include "armtrue/diagnosis/change.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +12,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/campaign/without_rows.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 #include "diagnosis/change_problem.h"
 
@@ -169,6 +172,12 @@ std::vector<Move> with_rivals(const ChangeProblem& problem, Explanation& found,
   return moves;
 }
 
+double times_noisier(const NoiseFloor& noise, double spread) {
+  constexpr double kMatters = 1.5, kNoChance = 1e-3;
+  const double times = noise.position / spread, freedom = noise.degrees_of_freedom;
+  return times > kMatters && chi_squared_above(freedom * times * times, freedom) < kNoChance ? times : 1;
+}
+
 }  // namespace
 
 ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
@@ -182,6 +191,7 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   result.sigma = spread;
   const NoiseFloor noise = noise_floor(previous, campaign, evaluate(previous, campaign));
   if (noise.source == NoiseFloor::Source::replicates) {
+    result.noisier = times_noisier(noise, spread.position);
     result.sigma.position = std::max(spread.position, noise.position);
     result.sigma.orientation = std::max(spread.orientation, noise.orientation);
   }
@@ -223,6 +233,15 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   result.before = problem.mean_error({}, nothing.fit);
   result.after = problem.mean_error(found.moved, found.fit);
   return result;
+}
+
+std::string noisier_in_words(const ChangeResult& result) {
+  if (result.noisier == 1) return "";
+  return fmt::format(
+      "visits of the same pose scatter by {:.3g} mm per axis, {:.3g} times as much as the readings did "
+      "at the calibration: the test takes that for noise, and smaller changes are hidden; does the arm "
+      "return as it did (a loose axis, a brake, a reflector), and does the instrument stand firm?",
+      result.sigma.position / kMillimetre, result.noisier);
 }
 
 }  // namespace armtrue

@@ -404,7 +404,8 @@ double ChangeProblem::overdispersion(const Fit& fitted) const {
   const ChiSquares& of = fitted.chi_squares;
   const double mean = of.c / of.e;
   const double squares = std::max(0.0, of.cc - 2 * mean * of.ce + mean * mean * of.ee);
-  return std::max(1.0, n / (n - 1) * squares / (2 * of.e));
+  const double scale = std::max(1.0, mean);  // of all residuals, which the loss shows
+  return std::max(1.0, n / (n - 1) * squares / (2 * of.e * scale * scale));
 }
 
 double ChangeProblem::widening(const std::vector<int>& moved, size_t which,

@@ -97,7 +97,9 @@ class ChangeProblem {
   /// p-value of residuals this large, by Satterthwaite's chi-square distribution: with f degrees of
   /// freedom and the overdispersion c, loss / c is chi-squared with f / c degrees of freedom.
   double p_value(const std::vector<int>& moved, const Fit& fitted, double overdispersion) const;
-  /// Ratio of the variance of the poses' chi-squares to that of independent readings; at least 1.
+  /// Ratio of the variance of the poses' chi-squares to that of independent readings whose
+  /// residuals are as large in the mean, so that an arm that errs everywhere does not count as one
+  /// that scatters; at least 1.
   double overdispersion(const Fit& fitted) const;
   /// Mean ratio of the variances of one of the moves, clustered by pose, to those of independent
   /// readings; at least 1.

@@ -12,6 +12,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/random.h"
 #include "calibration/carried_campaign.h"
 #include "tracing/hidden_campaign.h"
 
@@ -230,6 +231,42 @@ TEST(Change, HoldsMoreOftenWhereReadingsOfAPoseErrAlike) {
   }
   std::printf("joints at rest elsewhere: holds %d of 50\n", holds);
   EXPECT_GE(holds, 46);
+}
+
+// Each pose errs by another angle: no move explains it, and the poses scatter by their distance from
+// the axis too, which is no overdispersion of noise.
+TEST(Change, AnAxisThatIsLooseBreaksTheCalibration) {
+  const Robot truth = shipped("kr360-table4");
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const Campaign calibrated_on = measured(truth, 60, 2, seed);
+    CalibrationResult previous = calibrate(shipped("kr360-spindle"), calibrated_on);
+    previous.robot.uncertainty = uncertainty_of(previous, calibrated_on);
+    Campaign fresh = measured(truth, 20, 2, kNewPoses + seed);
+    Random random(seed);
+    std::vector<double> angle(fresh.pose_ids.size());
+    for (double& a : angle) a = 1e-3 * random.normal();
+    for (int row = 0; row < fresh.rows(); ++row) fresh.q[row][2] += angle[fresh.pose[row]];
+    const ChangeResult result = detect_change(previous.robot, previous.spread, fresh);
+    EXPECT_FALSE(result.holds) << seed << ": " << result.p_value;
+    EXPECT_LT(result.p_value, 1e-6) << seed;
+  }
+}
+
+// Where each visit errs by another angle the replicates show it, and the test takes it for noise.
+TEST(Change, VisitsThatScatterMoreThanAtTheCalibrationAreNamed) {
+  const Robot truth = shipped("kr360-table4");
+  const CalibrationResult previous = calibrate(shipped("kr360-spindle"), measured(truth, 60, 2, 1));
+  int named = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Campaign fresh = measured(truth, 20, 3, kNewPoses + seed);
+    named += noisier_in_words(detect_change(previous.robot, previous.spread, fresh)).empty() ? 0 : 1;
+    Random random(seed);
+    for (int row = 0; row < fresh.rows(); ++row) fresh.q[row][2] += 5e-4 * random.normal();
+    EXPECT_THAT(noisier_in_words(detect_change(previous.robot, previous.spread, fresh)),
+                testing::HasSubstr("times as much as the readings did at the calibration"))
+        << seed;
+  }
+  EXPECT_EQ(named, 0);
 }
 
 TEST(Change, NeedsAPreviousCalibration) {

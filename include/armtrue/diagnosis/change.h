@@ -42,6 +42,9 @@ struct ChangeResult {
   bool holds = true;
   double p_value = 1;         ///< of the hypothesis that nothing has moved; see detect_change()
   ReadingSigma sigma;         ///< standard deviation of the readings that the test used, per axis
+  /// How many times that of the previous calibration the replicates scatter, where that is no
+  /// chance (p < 0.001) and matters (1.5 times); else 1.
+  double noisier = 1;
   std::vector<int> blunders;  ///< rows, left out of the test
   /// The moves that together explain the readings, in the order of discovery. Empty if the
   /// calibration holds or no move explains the residuals.
@@ -70,8 +73,8 @@ struct ChangeResult {
 /// holds unless `p_value` is below kChangeSignificance. The spread is itself an estimate, from the
 /// n poses and k unknowns of the previous calibration, so the first distribution is an F with axes
 /// * n - k degrees of freedom in the denominator. If the chi-squares of the single poses, with the
-/// best moves fitted, scatter more than those of independent readings, the distribution is rescaled
-/// by the overdispersion (Satterthwaite 1946), because an arm that comes to rest elsewhere moves
+/// best moves fitted, scatter more about their mean than those of independent readings do, the
+/// distribution is rescaled by the overdispersion (Satterthwaite 1946), because an arm that comes to rest elsewhere moves
 /// all readings of a pose. For the same reason the standard deviation of a move is the larger of
 /// two: that of independent readings and that clustered by pose (see calibrate()). Its interval is
 /// that of Student's t with poses - 1 degrees of freedom, and its p-value the larger of that of
@@ -105,5 +108,9 @@ struct ChangeResult {
 /// above zero, or the readings of one of several sessions determine no more than its base.
 ChangeResult detect_change(const Robot& previous, const ReadingSigma& spread,
                            const Campaign& campaign);
+
+/// That the replicates scatter more than at the previous calibration, as a sentence: the test takes
+/// that for noise, so a loose axis or an unsteady instrument hides changes. Empty if they do not.
+std::string noisier_in_words(const ChangeResult& result);
 
 }  // namespace armtrue
