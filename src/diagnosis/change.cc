@@ -175,7 +175,8 @@ std::vector<Move> with_rivals(const ChangeProblem& problem, Explanation& found,
 double times_noisier(const NoiseFloor& noise, double spread) {
   constexpr double kMatters = 1.5, kNoChance = 1e-3;
   const double times = noise.position / spread, freedom = noise.degrees_of_freedom;
-  return times > kMatters && chi_squared_above(freedom * times * times, freedom) < kNoChance ? times : 1;
+  return times > kMatters && chi_squared_above(freedom * times * times, freedom) < kNoChance ? times
+                                                                                             : 1;
 }
 
 }  // namespace
@@ -238,8 +239,10 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
 std::string noisier_in_words(const ChangeResult& result) {
   if (result.noisier == 1) return "";
   return fmt::format(
-      "visits of the same pose scatter by {:.3g} mm per axis, {:.3g} times as much as the readings did "
-      "at the calibration: the test takes that for noise, and smaller changes are hidden; does the arm "
+      "visits of the same pose scatter by {:.3g} mm per axis, {:.3g} times as much as the readings "
+      "did "
+      "at the calibration: the test takes that for noise, and smaller changes are hidden; does the "
+      "arm "
       "return as it did (a loose axis, a brake, a reflector), and does the instrument stand firm?",
       result.sigma.position / kMillimetre, result.noisier);
 }

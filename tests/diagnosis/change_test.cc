@@ -233,8 +233,8 @@ TEST(Change, HoldsMoreOftenWhereReadingsOfAPoseErrAlike) {
   EXPECT_GE(holds, 46);
 }
 
-// Each pose errs by another angle: no move explains it, and the poses scatter by their distance from
-// the axis too, which is no overdispersion of noise.
+// Each pose errs by another angle: no move explains it, and the poses scatter by their distance
+// from the axis too, which is no overdispersion of noise.
 TEST(Change, AnAxisThatIsLooseBreaksTheCalibration) {
   const Robot truth = shipped("kr360-table4");
   for (unsigned seed = 1; seed <= 10; ++seed) {
@@ -259,7 +259,8 @@ TEST(Change, VisitsThatScatterMoreThanAtTheCalibrationAreNamed) {
   int named = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Campaign fresh = measured(truth, 20, 3, kNewPoses + seed);
-    named += noisier_in_words(detect_change(previous.robot, previous.spread, fresh)).empty() ? 0 : 1;
+    named +=
+        noisier_in_words(detect_change(previous.robot, previous.spread, fresh)).empty() ? 0 : 1;
     Random random(seed);
     for (int row = 0; row < fresh.rows(); ++row) fresh.q[row][2] += 5e-4 * random.normal();
     EXPECT_THAT(noisier_in_words(detect_change(previous.robot, previous.spread, fresh)),

@@ -74,11 +74,11 @@ struct ChangeResult {
 /// n poses and k unknowns of the previous calibration, so the first distribution is an F with axes
 /// * n - k degrees of freedom in the denominator. If the chi-squares of the single poses, with the
 /// best moves fitted, scatter more about their mean than those of independent readings do, the
-/// distribution is rescaled by the overdispersion (Satterthwaite 1946), because an arm that comes to rest elsewhere moves
-/// all readings of a pose. For the same reason the standard deviation of a move is the larger of
-/// two: that of independent readings and that clustered by pose (see calibrate()). Its interval is
-/// that of Student's t with poses - 1 degrees of freedom, and its p-value the larger of that of
-/// chi-square and that of an F with as many.
+/// distribution is rescaled by the overdispersion (Satterthwaite 1946), because an arm that comes
+/// to rest elsewhere moves all readings of a pose. For the same reason the standard deviation of a
+/// move is the larger of two: that of independent readings and that clustered by pose (see
+/// calibrate()). Its interval is that of Student's t with poses - 1 degrees of freedom, and its
+/// p-value the larger of that of chi-square and that of an F with as many.
 ///
 /// Search. The model takes at most four moves. While the p-value of the residuals, or that of the
 /// fall by the next move, is below kChangeSignificance, the move with the lowest BIC is added, and
