@@ -34,11 +34,12 @@ class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
 
-  /// With masses 1. Otherwise the size of the basis: 0 if gravity does no work on the parameter, or
+  /// 1 with masses. Otherwise the size of the basis: 0 if gravity does no work on the parameter, or
   /// on any turn of the base.
   int value_count() const;
   /// Whether the masses of the robot make the load, and not a basis.
   bool is_by_masses() const { return by_masses_; }
+  /// Writes value_count() values to `out` [N m or N; of a basis per kg m or kg].
   void values(const Context& context, const ArmFrames& frames, double* out) const;
 
  private:
