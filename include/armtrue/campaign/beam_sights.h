@@ -15,8 +15,8 @@ struct BeamSight {
   std::string name;  ///< text of its BeamName
 };
 
-/// All of the robot. Throws std::invalid_argument if there is none, a place is unknown, or a beam
-/// does not state its range.
+/// Each beam of the robot with each plane and each face. Throws std::invalid_argument if there is
+/// none, a place is unknown, or a beam does not state its range.
 std::vector<BeamSight> beam_sights_of(const KinematicChain& chain);
 
 /// What the beam reads with the measured frame at `a_from_measured` [m]: nothing if it ends beyond

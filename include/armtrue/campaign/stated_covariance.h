@@ -21,8 +21,9 @@ struct StatedBlocks {
 bool add_covariance(const PoseCovariance& covariance, const StatedBlocks& blocks,
                     Campaign& campaign);
 
-/// Of a campaign whose rows state covariances; none of any other.
+/// Those of a campaign whose rows state covariances; none for any other.
 StatedBlocks stated_blocks(const Campaign& campaign);
+/// The covariance that a row states; the campaign has Campaign::whitening.
 PoseCovariance stated_covariance(const Campaign& campaign, int row);
 
 }  // namespace armtrue
