@@ -5,7 +5,7 @@
 
 namespace armtrue {
 
-/// No error of an arm leaves as much at a contact [m].
+/// Above this error at a contact, its place in the robot file is wrong: no arm errs as much [m].
 inline constexpr double kFarContact = 0.02;
 
 enum class FitContacts {
