@@ -27,9 +27,9 @@ std::string doubt_of_table(const std::string& file, const Program& program);
 
 /// Cartesian targets whose hints, the joint angles of the controller, contradict them: a base or a
 /// tool that is not stated, y with the other sign, another unit, another convention of angles, or
-/// hints of the row before. Each is named only if it makes all rows agree to 1 mm, a unit or a sign
-/// to 5 mm, because corrected targets lie as far from their hints; hints that are only rough show
-/// nothing. A sentence; empty if there is none.
+/// hints of the row before. A cause is named only if it makes all rows agree to 1 mm (a unit or a
+/// sign to 5 mm, because corrected targets lie as far from their hints); rough hints show nothing.
+/// A sentence; empty if there is none.
 std::string contradiction_of_hints(const Program& program, const Robot& controller,
                                    const CompensationOptions& options);
 
