@@ -31,7 +31,7 @@ std::string to_string(Verdict verdict);
 struct Grounds {
   const std::vector<TracedEffect>& effects;
   std::optional<double> lack_of_fit;  ///< p, of the final model on the training poses
-  bool knows_noise = true;            ///< by repeats or a statement; false: `floor` is 0
+  bool knows_noise = true;            ///< by replicates or as stated; false: `floor` is 0
   double after = 0, floor = 0;        ///< mean held-out error, and that of a perfect model [m]
   /// A mean held-out error above this exceeds noise [m].
   double floor_high = 0;
@@ -45,22 +45,20 @@ struct Grounds {
   bool angles_read_early = false;  ///< see common_backlash()
 };
 
-/// The mean of the backlash of the joints [rad], if more than half of them, three at least, have it
-/// and all have the same within three standard deviations or a quarter. Gears have each their own:
-/// joint angles that were not read at standstill look so. Above zero: the joints went on the way
-/// that they came.
+/// The mean backlash of the joints [rad], if more than half of them, three at least, have backlash
+/// and all have the same within three standard deviations or a quarter. Each gear has its own
+/// backlash; joint angles read before standstill look like a common one. Above zero: the joints
+/// went on in the direction in which they came.
 std::optional<double> common_backlash(const KinematicChain& chain,
                                       const std::vector<TracedEffect>& effects);
 
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
-/// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a
-/// rival of the catalogue, if a family was found of which no member is shown, or all backlash is
-/// that of angles that were read early; a curve without a known cause does not count as another
-/// cause. Without a known noise `unknown_noise` takes the place of those that follow.
-/// `too_few_poses` if the held-out error exceeds `floor_high`: then it is not shown that nothing is
-/// left.
+/// then the residual is no noise, however large replicates say that noise is. Otherwise
+/// `not_separable` if an effect has a rival with is_other_cause(), if no effect but a family is
+/// shown, or if `angles_read_early`. Otherwise `unknown_noise` without a known noise. Otherwise
+/// `too_few_poses` if the held-out error exceeds `floor_high`: then something may be left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue
