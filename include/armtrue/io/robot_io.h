@@ -26,13 +26,13 @@ struct RobotFile {
   /// SHA-256 of all files that made it, from its provenance.
   std::vector<std::string> made_of;
   TrainingRows training;  ///< rows of its calibration; none if it does not tell
-  Provenance provenance;  ///< command, version and inputs that the file states; empty of others
+  Provenance provenance;  ///< command, version and inputs that the file states, or empty
 };
 
 /// Reads an armtrue-robot/1 document. Throws InputError with file, line and key.
 RobotFile read_robot(const std::string& path);
 Robot parse_robot(const std::string& text, const std::string& file);
-/// The text of the file, all but `name` and `sha256`.
+/// The same from the text of the file; `name` and `sha256` are empty.
 RobotFile parse_robot_file(const std::string& text, const std::string& file);
 
 /// The document, with provenance if that names a command. Numbers read back exactly.

@@ -16,7 +16,8 @@ struct PageHead {
   std::vector<std::string> warnings;  ///< of the command
   std::optional<About> about;         ///< who measured what, when and with what, if stated
   bool arm_in_doubt =
-      false;  ///< a warning doubts that the robot file is of the arm: no good verdict
+      false;  ///< a warning doubts that the robot file is of the arm: the page shows no good
+              ///< verdict
 };
 
 /// A picture as a file of its own.
