@@ -62,8 +62,8 @@ struct ClockOptions {
 /// deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
-/// The clocks of passes that one instrument recorded without being set up anew, each as by
-/// fit_clock(). A fitted frame is one for all of them, see share_frame().
+/// The clocks of passes that an instrument recorded in one set-up, each as by fit_clock(). A fitted
+/// frame is one for all of them, see share_frame().
 std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
                                  const ClockOptions& options = {});
 
