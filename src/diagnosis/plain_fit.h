@@ -58,8 +58,8 @@ JointFit fit_beside(const Eigen::MatrixXd& columns, const FitEquations& equation
 JointFit fit_beside(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& on_basis,
                     const Eigen::VectorXd& slope, const FitEquations& equations);
 
-/// Fall of BIC by these k unknowns, the best of so many `choices`, with f = poses * row_size - columns
-/// of the basis:
+/// Fall of BIC by these k unknowns, the best of so many `choices`. With f = poses * row_size -
+/// columns of the basis it is
 ///     -(f - k) ln(1 - share) - k ln f - 2 ln choices.
 /// 0 if f <= k. f - k, not f, because with few poses k unknowns explain nearly all by chance.
 double fall_of_bic(const JointFit& joint, const FitEquations& equations, double poses,
