@@ -72,7 +72,7 @@ class ChangeProblem {
 
   /// The most likely errors of the previous parameters and moves, if the hypotheses `moved` are
   /// true together: Gauss-Newton on
-  ///     sum over the rows of loss(|r|^2) / replicates + sum over the unknowns of (x / deviation)^2,
+  ///     sum over the rows of loss(|r|^2) / replicates + sum over unknowns of (x / deviation)^2,
   /// with new weights of the rows at every step. Every step adds up the rows in blocks over the
   /// threads of the machine: memory does not grow with their derivatives.
   Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;

@@ -55,9 +55,9 @@ struct KindErrors {
   std::vector<double> errors;  ///< as those of Evaluation::reading_errors() [m]
 };
 
-/// Those of each kind that the campaign has.
+/// The errors of each kind of reading that the campaign has.
 std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campaign& campaign);
-/// Those of images alone; empty without images.
+/// The errors of images alone [m]; empty without images.
 std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& campaign);
 
 /// Errors of a robot on some poses.

@@ -21,6 +21,7 @@ struct AbsorbedParameter {
   std::vector<std::pair<int, double>> absorbed_by;
 };
 
+/// The parameters that a campaign can identify; see choose_identifiable().
 struct IdentifiableSet {
   std::vector<int> kept;  ///< in the order of parameter indices
   std::vector<AbsorbedParameter> absorbed;

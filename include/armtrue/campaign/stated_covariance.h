@@ -21,7 +21,7 @@ struct StatedBlocks {
 bool add_covariance(const PoseCovariance& covariance, const StatedBlocks& blocks,
                     Campaign& campaign);
 
-/// Those of a campaign whose rows state covariances; none for any other.
+/// The blocks that the rows of a campaign state; none without covariances.
 StatedBlocks stated_blocks(const Campaign& campaign);
 /// The covariance that a row states; the campaign has Campaign::whitening.
 PoseCovariance stated_covariance(const Campaign& campaign, int row);

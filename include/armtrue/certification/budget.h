@@ -47,6 +47,7 @@ struct Budget {
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
                  const std::optional<double>& model, double too_high = 0);
 
+/// Whether a value meets a tolerance; see decide().
 enum class Decision { pass, fail, undecided };
 
 /// ISO 14253-1: pass if ap + U <= tolerance, fail if ap - U > tolerance, else undecided.

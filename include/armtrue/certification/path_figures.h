@@ -26,8 +26,8 @@ struct PathFigures {
   /// The AT of an exact path with this scatter s: s / sqrt(n) sqrt(2 log planes), the largest of as
   /// many independent planes [m]. Zero for one pass.
   double at_of_scatter = 0;
-  /// Of a pass, per axis [m]. Neighbouring planes share their errors, so its degrees of freedom are
-  /// those of one plane, 2 (n - 1).
+  /// Scatter of a pass, per axis [m]. Neighbouring planes share their errors, so it has the degrees
+  /// of freedom of one plane, 2 (n - 1).
   Scatter scatter;
   bool frame_is_fitted = false;
   /// Whether all passes meet 99 % of the planes; at the ends of the path a pass may miss some.

@@ -23,12 +23,12 @@ struct RoundWhereReached {
   double written = 0, reached = 0;  ///< in the unit of the program, mm and deg of a table
 };
 
-/// Of a robot program; `targets` as compensate() gives them for it. Nothing if it may be chance.
+/// For a robot program and its `targets` by compensate(). Nothing if it may be chance (p > 1e-8).
 std::optional<RoundWhereReached> find_round_where_reached(
     const RobotProgram& program, const std::vector<CorrectedTarget>& targets,
     const ProgramJoints& joints);
 
-/// Of a table of the robot `controller`: of its poses and of its joint angles.
+/// For a table of the robot `controller`, by its poses and by its joint angles.
 std::optional<RoundWhereReached> find_round_where_reached(
     const Robot& controller, const std::vector<CorrectedTarget>& targets);
 

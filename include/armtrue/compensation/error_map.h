@@ -101,6 +101,7 @@ struct Placement {
   double mean = 0;            ///< of the error in it [m]
 };
 
+/// The part of one cause in the errors of a map.
 struct CauseSummary {
   std::string cause;
   double mean = 0, max = 0;  ///< length of its part [m]
@@ -109,6 +110,7 @@ struct CauseSummary {
   double share = 0;
 };
 
+/// Figures of a map over its predicted points.
 struct ErrorMapSummary {
   int predicted = 0;                                     ///< points
   ErrorSummary before, turn, left_by_constants;          ///< [m], [rad], [m]

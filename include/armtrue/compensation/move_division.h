@@ -29,6 +29,7 @@ struct BetweenPoints {
   std::vector<CorrectedTarget> points;   ///< the inserted ones
 };
 
+/// Figures of BetweenPoints over all moves.
 struct BetweenPointsSummary {
   int divided = 0, inserted = 0;              ///< moves
   std::optional<ErrorSummary> before, after;  ///< of the moves that can be followed [m]

@@ -18,7 +18,7 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
 
 /// Whether a tool looks as if it were given in m, as a sentence; empty if not.
 std::string doubt_of_tool(const std::string& name, const Pose& tool);
-/// The same of a frame in R_0.
+/// The same for a frame in R_0.
 std::string doubt_of_frame(const std::string& name, const Pose& frame);
 
 /// Whether the poses of a table of targets look as if they were given in m, as a sentence with the

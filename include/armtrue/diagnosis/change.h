@@ -38,6 +38,7 @@ struct Move {
   std::vector<Move> indistinguishable;
 };
 
+/// The result of detect_change().
 struct ChangeResult {
   bool holds = true;
   double p_value = 1;         ///< of the hypothesis that nothing has moved; see detect_change()

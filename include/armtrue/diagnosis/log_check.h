@@ -23,7 +23,7 @@ struct Findings {
 /// check_lost_values(). Warnings:
 /// - 0 in place of points of several poses, which may be a reference point;
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
-///   copies; the same of readings that stand in two sessions;
+///   copies; the same for readings that stand in two sessions;
 /// - standard deviations of rows more than 200 times as large as others;
 /// - two sessions whose names differ in case or blanks alone;
 /// - temperatures that are those of an arm in kelvin, or of an arm or a room in Fahrenheit;

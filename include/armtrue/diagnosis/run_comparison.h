@@ -34,6 +34,7 @@ bool is_nameless(const Effect& effect);
 /// In which of the runs something was identified or found.
 enum class InRuns { both, before, after };
 
+/// A geometric parameter of two runs.
 struct ComparedParameter {
   std::string name;
   DisplayUnit unit;  ///< in files
@@ -45,6 +46,7 @@ struct ComparedParameter {
   std::optional<double> at_tool;
 };
 
+/// A coefficient of a NamedEffect.
 struct NamedCoefficient {
   std::string name, unit;
   double value = 0, std = 0;  ///< [SI]; std 0: not identified
@@ -120,6 +122,7 @@ Shared shared_readings(const ComparedRun& before, const ComparedRun& after);
 /// names of the robots, residuals.
 std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after);
 
+/// The result of compare_runs().
 struct RunComparison {
   Shared readings = Shared::unknown;
   /// Why no number is tested, each a sentence without a full stop; empty if they are.

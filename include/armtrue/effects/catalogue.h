@@ -18,8 +18,8 @@ struct CatalogueEntry {
   enum class Joint { none, own, previous, next, fixed };
 
   std::string name;
-  /// Of each link, target or anchor, or one such as base, base.rx, instrument.range; see
-  /// parameter_of_catalogue().
+  /// That of each link, target, anchor or contact, or one such as base, base.rx, instrument.range;
+  /// see parameter_of_catalogue().
   Parameter parameter;
   bool of_every_joint = false;  ///< the parameter is one of each joint
   std::vector<int> joints;      ///< 0-based, without external axes: whose parameter it is

@@ -32,6 +32,7 @@ enum class DriverKind {
   session,  ///< number of the session in Driver::sessions; an unknown one counts as the last
 };
 
+/// The driver of an effect.
 struct Driver {
   DriverKind kind = DriverKind::joint_angle;
   int joint = -1;         ///< 0-based; of joint_angle, torques, arrival, stroke, tool_weight

@@ -50,7 +50,7 @@ struct Uncertainty {
   /// Largest variance of a position reading by `root`, summed over its axes, among the poses of the
   /// calibration [m^2].
   double largest_variance = 0;
-  /// The same of the measured point where the readings are lengths; 0 where they are points.
+  /// The same for the measured point, if the readings are lengths; 0 if they are points.
   double largest_variance_of_point = 0;
   int poses = 0;  ///< of the calibration
 };

@@ -34,6 +34,7 @@ enum class SeriesBasis {
   polynomial,  ///< of a place: products of powers of 2 u - 1 of its three axes, degree 2 to `count`
 };
 
+/// A shape with its inner values.
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero

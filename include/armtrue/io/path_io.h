@@ -28,6 +28,7 @@ struct PathFile {
   std::string rows;
 };
 
+/// Whether read_path() keeps the text of the rows, for write_path_like().
 enum class KeepRows { no, yes };
 
 /// Reads `t_s,x_mm,y_mm,z_mm` and, if present, `a_deg,b_deg,c_deg`, `q1_deg..q6_deg` and

@@ -18,7 +18,7 @@ struct RobotFile {
   /// Standard deviation of the residuals of its calibration, per axis; 0 for orientations if it had
   /// none.
   std::optional<ReadingSigma> residual_spread;
-  std::optional<double> pixel_spread;  ///< the same of images [px]
+  std::optional<double> pixel_spread;  ///< the same for images [px]
   std::string name;  ///< of the file, for messages and provenance
   std::string sha256;
   /// Of a calibrated robot: file and SHA-256 of the nominal robot, from its provenance.

@@ -48,7 +48,7 @@ struct LevenbergLimits {
 ///     double cost() const                       at its present joint angles
 ///     bool is_solved() const
 ///     JointVector step(double damping) const    (J^T J + damping I)^-1 J^T e there
-///     double try_step(const JointVector& step)  the cost behind a step
+///     double try_step(const JointVector& step)  the cost after a step
 ///     void accept(const JointVector& step)      makes it: the last that was tried
 template <typename Problem>
 void levenberg(Problem& problem, const LevenbergLimits& limits) {

@@ -72,6 +72,7 @@ constexpr int link_of_parameter(int index) {
 /// Names of the parameters of base and tool in files.
 inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
 
+/// The parameters of a link, in the order of the layout.
 enum class LinkParameter { alpha, d, theta, r, beta };
 
 constexpr int link_parameter(int link, LinkParameter which) {

@@ -178,7 +178,7 @@ class ObservationModel::At {
   /// model in the first columns, the residual in the last.
   void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;
 
-  /// The same of rows one after the other, from `first` on, a residual or a block for each;
+  /// The same for consecutive rows from `first` on, a residual or a block for each;
   /// `out` of blocks has row_size() rows of each, in that order. Several rows are computed at once,
   /// see ChainEvaluator::poses(): they equal residual() and block() but for rounding.
   void residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const;

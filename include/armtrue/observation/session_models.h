@@ -46,7 +46,7 @@ class SessionModels {
   int session_of(int group) const { return session_of_[group]; }
   /// The robot's target of a group; -1 if not split by target.
   int target_of(int group) const { return target_of_[group]; }
-  /// Of the models: where they are not split by target, the groups are the sessions.
+  /// Number of sessions; if not split by target, the groups are the sessions.
   int sessions() const { return static_cast<int>(names_.size()); }
   const std::string& name(int session) const { return names_[session]; }
   /// The R_A that the models share, from that of a session.

@@ -21,6 +21,7 @@ struct SeparatedPair {
   double power_given = 0, power_planned = 0, power_random = 0;
 };
 
+/// The result of plan_separation().
 struct SeparationPlan {
   std::vector<PlannedPose> poses;  ///< to be visited in this order; empty if no pair is by_poses
   std::vector<SeparatedPair> pairs;

@@ -155,7 +155,7 @@ class Dialect {
   virtual std::unique_ptr<MoveWriter> move_writer(const RobotProgram& program) const;
   /// Throws InputError if the controller would not load the program with `inserted` more moves.
   virtual void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const;
-  /// Adds a comment to a text, behind the line that begins the program.
+  /// Adds a comment to a text, after the line that begins the program.
   virtual void add_comment(const std::string& comment, std::string& text) const;
 
   /// The first part of a text that does not end, as in a copy that was cut off; nothing in a text

@@ -23,6 +23,7 @@ struct DisplacementOptions {
 /// less.
 inline constexpr double kPathMatchTolerance = 1e-4;
 
+/// The result of displace_program().
 struct DisplacedProgram {
   RewrittenProgram text;
   int corrected = 0;   ///< targets that lie on the path, auxiliary points of arcs among them

@@ -24,7 +24,7 @@ class TextsOfOthers {
   /// `project`: all texts, their names with '/' between folders. Both must outlive this.
   TextsOfOthers(const Dialect& dialect, const std::vector<ProgramText>& project);
 
-  /// Of the program `path`, which is one of the texts.
+  /// The texts of others for the program `path`, which is one of the texts.
   std::vector<ProgramText> of(const std::string& path);
   /// The program and its data lists.
   std::vector<const ProgramText*> own(const std::string& path) const;
@@ -40,7 +40,7 @@ class TextsOfOthers {
   std::map<Folder, std::unique_ptr<FolderTexts>> folders_;
 };
 
-/// The same of a program whose texts `own` belong together with `others`, wherever they lie.
+/// The same for a program whose texts `own` belong together with `others`, in any folder.
 std::vector<ProgramText> what_others_declare(const Dialect& dialect,
                                              const std::vector<ProgramText>& own,
                                              const std::vector<ProgramText>& others);
@@ -74,6 +74,7 @@ struct SharedPoint {
   bool is_written = false;            ///< where it is declared; else in the moves that use it
 };
 
+/// The result of rewrite_project().
 struct RewrittenProject {
   std::map<std::string, std::string> texts;  ///< those that change, by their names
   std::vector<RewrittenProgram> programs;    ///< their own texts do not hold the changes of others

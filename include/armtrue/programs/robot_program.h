@@ -143,7 +143,7 @@ struct RoutineCopy {
 /// A frame or a tool that a call hands on between programs of a project.
 struct HandedFrame {
   enum class Kind {
-    as_before,  ///< that of whoever calls the caller; behind a call: what it was before
+    as_before,  ///< that of the caller's own caller; after a call: what it was before
     stated,
     calculated,  ///< as the program runs
     several      ///< nobody knows which
@@ -179,8 +179,8 @@ struct ProgramCall {
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
-  /// The program, and its data list if there is one (KUKA .dat); behind `own_texts` those of
-  /// others, in which names are looked up that the program does not declare itself.
+  /// The program, and its data list if there is one (KUKA .dat); after `own_texts` of them, those
+  /// of others, for names that the program does not declare itself.
   std::vector<ProgramText> texts;
   size_t own_texts = 1;
   ProgramNeighbours neighbours;
@@ -273,6 +273,7 @@ struct ProgramPointBetween {
 /// Number of moves to the points: one for each that is no auxiliary point.
 int moves_of(const std::vector<ProgramPointBetween>& between);
 
+/// The result of rewrite().
 struct RewrittenProgram {
   std::vector<std::string> texts;
   int changed = 0;   ///< points with another number
@@ -299,11 +300,11 @@ RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramC
                          const std::vector<ProgramPointBetween>& between = {},
                          std::optional<Corrector> by = std::nullopt);
 
-/// Marks each own text of a program that a correction has changed: one line of comment more, behind the
-/// line that begins the program, or of FANUC behind its last instruction; elsewhere at the
-/// beginning. Call it before rename().
+/// Marks each own text of a program that a correction has changed: adds a line of comment after the
+/// line that begins the program, for FANUC after its last instruction; at the beginning if no line
+/// begins it. Call it before rename().
 void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts);
-/// The same of one text.
+/// The same for one text.
 void mark_corrected(const Dialect& dialect, Corrector by, std::string& text);
 
 /// The mark of a text; case and blanks do not count.

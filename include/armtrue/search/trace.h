@@ -74,6 +74,7 @@ struct VarianceShare {
   bool may_lead = false;
 };
 
+/// A found effect with its evidence.
 struct TracedEffect {
   Effect effect;                 ///< with its coefficients
   std::optional<Cycle> cycle{};  ///< only of a harmonic
@@ -105,6 +106,7 @@ struct TracedEffect {
 ///   residual follows time too. Evidence of 1000 to 1 (2 ln 1000 of EBIC) rules this out.
 bool may_be_instrument(const TracedEffect& traced, const Robot& robot);
 
+/// The result of trace().
 struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added

@@ -36,7 +36,7 @@ struct HeldOutGain {
 /// Effects that are no part of the result, because held-out poses are clearly predicted worse with
 /// them than by the geometry alone.
 struct RejectedModel {
-  /// As describe(): those that were found, largest share first, then those that only a prior held.
+  /// describe() of each: found effects, largest share first, then those that only a prior held.
   std::vector<std::string> effects;
   double after = 0;                  ///< mean held-out position error with them [m]
   std::array<double, 2> gain_ci95{0, 0};  ///< of geometry minus model; both below zero [m]
@@ -48,7 +48,7 @@ struct GroupShare {
   std::string name;     ///< in words: "gravity", "curves of the joints"
   bool of_arm = true;   ///< else of the station
   double of_noise = 0;  ///< RMS, in standard deviations of the noise of the readings
-  double position = 0;  ///< the same of positions [m]
+  double position = 0;  ///< RMS motion of positions [m]
 };
 
 /// Part of one cause, or of one group of random effects, in the training readings.
@@ -73,6 +73,7 @@ struct WorstReading {
   double error = 0;  ///< [m]
 };
 
+/// The result of close_loop().
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances

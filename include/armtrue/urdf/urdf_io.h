@@ -46,8 +46,8 @@ std::vector<std::string> frames_beside_base(const std::string& text, const std::
 Eigen::Vector3d foot_beside_base(const std::string& text, const std::string& file,
                                  const UrdfEnds& ends);
 
-/// The link `tool0`, by any prefix, if it stands fixed behind the last joint elsewhere than the tip:
-/// descriptions after ROS-Industrial have the flange of the controller there. Else empty.
+/// The link `tool0`, with any prefix, if it is fixed after the last joint at another place than the
+/// tip: descriptions after ROS-Industrial have the flange of the controller there. Else empty.
 std::string tool0_beside_tip(const std::string& text, const std::string& file,
                              const UrdfEnds& ends);
 
@@ -77,6 +77,7 @@ struct FrameShift {
   std::string of_link;  ///< where the frame is, if the name matters
 };
 
+/// The result of write_into_urdf() and its like.
 struct PatchedUrdf {
   std::string text;
   FrameShift base, tool;  ///< 0 if kept

@@ -46,6 +46,7 @@ ProgramFile read_program(const std::string& path,
 /// turn of an axis.
 ProgramFile read_program(const std::string& path, const KinematicChain& chain);
 
+/// Which commands write_commands() writes.
 enum class CommandKind { joints, cartesian };
 
 /// The rows of `file` with commands of a kind. They replace the columns of that kind, or follow all

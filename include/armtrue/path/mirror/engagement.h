@@ -17,6 +17,7 @@ struct Engagement {
   std::optional<Instant> entry, exit;
 };
 
+/// The result of find_engagement().
 struct EngagementRecord {
   std::vector<Engagement> intervals;
   /// RMS of each axis in air, which is ForceRecord::force_noise before a low pass. Zero if nothing

@@ -58,8 +58,8 @@ FormError with_frame(const FormError& form, const FrameError& frame);
 /// 1 - after / before of two form errors of independent records.
 struct FormReduction {
   double share = 0;
-  /// In the logarithm the ends add in squares (Zou and Donner 2008, MOVER). Empty if the form
-  /// before may be zero.
+  /// On the log scale the half widths add in quadrature (Zou and Donner 2008, MOVER). Empty if the
+  /// form before may be zero.
   std::optional<std::array<double, 2>> ci95;
 };
 

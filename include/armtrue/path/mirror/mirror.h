@@ -13,6 +13,7 @@
 
 namespace armtrue {
 
+/// The result of mirror_correct().
 struct MirrorResult {
   std::vector<Pass> passes;
   PathDeviation deviation;
