@@ -74,9 +74,9 @@ std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
 /// A sentence for each pose that is left out because all its readings share a large error.
 std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross);
 
-/// What touches do not show: the place of R_A, and the scale, unless an artefact or an encoder of
-/// lengths shows it. Empty where not all readings are touches. `robot`: the one for which the set
-/// was chosen.
+/// Sentences on the place of R_A and the scale, which touches do not show, the scale unless an
+/// artefact or an encoder of lengths does. Empty if not all readings are touches. `robot`: the one
+/// for which the set was chosen.
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
                                               const IdentifiableSet& set);
 

@@ -32,8 +32,8 @@ struct GrossPose {
 ///   - u is 1.5 times that of the first pose that is not gross (a tail of ordinary lack of fit has
 ///     no gap), 2.5 times where sigma is above 1.25 times the noise of replicates, and
 ///   - their error is 5 mm or more, or their neighbours are not off too: if for some joint two of
-///     the four nearest poses are off, with a probability below 0.001 over all joints and by a fifth
-///     of its u, the model lacks something there.
+///     the four nearest poses are off, with a probability below 0.001 over all joints and by a
+///     fifth of its u, the model lacks something there.
 /// The fit is repeated without the gross poses, from a start under Student's t, until the set
 /// stays. At most a quarter of the poses are gross. If more than 10 % are, the model lacks
 /// something and none is, unless one kind of mistake explains half of them. Empty if there are too

@@ -37,9 +37,8 @@ struct Touch {
   bool is_pixel = false;  ///< the name of the contact is the text of a PixelName
 };
 
-/// What a pixel is of, as Campaign::contact_names has it: `left/plate/7` is the point 7 of the
-/// board `plate` in the image of the camera `left`. Camera and board are empty where the file names
-/// none.
+/// Name of a pixel in Campaign::contact_names: `left/plate/7` is the point 7 of the board `plate`
+/// in the image of the camera `left`. Camera and board are empty where the file names none.
 struct PixelName {
   std::string camera, board, corner;
 
@@ -49,8 +48,9 @@ struct PixelName {
   std::string text() const { return camera + "/" + board + "/" + corner; }
 };
 
-/// What a beam reads, as Campaign::contact_names has it: `laser:bar/2` is the distance along the
-/// beam `laser` to the face 2 of the artefact `bar`. The beam is empty where the file names none.
+/// Name of the reading of a beam in Campaign::contact_names: `laser:bar/2` is the distance along
+/// the beam `laser` to the face 2 of the artefact `bar`. The beam is empty where the file names
+/// none.
 struct BeamName {
   std::string beam, contact;
 
@@ -94,7 +94,7 @@ struct Campaign {
   std::vector<std::string> pose_ids;
   std::vector<int> line;  ///< line in the file
   JointRows q;            ///< [rad or m]
-  /// What was measured, in R_A [m]: points, or distances from anchors; the other column is empty.
+  /// The readings [m]: points in R_A, or distances from anchors; the other column is empty.
   std::vector<Eigen::Vector3d> position;
   std::vector<double> distance;
   /// Only in a campaign of points and distances: for each row, the coordinate that it reads, or

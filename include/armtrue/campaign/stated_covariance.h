@@ -16,7 +16,7 @@ struct StatedBlocks {
   bool any() const { return position || rotation; }
 };
 
-/// Adds what the next row states of its noise to the columns sigma_position, sigma_orientation and
+/// Adds the covariance of the next row to the columns sigma_position, sigma_orientation and
 /// whitening. Returns false, and adds nothing, unless the covariance is positive definite.
 bool add_covariance(const PoseCovariance& covariance, const StatedBlocks& blocks,
                     Campaign& campaign);

@@ -28,7 +28,7 @@ struct ProgramCommands {
 ProgramCommands program_commands(const RobotProgram& program, std::vector<CorrectedTarget>& targets,
                                  const ProgramJoints& joints);
 
-/// The moves of a program by what became of them.
+/// Numbers of the moves of a program: corrected, left alone, never run.
 struct CorrectedMoves {
   int all = 0, corrected = 0;  ///< of those that may run
   int never_run = 0;           ///< other moves, which no path through the program reaches

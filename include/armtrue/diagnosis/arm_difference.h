@@ -11,7 +11,8 @@
 namespace armtrue {
 
 /// How far two models of one arm are apart, at the measured point of the second, after base and
-/// tool of the first are fitted to it: what base and tool can imitate is no difference of the arm.
+/// tool of the first are fitted to it: a difference that base and tool can imitate is none of the
+/// arm.
 struct ArmDifference {
   double mean = 0, rms = 0, max = 0;  ///< distance between the points of both models [m]
   std::vector<JointVector> q;         ///< the poses

@@ -9,7 +9,7 @@
 
 namespace armtrue {
 
-/// What is wrong with readings, in sentences with numbers and remedies.
+/// Mistakes in readings, as sentences with numbers and remedies.
 struct Findings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely

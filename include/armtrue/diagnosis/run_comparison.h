@@ -90,7 +90,7 @@ enum class Shared {
   all,      ///< the same
   some,     ///< some of them
   none,     ///< others
-  unknown,  ///< a file does not tell
+  unknown,  ///< a file does not state it
 };
 
 /// The figures of a loop or an evaluation [m].

@@ -53,8 +53,8 @@ struct Effect {
   /// The parameter of the arm is then constant + mean.
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
-  /// Beyond this range the effect keeps its value at the nearer end: its coefficients would give
-  /// any.
+  /// Beyond this range the effect keeps its value at the nearer end, because its coefficients would
+  /// extrapolate.
   std::optional<std::array<double, 2>> measured{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
   /// the other, and `parameter` names the family. Occurs only during a search.

@@ -25,7 +25,7 @@ struct RobotFile {
   std::optional<std::pair<std::string, std::string>> nominal;
   /// SHA-256 of all files that made it, from its provenance.
   std::vector<std::string> made_of;
-  TrainingRows training;  ///< rows of its calibration; none if it does not tell
+  TrainingRows training;  ///< rows of its calibration; none if not stated
   Provenance provenance;  ///< command, version and inputs that the file states, or empty
 };
 

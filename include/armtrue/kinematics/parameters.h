@@ -188,7 +188,7 @@ struct Parameter {
   Parameter(Owner owner_of_it, std::string name, int which)
       : owner(owner_of_it), of(std::move(name)), component(which) {}
   /// Reads the text of a file; the texts of links end in the name of one of their parameters, and
-  /// what is none of the above names a family.
+  /// any other text names a family.
   Parameter(std::string_view text);
   Parameter(const std::string& text) : Parameter(std::string_view(text)) {}
   Parameter(const char* text) : Parameter(std::string_view(text)) {}

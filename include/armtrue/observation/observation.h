@@ -34,7 +34,7 @@ struct ContactPoint {
   int contact = 0;  ///< index into the chain's contacts; of a pixel that of the camera
   int point = -1;   ///< index into the points of an artefact or a board; -1 of other kinds
   int board = -1;   ///< of a pixel: index into the chain's contacts
-  int beam = -1;    ///< of what a beam reads: index into the chain's contacts
+  int beam = -1;    ///< of the reading of a beam: index into the chain's contacts
 };
 
 /// For each contact name of the campaign, the contact and point. Throws std::invalid_argument, with

@@ -80,8 +80,8 @@ std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 /// The predicted points of every target, once for each anchor; without noise and context.
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
-/// What would be read there: points, or distances from the anchors, and orientations, or touches,
-/// or pixels; of which only the derivatives count.
+/// The readings there, of which only the derivatives count: points, or distances from the anchors,
+/// and orientations, or touches, or pixels.
 Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses);
 
 /// Rows of derivatives of such readings, equally many for each pose: zeros fill up poses with

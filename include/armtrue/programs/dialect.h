@@ -29,7 +29,7 @@ struct NameRule {
   bool are_capitals = false;  ///< a name is written in capitals
 };
 
-/// What is the same for all programs of a maker.
+/// Facts that hold for all programs of a maker.
 struct DialectFacts {
   std::string name;                  ///< in options: `krl`
   std::string maker;                 ///< `KUKA`

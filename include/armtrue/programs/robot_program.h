@@ -128,7 +128,7 @@ struct ProgramName {
 /// A copy of a routine for calls that hand on another tool or frame than other calls of it. It is
 /// written only if its numbers differ from those of the routine.
 struct RoutineCopy {
-  /// The call of the copy, and what stood there.
+  /// The call of the copy, and the original text of the call.
   struct Call {
     size_t begin = 0, end = 0;
     std::string was;
@@ -146,7 +146,7 @@ struct HandedFrame {
     as_before,  ///< that of the caller's own caller; after a call: what it was before
     stated,
     calculated,  ///< as the program runs
-    several      ///< nobody knows which
+    several      ///< one of them; which one is not known
   } kind = Kind::as_before;
   std::string name;          ///< as of ProgramFrame
   std::optional<Pose> pose;  ///< if it is known
@@ -261,7 +261,7 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
 /// program, and its auxiliary point, the last of the move, takes the place of the program's.
 struct ProgramPointBetween {
   size_t target = 0;  ///< the end of the move, or its auxiliary point
-  Pose pose;          ///< what is commanded there
+  Pose pose;          ///< the commanded pose
   /// Of the controller's model there [rad]; nothing: on the branch of the target, with its turns.
   std::optional<JointVector> q;
   double blend = 0;                      ///< radius within which it may be passed [m]
@@ -287,15 +287,15 @@ struct RewrittenProgram {
 /// change, and only of numbers that differ after rounding to Dialect::decimals(), or finer where
 /// more decimals were written. A declared point changes where it is declared, if all its moves need
 /// the same numbers and nothing else uses it; otherwise each move that needs other numbers gets a
-/// point of its own, written out in the move, of FANUC as a new position. What a point leaves out
-/// is added where the point before no longer gives it. An inserted point is written as the end of
-/// its move is, with other numbers; its move has the speed of that move and is passed without a
-/// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
-/// is written out too. No point is inserted in a move one of whose ends is not corrected. With
-/// `by`, what changes has check digits, two decimals more, but not of FANUC, whose files have
-/// three; numbers of poses, but for quaternions, are checked also if they are rounded to three
-/// decimals (six of UR), for which they move by up to kMostMovedIfRounded. Throws InputError if the
-/// controller would not load the program.
+/// point of its own, written out in the move, of FANUC as a new position. Numbers that a point
+/// leaves out are added if the point before no longer gives them. An inserted point is written as
+/// the end of its move is, with other numbers; its move has the speed of that move and is passed
+/// without a stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a
+/// divided arc is written out too. No point is inserted in a move one of whose ends is not
+/// corrected. With `by`, changed numbers have check digits: two more decimals, except for FANUC,
+/// whose files have three decimals; numbers of poses, but for quaternions, are checked also if they
+/// are rounded to three decimals (six of UR), for which they move by up to kMostMovedIfRounded.
+/// Throws InputError if the controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {},
                          std::optional<Corrector> by = std::nullopt);

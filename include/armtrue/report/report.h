@@ -9,8 +9,8 @@
 
 namespace armtrue {
 
-/// What a page shows about the run beside its results. It has a date only if `about` states one, so
-/// the same input always gives the same page.
+/// Data of the run that a page shows beside its results. It has a date only if `about` states one,
+/// so the same input always gives the same page.
 struct PageHead {
   const Document& product;            ///< of the command; the page shows its values
   std::vector<std::string> warnings;  ///< of the command

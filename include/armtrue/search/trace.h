@@ -12,12 +12,12 @@
 
 namespace armtrue {
 
-/// Another effect that this campaign cannot tell from a found effect, because it can imitate most
-/// of what the found effect does to the readings.
+/// Another effect that this campaign cannot distinguish from a found effect, because it can imitate
+/// most of its part in the readings.
 struct Rival {
   Effect effect;
-  double correlation = 0;  ///< cosine of the angle between what the found effect explains and the
-                           ///< closest that the rival can do
+  double correlation = 0;  ///< cosine of the angle between the part of the found effect in the
+                           ///< readings and its projection on the columns of the rival
   double delta_ebic = 0;   ///< by how much EBIC is higher with the rival in place of the effect
   /// The geometric parameters that change when the rival takes the place of the effect: those whose
   /// change moves the readings most.
@@ -62,9 +62,9 @@ struct Cycle {
   std::array<double, 2> frequency_ci95{0, 0};  ///< Student's
 };
 
-/// Share of one effect in what all found effects together explain of the residual of the geometry,
-/// averaged over the orders in which they may enter (see variance_shares). The shares of all
-/// effects sum to 1.
+/// Share of one effect in the fall of the sum of squares, from the geometry alone to all found
+/// effects, averaged over the orders in which they may enter (see variance_shares). The shares of
+/// all effects sum to 1.
 struct VarianceShare {
   double value = 0;
   /// By Student's t, clustered by pose; takes the set of effects as given.

@@ -9,7 +9,7 @@ namespace armtrue {
 /// numbers takes away: their last digits follow from the digits before them. Numbers that are not
 /// corrected have them by chance.
 
-/// What corrects numbers; each has check digits of its own.
+/// The command that corrects numbers; each has its own check digits.
 enum class Corrector { compensate, mirror };
 
 /// One of so many numbers with a given number of decimals is checked.

@@ -12,8 +12,8 @@ namespace armtrue {
 /// digits of all other numbers.
 inline constexpr double kMaxNumber = 1e15;
 
-/// The text of a number. Its type tells it from a name that looks like a number, such as the pose
-/// 0032: YAML must quote the name, but not the number.
+/// The text of a number. The type distinguishes it from a name that looks like a number, such as
+/// the pose 0032: YAML must quote the name, but not the number.
 class NumberText : public std::string {
  public:
   NumberText() = default;

@@ -10,7 +10,7 @@ namespace armtrue {
 
 struct TracedEffect;
 
-/// What close_loop concludes.
+/// The conclusion of close_loop().
 enum class Verdict {
   closed,              ///< effects were found, and nothing significant is left
   nothing_to_explain,  ///< no effect was found and the residual is noise
@@ -40,7 +40,7 @@ struct Grounds {
   /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
-  bool is_explained = false;       ///< what is left has a cause, see explanation_of_rest()
+  bool is_explained = false;       ///< the residual has a cause, see explanation_of_rest()
   bool shown_family = false;       ///< see TraceResult::shown_family
   bool angles_read_early = false;  ///< see common_backlash()
 };

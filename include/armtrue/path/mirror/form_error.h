@@ -31,7 +31,7 @@ struct FormError {
 /// The form error of some passes together, from their samples. `passes` are in the clock and the
 /// frame of `programmed`; each has the noise of its own record.
 ///
-/// Cosine transforms of stretches of a pass tell form from noise by frequency. With z the n
+/// Cosine transforms of stretches of a pass separate form and noise by frequency. With z the n
 /// coefficients of a stretch, K of them up to 3.125 Hz (or half of the highest frequency that the
 /// samples show, if that is lower) and S the mean of z z' from there to twice the frequency,
 ///     form^2 = (sum over the K of |z|^2 - K tr S) / n,

@@ -28,9 +28,9 @@ struct MirrorResult {
   ErrorSummary before;  ///< length of the trend while the tool moves [m]
   /// Expected mean distance from the programmed path in the next pass [m], under the condition that
   /// expected_if() names. With s the mean distance that stays uncorrected (because of the gain,
-  /// `max` or the engagement), B the mean square of what each of n passes has for itself (0 for a
-  /// single pass), F the mean square of `frame`, and M the mean square error of the trend, B / n
-  /// included,
+  /// `max` or the engagement), B the mean square of the deviation of each of n passes from their
+  /// common one (0 for a single pass), F the mean square of `frame`, and M the mean square error of
+  /// the trend, B / n included,
   ///     sqrt(max(0, s^2 - (pi / 4) (1 - gain)^2 B / n) + (pi / 4) (gain^2 M + B + F)).
   double expected_after = 0;
   /// The condition of expected_after; a single pass does not show how passes differ.
