@@ -26,8 +26,8 @@
 namespace armtrue {
 namespace {
 
-// A larger campaign starts from an even choice of its rows, then goes on with more and more of
-// them. A step with sixteen times the rows leads to a quarter of the distance to the end.
+// A larger campaign starts from rows at equal steps, then continues with sixteen times as many, and
+// so on: each fit leaves a quarter of the distance to the solution of all rows.
 constexpr int kRowsForStart = 4096, kMoreRows = 16;
 constexpr int kStepsOfRound = 2;     // of the solver, near the solution
 // Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,
@@ -70,8 +70,8 @@ ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
 }
 
 // Sets sigma, law and widths of the priors for the first round. Far from the solution sigma is that
-// of the misfit. The priors are widened by the same factor, so that they are not stronger, relative
-// to the readings, than at the solution. `noise`: what sigma will be there.
+// of the misfit. The priors are widened by the same factor, to keep their strength relative to the
+// readings. `noise`: what sigma will be there.
 void set_start(const CalibrationOptions& options, const ReadingSigma& noise,
                const Eigen::VectorXd& x, SessionModels& model, ReadingLaw& law, Priors& priors) {
   const std::vector<Eigen::Vector2d> at_start = raw_norms(model, x);
@@ -153,8 +153,8 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   return solution;
 }
 
-// Enters a deviation, unless nothing shows it: of readings that agree exactly the variance is what
-// rounding left of zero, of either sign.
+// Enters a deviation if its variance is positive: for readings that agree exactly, rounding leaves
+// a variance near zero of either sign.
 void set_deviation(const std::string& name, double variance, std::map<std::string, double>& std) {
   if (variance > 0 && std::isfinite(variance)) std[name] = std::sqrt(variance);
 }
@@ -211,9 +211,9 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
         " unknowns; measure more poses, or identify fewer parameters (--identify)");
 }
 
-// Gives effects that are declared without coefficients theirs, zeros. Without masses an effect of
-// gravity has as many as this geometry shows first moments, and those of an earlier geometry may be
-// more or fewer.
+// Sets the coefficients of effects that are declared without them to zero. Without masses an effect
+// of gravity has a coefficient for each first moment that this geometry shows; an earlier geometry
+// may have shown more or fewer.
 void match_coefficients(Robot& robot, const Campaign& campaign) {
   const bool knows_moments = !robot.bodies.empty() && !robot.ground_link;
   const auto match = [&](Effect& effect) {
@@ -234,9 +234,9 @@ void forget_measured(Robot& robot, int fitted_effects) {
     robot.effects[e].measured.reset();
 }
 
-// Whether an effect says nothing of values of its driver beyond those covered: a slope, a curve, or
-// less than one cycle, which readings of many causes resemble. Several cycles go on. A law of time
-// or temperature goes on, too, unless there is more that moves the same parameter by the same.
+// Whether an effect must not be extrapolated beyond the covered values of its driver: a slope, a
+// curve, or less than one cycle, which many causes resemble. Several cycles may be, and a law of
+// time or temperature, unless another effect moves the same parameter by the same driver.
 bool ends_at_readings(const Effect& effect, double covered, bool alone) {
   if (!can_be_bounded(effect) || (alone && !is_of_one_angle(effect))) return false;
   const Shape& shape = effect.shape;
@@ -252,8 +252,8 @@ bool ends_at_readings(const Effect& effect, double covered, bool alone) {
   }
 }
 
-// What this campaign has fitted ends where its readings do, with all that moves the same parameter
-// by the same driver: readings determine their sum, in which large parts may cancel.
+// Fitted effects end where the readings end, with all effects of the same parameter and driver:
+// readings determine their sum, in which large parts may cancel.
 void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
   const std::span fitted(robot.effects.begin(), fitted_effects);
   for (const Effect& ending : fitted) {

@@ -110,7 +110,7 @@ class ColumnChoice {
   IdentifiableSet choose();
 
  private:
-  // What some rows have of their own: a session, or a target.
+  // The own columns of some rows: those of a session, or of a target.
   struct Own {
     std::vector<int> parameters;  // of those in the basis; empty of a session
     Eigen::Index first_row;
@@ -232,8 +232,8 @@ Eigen::VectorXd ColumnChoice::remove_own(Eigen::Ref<Eigen::VectorXd> column) con
   return parts;
 }
 
-// Takes from `column` what the columns kept so far can imitate. Returns its coordinates in what
-// rows have of their own, and sets those in the basis of the others.
+// Projects `column` off the columns kept so far. Returns its coordinates in the own bases of rows,
+// and sets those in the common basis.
 Eigen::VectorXd ColumnChoice::project(Eigen::VectorXd& column, Eigen::VectorXd& part) const {
   Eigen::VectorXd of_own = Eigen::VectorXd::Zero(rank_of_own_);
   part = Eigen::VectorXd::Zero(common_.rank());
@@ -260,8 +260,8 @@ void ColumnChoice::absorb(int parameter, std::vector<std::pair<int, double>> sha
   set_.absorbed.push_back({parameter, std::move(shares)});
 }
 
-// A place of the tool that the readings leave open by more than a ruler would is chance, and no
-// prior holds it: a tool that is vertical but for rounding may be of any length.
+// A place of the tool that the readings determine worse than a ruler would is chance, and no prior
+// holds it: a tool that is vertical but for rounding may have any length.
 bool ColumnChoice::is_shown(int parameter, double left) const {
   constexpr int kAxes = 3;
   constexpr double kOpen = 0.1;           // m, standard deviation

@@ -106,7 +106,7 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Grou
   return models.join(factors);
 }
 
-// The folds of all groups at x; one that was made elsewhere is made anew.
+// The folds of all groups at x; one made at another x is computed again.
 std::vector<GroupFold> folds_at(const SessionModels& model, const ReadingLaw& law,
                                 const Eigen::VectorXd& x, std::vector<GroupFold> folds) {
   folds.resize(model.groups());
@@ -248,7 +248,7 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   for (const Prior& prior : priors) {
     result.prior_weight[prior.unknown] = 1.0 / prior.deviation;
     result.prior_residual[prior.unknown] = -prior.residual(x);
-    // Nothing, not what rounding leaves, of an unknown that no reading moves.
+    // Exactly zero, without rounding, for an unknown that moves no reading.
     if (information(prior.unknown, prior.unknown) == 0) {
       result.share_of_readings[prior.unknown] = 0;
       continue;

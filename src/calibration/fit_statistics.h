@@ -16,7 +16,7 @@ Eigen::MatrixXd joint_information(const SessionModels& models, const std::vector
 
 /// Number of unknowns that the positions and the orientations determine: tr J (J_all^T J_all +
 /// P)^-1 J^T, with J the rows of that kind and P the information of the priors. With many equations
-/// it is taken in proportion to their numbers, which gives sigma to 3 %.
+/// it is divided between the kinds by their numbers of equations, which gives sigma to 3 %.
 Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& information,
                              const Priors& priors, const Eigen::VectorXd& x);
 

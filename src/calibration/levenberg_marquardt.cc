@@ -84,7 +84,7 @@ class FoldedCost : public ceres::CostFunction {
     const int p = model_.unknowns();
     const Eigen::MatrixXd& triangle = last_.folded.factor;
     r.head(p) = triangle.col(p).head(p);
-    // What the linear part does not explain; no unknown moves it.
+    // The part of the loss that the linear part does not explain, a constant.
     r[p] = std::sqrt(std::max(0.0, last_.folded.loss - r.head(p).squaredNorm()));
     jacobian.topRows(p) = -triangle.topLeftCorner(p, p);
     r.tail(of_priors.size()) = of_priors;
@@ -93,10 +93,10 @@ class FoldedCost : public ceres::CostFunction {
   }
 
   // The same from a triangle C of the second derivative, C^T C = H + priors, and from the gradient
-  // g: residuals C^-T g, whose sum of squares is twice what the step promises. Where that is much,
-  // the solution is far, H may mislead, and a part of `bend` is left out (without it the step never
-  // overshoots); likewise where H is not positive definite. False where the triangle of the rows is
-  // at hand and is as good.
+  // g: residuals C^-T g, whose sum of squares is twice the fall that the step predicts. If that is
+  // large, the solution is far and H may be wrong, so a part of `bend` is left out (without `bend`
+  // the step never overshoots); likewise if H is not positive definite. False if the triangle of
+  // the rows exists and is as good.
   bool by_second_derivative(const Eigen::VectorXd& of_priors, Eigen::Map<Eigen::VectorXd>& r,
                             Eigen::MatrixXd& jacobian) const {
     const int p = model_.unknowns();

@@ -10,8 +10,8 @@
 
 namespace armtrue {
 
-/// The solver's last fold of one group of rows and the x of it. It is at the solution if the last
-/// step was accepted, and need then not be repeated for the statistics.
+/// The solver's last fold of one group of rows, and its x. If the last step was accepted, this x is
+/// the solution, and the statistics need no other fold.
 struct GroupFold {
   Eigen::VectorXd x;
   Fold folded;
@@ -20,12 +20,12 @@ struct GroupFold {
 struct Solution {
   bool converged = false;
   int iterations = 0;
-  std::string termination;       ///< the solver's own words
-  std::vector<GroupFold> folds;  ///< of each group, under the sigma and the law that were held
+  std::string termination;       ///< message of the solver
+  std::vector<GroupFold> folds;  ///< of each group, under the fixed sigma and law
 };
 
-/// Whose second derivatives a step takes where first derivatives are kept. Those of the first step
-/// cost the later ones nothing; a few short steps end at the same minimum with them.
+/// Second derivatives of a step where first derivatives are kept. With those of the first step
+/// later ones cost nothing, and a few short steps end at the same minimum.
 enum class Curvature { of_each_step, of_first_step };
 
 /// Minimises over x, by Levenberg-Marquardt (Ceres), with sigma and law held fixed,

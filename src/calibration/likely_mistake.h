@@ -14,7 +14,8 @@ namespace armtrue {
 /// `off` [m]. Mistakes: joint angles of another pose, exchanged or copied; ids of targets
 /// exchanged; a joint's sign; two joints exchanged; degrees for radians; a wrong unit or a wrong
 /// sign of a coordinate, two coordinates exchanged.
-/// `readings`: of each pose that is off, one row for each of its channels; `which` is asked for.
+/// `readings`: of each pose that is off, one row for each of its channels; `which`: index of the
+/// pose.
 std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& campaign,
                                           const std::vector<std::vector<int>>& readings,
                                           size_t which, double off, double tolerance);

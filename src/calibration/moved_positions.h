@@ -12,8 +12,8 @@
 
 namespace armtrue {
 
-/// How the positions of all rows follow the unknowns of a root. The own parameters of a further
-/// session count as those of the first: a root knows no others.
+/// Derivatives of the positions of all rows by the columns of a root. The own parameters of a
+/// further session count as those of the first, because a root has no others.
 class MovedPositions {
  public:
   /// `geometric`: as for ObservationModel. `root`: unknowns of the first session x columns. Keeps
@@ -21,9 +21,9 @@ class MovedPositions {
   MovedPositions(const Robot& robot, const Campaign& campaign, const std::vector<int>& geometric,
                  const Eigen::MatrixXd& root);
 
-  /// Calls add(result, rows, moved, residuals) for some rows after others and joins the results of
-  /// blocks in their order, on the machine's threads. `moved`: what the root moves the positions of
-  /// these rows, one below the other, 3 x columns each, or 1 x columns of lengths.
+  /// Calls add(result, rows, moved, residuals) for groups of rows, on the machine's threads, and
+  /// joins the results of blocks in their order. `moved`: derivatives of the positions of these
+  /// rows times the root, 3 x columns for each row, or 1 x columns for lengths.
   template <typename Result, typename Add, typename Join>
   void add_up(const Add& add, const Join& join) const {
     for_each_group([&](int g, const ObservationModel::At& at, const OwnRoot& root) {

@@ -5,16 +5,15 @@
 
 namespace armtrue {
 
-/// Sums over the readings of a pose: what the unknowns move them, axes x unknowns, and their
-/// residuals.
+/// Sums over the readings of a pose: derivatives by the unknowns, axes x unknowns, and residuals.
 struct PoseError {
   Eigen::MatrixXd moved;
   Eigen::VectorXd residual;
   int readings = 0;
 };
 
-/// Judges the errors of poses, each against what those before it say of the unknowns: a Kalman
-/// filter without motion (Kalman 1960). A pose says nothing of others where its error is gross.
+/// Judges the errors of poses, each given the poses before it: a Kalman filter with constant
+/// unknowns (Kalman 1960). A pose with a gross error does not update the unknowns.
 class PoseAfterPose {
  public:
   /// The unknowns have the covariance I, an axis of a pose the standard deviation `noise`.

@@ -40,20 +40,19 @@ PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
 Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                             const Eigen::Ref<const Eigen::VectorXd>& residual);
 
-/// The sum of v v^T of vectors v, of which each has few numbers that are not zero. It takes room
-/// for the coordinates that occur in them.
+/// The sum of v v^T over sparse vectors v, stored for the coordinates that occur in them.
 class SumOfSquares {
  public:
   SumOfSquares() = default;
-  /// With room for all of `count` coordinates.
+  /// Reserves all of `count` coordinates.
   explicit SumOfSquares(Eigen::Index count);
 
-  /// `vectors`: side by side, the numbers of these coordinates.
+  /// `vectors`: one a column, with the numbers of these coordinates.
   void add(const Eigen::Ref<const Eigen::MatrixXd>& vectors,
            const std::vector<Eigen::Index>& coordinates);
   void add(const SumOfSquares& other);
   bool is_empty() const { return coordinate_at_.empty(); }
-  /// Of `count` coordinates.
+  /// The sum as a dense matrix of `count` coordinates.
   Eigen::MatrixXd dense(Eigen::Index count) const;
 
  private:
@@ -97,7 +96,7 @@ class InfluenceSums {
 double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,
                            int dimension);
 
-/// The rows of `count` of the poses, evenly drawn; all if there are no more.
+/// The rows of `count` of the poses, at equal steps; all if there are no more.
 GroupedRows some_poses(const GroupedRows& all, int count);
 
 /// rows * root, where most columns of `rows` may be zero.
@@ -105,12 +104,12 @@ Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& r
                                       const Eigen::MatrixXd& root);
 
 /// The whitened and weighted rows of a pose, residuals last: unknowns + 1 columns. With weights w
-/// the equations J x = r of replicates, which have the same J, are as good as one of weight
-/// W = sum w and residual sum w r / W; others without derivatives are left out.
+/// the equations J x = r of replicates, which have the same J, are equivalent to one of weight W =
+/// sum w and residual sum w r / W; the others, which have no derivatives, are left out.
 Eigen::MatrixXd weighted_rows(const SessionModels::At& at, const std::vector<double>& weights,
                               std::span<const int> rows);
 
-/// So many poses make a block of for_each_pose().
+/// Number of poses in a block of for_each_pose().
 int poses_per_block(int poses);
 
 /// Calls `add(sums, influence, rows, coordinates)` for each pose, into a Sums for each block of
@@ -162,8 +161,8 @@ struct PoseRows {
   Eigen::VectorXd residual;
 };
 
-/// Where there are several groups: the rows of a root that the unknowns of each of them have,
-/// without the columns that are zero in all of those.
+/// For several groups: the rows of a root that belong to the unknowns of each group, without the
+/// columns that are zero in all of them.
 class RootsOfGroups {
  public:
   RootsOfGroups(const SessionModels& models, const SparseRows& root);

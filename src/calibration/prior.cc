@@ -19,8 +19,8 @@ constexpr double kMaxEffect = 0.005;  // m, rad: of a parameter, by one effect
 constexpr double kTypicalCurve = 5e-4, kMinWidth = 1e-6;
 constexpr size_t kMinOfCurve = 3;  // coefficients
 constexpr double kSettled = 0.01;  // relative change of a width
-// What an instrument errs, as a multiple of what its readings scatter: an estimate, which the
-// readings may correct. The rest that the laws leave, as a share of that: likewise.
+// Typical error of an instrument, as a multiple of the scatter of its readings, and the residual of
+// its laws, as a share of that: estimates that the readings may correct.
 constexpr double kTimesNoise = 3, kRest = 0.3;
 constexpr double kTypicalNoise = 1e-4;  // m, where the robot file states none
 // Of a coefficient whose driver is zero in all rows, about the value that it has: it only keeps
@@ -112,7 +112,7 @@ int width_of(const Effect& effect, Priors& priors) {
   return index_of(priors.widths, PriorWidth{name, 1, kWithinThree, 1});
 }
 
-// No law describes an instrument exactly: a distortion beside other errors is what they leave.
+// No law describes an instrument exactly: a distortion beside other errors is their residual.
 bool is_rest_of_instrument(const Robot& robot, const Effect& effect) {
   return is_polynomial(effect.shape) &&
          std::ranges::any_of(robot.effects, [&](const Effect& other) {
@@ -129,8 +129,8 @@ double unit_of_instrument(const Robot& robot, const Effect& effect, double mean_
   return 1.0 / (lever * std::sqrt(mean_square * count));
 }
 
-// The rest has a width of its own: where a law is exact, the readings show that the rest is small,
-// and it takes nothing from the lengths, however large the law's own coefficient is.
+// The residual has its own width: where a law is exact, the readings show that the residual is
+// small, and it takes nothing from the lengths, however large the coefficient of the law is.
 int width_of_instrument(const Robot& robot, const Effect& effect, Priors& priors) {
   constexpr double kWithinThree = 1.0986;  // ln 3
   const bool is_rest = is_rest_of_instrument(robot, effect);

@@ -5,18 +5,18 @@
 namespace armtrue {
 
 /// The branch of a posture among the solutions of the inverse kinematics, as three signs. Each is
-/// the sign of a quantity that is zero where two branches meet. 0: so near zero that it is both, or
-/// the arm has no such branches because it does not have six revolute joints.
+/// the sign of a quantity that is zero where two branches meet. 0: so near zero that both count, or
+/// the arm has not six revolute joints and no such branches.
 struct Branch {
   int shoulder = 0;  ///< wrist before or behind axis 1
   int elbow = 0;     ///< axes 2, 3 and wrist: bent up or down
   int wrist = 0;     ///< axes 4 and 6: bent to one side or the other
 };
 
-/// Of six revolute links from `first` on, whatever stands before them.
+/// Branch of the six revolute links from `first` on.
 Branch branch_of(const ChainEvaluator& arm, const JointVector& q, int first);
 
-/// Whether no sign differs; 0 fits both.
+/// Whether no sign differs; 0 equals both signs.
 bool is_same(const Branch& a, const Branch& b);
 
 /// Whether a posture stays on its previous branch. A sign that was 0 may become either.

@@ -165,9 +165,9 @@ class Compensation {
   }
 
   // The arm moves from command to command: the commands, not the program, give its motion. Where a
-  // joint reverses it moves less from point to point than the correction does, and commands of
-  // either direction agree with themselves: that of the program comes first, or they would go to
-  // and fro.
+  // joint reverses, it moves less from point to point than the correction, and commands for either
+  // direction are consistent: the direction of the program is tried first, or commands would
+  // alternate.
   void settle(CorrectedTarget& target, Context& context, const Pose& intended,
               const std::vector<Waypoint>& way) const {
     correct(target, context, intended);
@@ -229,7 +229,7 @@ class Compensation {
     return arms_now_->programmed.at(row, context, hint);
   }
 
-  // The posture that the target states; nothing if it need not have it and has not.
+  // The posture that the target states; nothing if its configuration is weak and no posture has it.
   std::optional<JointVector> stated_at(int row, Context context, const Configuration& stated,
                                        const std::optional<JointVector>& previous) const {
     const std::optional<JointVector> before = previous ? previous : options_.start;

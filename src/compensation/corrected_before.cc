@@ -30,8 +30,8 @@ int decimals_of(double value) {
 }
 
 // By how much a number may be off: by rounding, of a correction with its decimals, or with the most
-// that are left of them, and by its check digits. One alone may be shorter, because zeros were taken
-// from its end. `other_unit`: that of the numbers in another one in which they may be rounded.
+// that are left of them, and by its check digits. A single number may be shorter, because zeros at
+// its end were dropped. `other_unit`: factor to another unit in which the numbers may be rounded.
 std::vector<double> roundings(const std::vector<NumberBeside>& numbers, double least,
                               double other_unit) {
   constexpr double kHalf = 0.6;  // of a step, and what the other numbers of the point add
@@ -62,9 +62,9 @@ std::vector<double> roundings(const std::vector<NumberBeside>& numbers, double l
 // wrist that the minimum leaves at 0, a face that is level in both models.
 constexpr double kShortByAccident = 0.01;
 
-// Looks at the numbers beside the grid of so many decimals that the arm takes as others. Those of
-// one component that are beside it by the same amount, or that come to the same number, count once:
-// an error that is the same everywhere moves them alike, and a singular posture has one angle.
+// Looks at the numbers off the grid of so many decimals that the arm takes to other numbers. Those
+// of one component that are off by the same amount, or are taken to the same number, count once: an
+// error that is the same everywhere moves them alike, and a singular posture has one angle.
 struct RoundOnGrid {
   RoundWhereReached found;
   double chance = 1;  ///< that so many are round

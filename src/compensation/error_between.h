@@ -12,7 +12,7 @@
 
 namespace armtrue {
 
-/// What is known of the path to a row of a program.
+/// The known part of the path to a row of a program.
 struct WayToRow {
   bool is_known = false;  ///< where it begins
   /// The part of the path, from 0 to 1, that counts: beyond it the arm rounds the corners.

@@ -18,22 +18,22 @@ inline constexpr double kGoodEnough = 1e-9;
 
 struct JointCorrection {
   JointVector q;            ///< encoder angles [rad]
-  bool is_reached = false;  ///< within 1e-9 m and 1e-9 rad, damped, or as near as fewer axes come
+  bool is_reached = false;  ///< within kGoodEnough, damped, or as near as fewer axes come
   bool is_damped = false;  ///< the pose is not reached, because the change of the joints is limited
   /// The arm has fewer than six axes, and this is as near as they come.
   bool is_nearest = false;
 };
 
-/// How far the orientation of a target may lie beside what an arm of fewer than six axes can do
-/// [rad]: frames of programs are measured to lie flat within that; more is another target.
+/// Largest angle between the orientation of a target and those that an arm of fewer than six axes
+/// can have [rad]: frames of programs are measured to lie flat within that; more is another target.
 inline constexpr double kBesideAxes = 1.0 * kDegree;
 
 /// Whether the arm has fewer axes than a pose has coordinates, those that are held not counted.
 bool has_fewer_axes(const ProgramArm& arm);
 
 /// Joint angles near `start` at which the arm has the pose R_0 from TCP; see correct_joints() for
-/// the equation. On any branch. An arm of fewer than six axes has the position, and the orientation
-/// as near as it comes, within kBesideAxes.
+/// the equation. On any branch. An arm of fewer than six axes gets the position, and the nearest
+/// orientation within kBesideAxes.
 JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& start);
 
@@ -51,9 +51,9 @@ double share_of_start(int k, int joint);
 /// nearer, as when the exact correction would bend the wrist to the other side. `controller`
 /// defines the branch.
 ///
-/// An arm of fewer than six axes cannot have every pose. It comes as near as it can: of all joint
-/// angles with the least error of position, those with the least error of orientation (task
-/// priority; Nakamura, Hanafusa and Yoshikawa 1987).
+/// An arm of fewer than six axes cannot have every pose. It gets, of all joint angles with the
+/// least error of position, those with the least error of orientation (task priority; Nakamura,
+/// Hanafusa and Yoshikawa 1987).
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& programmed, const ProgramArm& controller);
 

@@ -310,7 +310,7 @@ class MoveDivision {
     rows.push_back(last_via);
   }
 
-  // Where the way to a row is divided; nowhere, and why_ says why, if it cannot be.
+  // Places at which the way to a row is divided; none, with the reason in why_, if it cannot be.
   std::vector<double> new_points(size_t i) {
     const Row& row = rows_[i];
     std::string& why = why_[row.move];
@@ -439,10 +439,10 @@ class MoveDivision {
     return found;
   }
 
-  // What an auxiliary point that has moved was without the division.
+  // An auxiliary point as it is without the division, which may have moved it.
   const CorrectedTarget& own_via(const Row& row) const { return of_program_[row.target()]; }
 
-  // Of an inserted end of a piece: what both its sides have room for.
+  // Blend of an inserted end of a piece: the room that both its sides have.
   double blend_at(size_t i) const {
     const size_t rows = rows_of_piece(rows_[i].move);
     const Row &row = rows_[i], &next = rows_[i + rows];

@@ -68,8 +68,8 @@ void PostureSearch::take(const JointVector& solution) {
   }
 }
 
-// Starts would find the same, but some hundred of them, each of some steps, are needed to say that
-// there is none. Of several postures that the configuration allows, the starts choose.
+// Starts would find the same, but it takes some hundred of them, of several steps each, to show
+// that there is none. If the configuration allows several postures, the starts choose one.
 bool PostureSearch::look_at_all() {
   const auto all = all_postures(arm_, context_, wanted_);
   if (!all) return false;

@@ -24,11 +24,11 @@ class CommandedMotion {
   explicit CommandedMotion(const Campaign& visits)
       : states_arrival_(!visits.arrival.empty()), states_stroke_(!visits.stroke.empty()) {}
 
-  /// Puts the motion from the last command through `way`, whose last place is the next command,
-  /// into a context. Between two places every joint moves in one direction.
+  /// Sets arrival and stroke of a context by the motion from the last command through `way`, whose
+  /// last place is the next command. Between two places every joint moves in one direction.
   void arrive(Context& context, std::span<const JointVector> way) const;
   void arrive(Context& context, const JointVector& q) const { arrive(context, std::span(&q, 1)); }
-  /// Goes on from the last place of `way`.
+  /// Makes the last place of `way` the last command.
   void go_to(std::span<const JointVector> way) { last_ = behind(way); }
   void go_to(const JointVector& q) { go_to(std::span(&q, 1)); }
 

@@ -17,7 +17,7 @@ struct TcpWay {
   double from = 0, to = 1;  ///< in 0 <= t <= 1 of Way::at()
 };
 
-/// How the TCP comes to a row; jointly where the program says nothing.
+/// Motion of the TCP to a row; a joint move if the program states none.
 ProgramMotion motion_to(const Program& program, size_t row);
 
 /// Nothing of joint moves, of moves without their other points, and of arcs whose points lie on a
@@ -57,10 +57,10 @@ struct Waypoint {
   JointVector q;     ///< [rad or m]
 };
 
-/// Places on the way to a row, the row itself the last, so dense that the joints turn back at one
-/// of them: nearer to each other towards the row, because the direction in which a joint arrives
-/// there is that of its last motion. The row alone if the controller's model does not follow the
-/// way, or not to these joint angles.
+/// Places on the way to a row, the row itself the last, dense enough to show where a joint
+/// reverses: denser towards the row, because the direction in which a joint arrives there is that
+/// of its last motion. The row alone if the controller's model cannot follow the way, or ends at
+/// other joint angles.
 std::vector<Waypoint> waypoints(const ProgramArm& controller, const Program& program,
                                 const Context& context, const TcpWay& way,
                                 const JointsOfEnds& ends);

@@ -53,7 +53,7 @@ class ChangeProblem {
 
   struct Fit {
     Eigen::VectorXd x;  ///< errors, then moves
-    // Both from the last look at the rows, which is before the last, very small step.
+    // Both from the last pass over the rows, before the last, very small step.
     Eigen::MatrixXd root;         ///< L with L L^T = information^-1 of x
     std::vector<double> weights;  ///< of the rows; empty if the law is Gaussian: 1
     double loss = 0;              ///< chi-square, or twice the negative log-likelihood
@@ -72,16 +72,14 @@ class ChangeProblem {
 
   /// The most likely errors of the previous parameters and moves, if the hypotheses `moved` are
   /// true together: Gauss-Newton on
-  ///     sum over the rows of loss(|r|^2) / replicates + sum over the unknowns of (x /
-  ///     deviation)^2,
-  /// with the weights of the rows found anew at every step. Every step adds up the rows in blocks
-  /// over the threads of the machine: memory does not grow with their derivatives.
+  ///     sum over the rows of loss(|r|^2) / replicates + sum over unknowns of (x / deviation)^2,
+  /// with new weights of the rows at every step. Every step adds up the rows in blocks over the
+  /// threads of the machine: memory does not grow with their derivatives.
   Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
-  /// By how much the loss would fall with each hypothesis, beside the fit without any, in one step
-  /// with the weights of the rows as they are there. It falls by more, because rows that the
-  /// hypothesis explains gain weight.
+  /// Fall of the loss with each hypothesis, from the fit without any, in one step with the weights
+  /// of that fit. The true fall is larger, because rows that the hypothesis explains gain weight.
   std::vector<double> promised_falls(const ReadingLaw& law, const Fit& nothing) const;
-  /// Sets, once, what takes one more pass over the rows: the covariances and the chi-squares.
+  /// Sets the covariances and the chi-squares, in one more pass over the rows.
   void complete(const std::vector<int>& moved, Fit& fitted) const;
 
   /// Mean position error of the previous robot with the fitted moves and the fitted bases of

@@ -15,9 +15,9 @@ namespace armtrue {
 /// of the residual, and BIC falls by more than 20. Points only.
 std::optional<Suspicion> find_depth_scale(const PlainFit& fit);
 
-/// The same of readings that miss the robot file by so much that no calibration follows: names the
-/// scale (between -20 % and 25 %) with which `miss` of the corrected readings is a tenth of what it
-/// is [m]. `miss`: of a robot whose base and tool are fitted.
+/// The same for readings so far from the robot file that no calibration succeeds: names the scale
+/// (between -20 % and 25 %) that lowers `miss` [m] to a tenth. `miss`: of a robot whose base and
+/// tool are fitted.
 std::optional<std::string> find_gross_depth_scale(
     const Campaign& campaign, const std::function<double(const Campaign&)>& miss);
 

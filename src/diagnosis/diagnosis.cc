@@ -416,7 +416,7 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   });
   for (const std::vector<int>& rows : sessions) {
     SessionFindings found = diagnose_session(given, all, rows);
-    // Where the robot file is what does not fit, smaller sessions show it less well.
+    // If the robot file itself does not fit, smaller sessions show it less clearly.
     if (found.findings.empty() && found.fits) continue;
     const bool is_of_one = &rows != &sessions.front();
     if (!found.findings.empty() && is_of_one)

@@ -10,9 +10,9 @@ namespace armtrue {
 /// Names joint angles that were read while the arm still moved. With s the sign of arrival of the
 /// joints, or their last motion,
 ///     theta_j += c_j s_j
-/// beside all unknowns of the fit and the sag of the joints under gravity. Gears do so each by its
-/// own play, and the arm stays behind where its motors came from (c < 0). Two marks, of BIC falling
-/// by more than 20 with one c for all joints:
+/// beside all unknowns of the fit and the sag of the joints under gravity. Backlash differs from
+/// gear to gear, and its arm stays behind (c < 0). One of two conditions, besides a fall of BIC by
+/// more than 20 with one c for all joints:
 /// - one c explains as much as the c_j (BIC is not higher), of either sign; the readings show of more
 ///   than half of the joints, three at least, that c_j is c within a quarter, and of none that it is
 ///   not;

@@ -74,7 +74,7 @@ class Stretches {
  private:
   int rows() const { return static_cast<int>(order_.size()); }
 
-  // Where enough readings to begin with end; all that are left, if they are fewer.
+  // End of the first readings that suffice for a start; the end of all, if they are fewer.
   int end_of_first(int begin) const {
     std::set<int> poses;
     int end = begin;
@@ -99,7 +99,7 @@ class Stretches {
     return placed ? std::optional(Stretch{begin, end, std::move(*placed)}) : std::nullopt;
   }
 
-  // Up to there the near readings outnumber the far ones by most.
+  // Place up to which the near readings outnumber the far ones most.
   int end_of_near(const Robot& placed, int begin) const {
     const std::vector<double> miss = position_errors(placed, readings(begin, rows()));
     int lead = 0, most = 0, end = begin;
@@ -149,7 +149,7 @@ std::vector<Stretch> parts_in(const Robot& robot, const Campaign& campaign,
 
 enum class Moved { frame, tool, neither };
 
-// What alone makes the parts different from the longest of them.
+// Whether the frame alone or the tool alone makes the parts differ from the longest of them.
 Moved moved_in(const std::vector<Stretch>& parts, const Stretches& all) {
   const Stretch& longest = *std::ranges::max_element(
       parts, {}, [](const Stretch& part) { return part.end - part.begin; });

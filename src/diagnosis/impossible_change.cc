@@ -62,8 +62,8 @@ std::optional<std::string> find_unlikely_change(const Robot& nominal, const Plai
   constexpr double kUnlikelyLength = 0.02, kUnlikelyAngle = 0.1;  // m, rad
   const auto change = find_large_change(nominal, fit.result, kUnlikelyLength, kUnlikelyAngle);
   if (!change) return std::nullopt;
-  // Where readings say little of a link, as those along a path, what the model lacks moves it far.
-  // A wrong link is seen in the errors of the robot file as well.
+  // Where readings determine a link poorly, as along a path, a lack of the model moves it far. A
+  // wrong link shows in the errors of the robot file, too.
   constexpr double kShareSeen = 0.05;  // of a length, or of an angle by 1 m
   try {
     const Robot placed = placed_nominal(nominal, fit.readings);

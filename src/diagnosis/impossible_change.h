@@ -18,8 +18,8 @@ inline constexpr const char* kCheckColumnsAndJoints =
 std::optional<std::string> find_impossible_change(const Robot& nominal,
                                                   const CalibrationResult& result);
 
-/// The same from 20 mm or 0.1 rad on, which a calibration can follow: the result predicts well, but
-/// what it corrects, the controller's own model, may not be the robot file's. Nothing if the robot
+/// The same from 20 mm or 0.1 rad on, where a calibration succeeds and predicts well, but the
+/// controller's model, which it corrects, may not be that of the robot file. Nothing if the robot
 /// file, with base and tool placed, errs by less than a twentieth of that (an angle by 1 m).
 std::optional<std::string> find_unlikely_change(const Robot& nominal, const PlainFit& fit);
 

@@ -12,7 +12,7 @@ namespace armtrue {
 ///   by 10 K and by ten steps (median) of the series, or lies farther from all others than they do
 ///   from each other;
 /// - as a time, is that of several poses while each other pose has a time of its own, and the clock
-///   goes on behind it as if nothing were;
+///   goes on after it without a gap;
 /// - as a force or a torque, lies ten times as far from all others as they do from each other, or
 ///   stands in all of a row's components.
 /// Warnings: a temperature that stays the same to the last digit and then jumps; torques that are

@@ -11,10 +11,10 @@
 
 namespace armtrue {
 
-/// The geometry of a robot, calibrated to at most 500 readings of a campaign, evenly chosen, by
-/// plain least squares: a heavy-tailed law would take the smaller of two parts for blunders. Of
-/// images at most 100 of each camera and board, with 12 corners each, whose ids may be wrong: the
-/// law is heavy-tailed, and reading_equations() leave these corners out.
+/// The geometry of a robot, calibrated by plain least squares to at most 500 readings of a
+/// campaign, at equal steps: a heavy-tailed law would take the smaller of two parts for blunders.
+/// Of images at most 100 of each camera and board, with 12 corners each, whose ids may be wrong:
+/// the law is heavy-tailed, and reading_equations() leave these corners out.
 struct PlainFit {
   Campaign readings;
   CalibrationResult result;
@@ -25,7 +25,7 @@ struct PlainFit {
 /// Nothing if the readings are too few.
 std::optional<PlainFit> fit_plainly(const Robot& robot, const Campaign& campaign);
 
-/// The same with another fit in its place, effects included, which stay as they are.
+/// The same with a given fit, whose effects stay as they are.
 PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign);
 
 /// Whitened equations of a fit, and of further unknowns that were not fitted. Each session has a
@@ -40,10 +40,10 @@ struct FitEquations {
 
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
 
-/// The same where all rows of an image are one reading. With O the derivatives of its corners by
-/// the six numbers of where the board is, its equations are Q^T of theirs, Q an orthonormal basis
-/// of the columns of O: six numbers, which are all that an image says of the pose of an arm.
-/// Corners that contradict the others of their image take no part.
+/// The same with all rows of an image as one reading. With O the derivatives of its corners by the
+/// pose of the board and Q an orthonormal basis of the columns of O, its six equations are Q^T
+/// times those of the corners: all that an image shows of the pose of an arm. Corners that
+/// contradict the others of their image take no part.
 FitEquations reading_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
 
 /// Further unknowns that are fitted beside the others.
@@ -58,20 +58,21 @@ JointFit fit_beside(const Eigen::MatrixXd& columns, const FitEquations& equation
 JointFit fit_beside(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& on_basis,
                     const Eigen::VectorXd& slope, const FitEquations& equations);
 
-/// Fall of BIC by these unknowns, the best of so many `choices`; 0 where the readings of so many
-/// poses leave no freedom for them. Of few readings chance explains nearly all by as many unknowns
-/// as they have freedom: what is left of it counts.
+/// Fall of BIC by these k unknowns, the best of so many `choices`. With f = poses * row_size -
+/// columns of the basis it is
+///     -(f - k) ln(1 - share) - k ln f - 2 ln choices.
+/// 0 if f <= k. f - k, not f, because with few poses k unknowns explain nearly all by chance.
 double fall_of_bic(const JointFit& joint, const FitEquations& equations, double poses,
                    double choices);
 
 /// A fall of BIC that is not chance.
 inline constexpr double kClearFall = 20;
 
-/// Whether the errors of most readings fall by what further unknowns explain (columns times value),
-/// not only those of a few blunders.
+/// Whether `explained` (columns times value) lowers the errors of most readings, not only those of
+/// a few blunders.
 bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations);
 
-/// The readings without which a fit is best, as blunders, and the fall of BIC without them.
+/// The readings without which BIC is lowest, as blunders, and the fall of BIC.
 struct Blunders {
   double score = 0;
   std::vector<int> rows{};  ///< of PlainFit::readings, ascending

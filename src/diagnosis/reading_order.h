@@ -14,10 +14,11 @@ struct ReadingOrder {
   std::vector<int> rows;
 };
 
-/// That of the times, of the lines and, if they are numbers, of the ids of the poses.
+/// The orders of the times, of the lines and, if they are numbers, of the ids of the poses.
 std::vector<ReadingOrder> orders_of(const Campaign& campaign);
 
-/// The parts of a campaign that begin with these rows, in words, and what makes sessions of them.
+/// The parts of a campaign that begin with these rows, in words, and how the user makes sessions of
+/// them.
 ChangedPart parts_from(const std::vector<int>& rows, const ReadingOrder& order,
                        const Campaign& campaign);
 

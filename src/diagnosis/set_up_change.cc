@@ -68,7 +68,7 @@ std::vector<int> readings_in(const ReadingOrder& order, const FitEquations& equa
   return readings;
 }
 
-// `last`: row of the last reading before the change; `first`: of the one behind it.
+// `last`: row of the last reading before the change; `first`: of the first one after it.
 ChangedPart part_of(int last, int first, const ReadingOrder& order, const Campaign& campaign) {
   if (!campaign.has_pixels_only()) return parts_from({first}, order, campaign);
   const auto pose = [&](int row) { return campaign.pose_ids[campaign.pose[row]]; };

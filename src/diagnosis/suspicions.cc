@@ -29,7 +29,7 @@ std::optional<Suspicion> best_change(const PlainFit& fit) {
   return by_place;
 }
 
-// The same, where it explains more than a few blunders do, which are left out otherwise.
+// The same if it explains more than a few blunders do; otherwise these are left out.
 std::optional<std::string> find_change(PlainFit fit) {
   for (;;) {
     const auto change = best_change(fit);
@@ -60,7 +60,8 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (fit->result.spread.position < kResolution) return found;
   auto change = find_impossible_change(robot, fit->result);
   if (change)
-    // Least squares follow a gross pose as far: they say something of the others only.
+    // Least squares follow a gross pose that far: only a fit without it says something of the
+    // others.
     if (const auto gross = find_gross_poses(robot, campaign); !gross.empty()) {
       fit = fit_plainly(robot, without_gross(campaign, gross));
       if (!fit) return found;

@@ -6,8 +6,8 @@
 #include "programs/text_cursor.h"
 #include "programs/written_number.h"
 
-// What a correction leaves in a program. A comment stays in a program that is loaded, run and read
-// back. FANUC takes at most 32 characters.
+// The mark of a correction. A comment stays in a program that is loaded, run and read back. FANUC
+// takes at most 32 characters.
 
 namespace armtrue {
 namespace {

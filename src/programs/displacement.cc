@@ -124,7 +124,8 @@ class Displacement {
       warnings_.add(here.line, "stands in a loop; every turn gets the correction of the first");
   }
 
-  // A point off the path keeps its text: what it leaves out follows the point before.
+  // A point off the path keeps its text: coordinates that it leaves out are those of the point
+  // before.
   void find_commands() {
     commands_.resize(program_.targets.size());
     for (size_t k = 0; k < program_.targets.size(); ++k) {
@@ -189,7 +190,7 @@ class Displacement {
   // The target at which the move to k begins.
   size_t start_of(size_t k) const { return k - (target(k).motion == MotionKind::arc ? 2 : 1); }
 
-  // Whether the path between two of its places is the way: then the arm drove it.
+  // Whether the path between two of its places coincides with the way, so that the arm drove it.
   bool is_on_path(const Way& way, double from, double to) const {
     for (auto s = static_cast<Index>(std::ceil(from)); s <= static_cast<Index>(to); ++s)
       if (!place_on(way, path_.position.col(s))) return false;
@@ -291,7 +292,8 @@ class Displacement {
                     "lies between follows");
   }
 
-  // The part of a displacement along a line does not bend it: it moves the knot along the line.
+  // The component of a displacement along a line does not bend it: it moves the knot along the
+  // line.
   static void move_along(const Way& way, std::vector<Knot>& knots) {
     const Vector3d along = (way.end.translation - way.start.translation).normalized();
     for (size_t i = 0; i < knots.size(); ++i) {

@@ -62,8 +62,8 @@ class MoveWriter {
 };
 
 /// The edits that insert a move for each point `between`, in the order in which the arm passes
-/// them, that replace the auxiliary points of divided arcs, and that write own points into their
-/// moves. `changes`: of the point of the target of each point between, to make this one of it. The
+/// them, replace the auxiliary points of divided arcs, and write own points into their moves.
+/// `changes`: for each point between, the edits that make it from the point of its target. The
 /// moves of the points have no obstacle.
 std::vector<TextEdit> insertion_edits(const RobotProgram& program,
                                       const std::vector<ProgramPointBetween>& between,

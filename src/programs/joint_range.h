@@ -5,8 +5,8 @@
 
 namespace armtrue {
 
-/// Whether a joint is programmed in a range [rad], or beside it by less than the angles of a
-/// written pose are known, and commanded outside of it.
+/// Whether a joint is programmed in a range [rad], up to the rounding of a written pose, and
+/// commanded outside of it.
 inline bool leaves(double low, double high, int joint, const ProgramCommand& command) {
   constexpr double kWritten = 1e-4 * kDegree;  // the decimals of a pose
   const double before = command.programmed[joint], now = command.q[joint];

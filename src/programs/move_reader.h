@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// What the readers of all makers do with a move: it becomes targets, or is left alone.
+/// Common to the readers of all makers: a move becomes targets, or is left alone.
 class MoveReader {
  protected:
   explicit MoveReader(RobotProgram& program)

@@ -20,11 +20,11 @@ int joined(int a, int b) {
 
 }  // namespace
 
-// Follows each routine until no value changes any more: what the end of a loop or of a routine that
-// is called passes on counts before it in the text, too. All values only go from unreached to one
-// value to uncertain, so each routine is followed a few times, whatever the order. A call follows
-// the routine that it calls at once if that begins with another value than before: so a long list
-// of calls, each of which has what the one before leaves, is followed once.
+// Follows each routine until no value changes any more: the end of a loop, or of a called routine,
+// passes its value to an earlier place of the text. A value only changes from unreached to one
+// value to uncertain, so each routine is followed a few times, in any order. A call follows the
+// routine that it calls at once if that begins with another value than before: so a long list of
+// calls, each of which has what the one before leaves, is followed once.
 class FlowOfValue {
  public:
   FlowOfValue(const std::vector<const ProgramFlow::Place*>& steps,
@@ -450,7 +450,7 @@ FlowOfVariables::Values FlowOfVariables::follow(std::vector<ProgramFlow::Setting
   return result;
 }
 
-// What the text gives the variable before a place, if no other way than the text leads there.
+// The value that the text gives the variable before a place, if only the text leads there.
 std::optional<int> FlowOfVariables::Values::given_at(size_t place) const {
   const auto behind = std::ranges::upper_bound(settings_, place, {}, &ProgramFlow::Setting::at);
   if (!flow_->is_simple_ || behind == settings_.begin()) return std::nullopt;
@@ -494,8 +494,8 @@ int FlowOfVariables::Values::at(size_t place) const {
   return value == kUnreached ? kUncertain : value;
 }
 
-// What all calls of a routine hand to it, also those of others that hand on what they are called
-// with. One that nothing calls begins with anything.
+// The values that all calls of a routine hand to it, also through routines that hand on their own.
+// A routine that nothing calls begins with any value.
 int FlowOfVariables::Values::entry(int routine) const {
   if (const auto known = entries_.find(routine); known != entries_.end()) return known->second;
   int all = kUnreached;

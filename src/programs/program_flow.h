@@ -74,7 +74,7 @@ class ProgramFlow {
 /// routine that changes a variable neither itself nor by its calls hands on the value with which it
 /// is called, so only the others are followed: the cost of a variable grows with the routines that
 /// change it and those that call them, not with the program. Mostly a variable is used where the
-/// text runs on from what it was given; then nothing is followed.
+/// text continues from its assignment; then nothing is followed.
 class FlowOfVariables {
  public:
   /// `flow`: all its steps; it must outlive this.

@@ -109,7 +109,8 @@ class Rewriter {
     return commands_[end].is_corrected && commands_[start].is_corrected;
   }
 
-  // What each target and each point between them wants, in the order in which the arm passes them.
+  // The numbers that each target and each point between them needs, in the order in which the arm
+  // passes them.
   void find_wanted() {
     for (size_t k = 0; k < program_.targets.size(); ++k) wanted_.push_back(wanted_by(k));
     size_t next = 0;  // point between
@@ -131,8 +132,8 @@ class Rewriter {
     }
   }
 
-  // Behind a branch or in a loop the controller has the numbers of one of several points: those in
-  // which they differ are not held.
+  // After a branch or in a loop the controller has the numbers of one of several points: `held_`
+  // has only those that are equal.
   void start_move(size_t target) {
     const std::vector<size_t>& starts = program_.targets[target].starts;
     if (starts.size() == 1 && starts[0] + 1 == target) return;
@@ -152,7 +153,7 @@ class Rewriter {
   }
 
   // Adds the numbers that a point leaves out, if the controller would have others from the points
-  // before; what it has then is held.
+  // before; updates `held_`.
   void hold(size_t target, bool is_via, Wanted& wanted) {
     const ProgramPoint& point = point_of(target);
     hold_external(target, is_via, wanted);
@@ -257,8 +258,8 @@ class Rewriter {
     return dialect_.written_out(program_, point, {texts, wanted.configuration, wanted.external});
   }
 
-  // Changes a point where it is declared if all its targets want the same, or else writes it into
-  // the moves that want another one.
+  // Changes a point where it is declared if all its targets need the same numbers; otherwise writes
+  // it into the moves that need others.
   void write_point(size_t index) {
     const ProgramPoint& point = program_.points[index];
     const Wanted& first = wanted_[uses_[index].front()];
@@ -404,8 +405,8 @@ class Rewriter {
     return rounded_text(value, written, kept);
   }
 
-  // The numbers of a command. A part that is the target's keeps the written numbers, also where a
-  // quaternion is not unit, or angles are not unique.
+  // The numbers of a command. Position or orientation that equals the target's keeps the written
+  // numbers, even if a quaternion is not unit, or angles are not unique.
   std::vector<double> numbers_of(size_t index, const std::vector<double>& written) const {
     const ProgramTarget& target = program_.targets[index];
     const ProgramCommand& command = commands_[index];

@@ -42,9 +42,9 @@ class MovedPlaces {
   std::map<Place, size_t> added_;  // bytes, modulo 2^64 as their sums
 };
 
-// Copies in rounds: a copy makes what behind its call holds more certain, and a copy of a caller
-// calls the routine, too. So those that others call, which get copies themselves, wait, and
-// routines that call themselves have none.
+// Copies in rounds: a copy makes the frames after its call certain, and a copy of a caller calls
+// the routine, too. So routines wait for their callers that get copies, and routines that call
+// themselves get none.
 class RoutineCopier {
  public:
   RoutineCopier(RobotProgram program, const KnownFrames& known, TargetParts parts)
@@ -127,8 +127,8 @@ class RoutineCopier {
     return -1;
   }
 
-  // The calls that get copies. The routine itself is that of the first ones, if nothing else needs
-  // it as it is.
+  // The calls that get copies. The first calls keep the routine itself, if nothing else needs it
+  // unchanged.
   Groups copies_of(size_t index) const {
     const Routine& routine = routines_[index];
     if (!needs_[index] || !routine.can_be_copied || is_copy(routine)) return {};

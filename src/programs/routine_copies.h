@@ -5,8 +5,8 @@
 
 #include "armtrue/programs/robot_program.h"
 
-// A routine that is called with several tools or frames has moves to which no one pose belongs.
-// Each of these calls gets a copy of the routine, in which the moves have one.
+// A routine that is called with several tools or frames has moves without a unique pose. Each of
+// these calls gets a copy of the routine, in which each move has one pose.
 
 namespace armtrue {
 

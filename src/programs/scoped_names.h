@@ -29,7 +29,7 @@ class Scopes {
   int now_ = 0;
 };
 
-/// What names stand for. A routine may give a name another meaning than the text around it does.
+/// Meanings of names by scope. A routine may give a name another meaning than the text around it.
 template <class Value>
 class ScopedNames {
  public:

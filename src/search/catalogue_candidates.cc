@@ -34,7 +34,7 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
   if (needs_masses && (robot.bodies.empty() || by_positioner)) return false;
   if (driver.kind == DriverKind::tool_weight && by_positioner) return false;
   if (of_positioner(driver.factor, driver.second_joint)) return false;
-  // The part is not what stands on the floor.
+  // The part does not stand on the floor.
   const Parameter& parameter = effect.parameter;
   if (robot.ground_link && driver.kind == DriverKind::moment && parameter.owner == Owner::base)
     return false;
@@ -174,7 +174,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
         }
       }
     }
-  // One of the candidates that are at least as usual, and may be chosen.
+  // The charge for one of the candidates that are at least as usual, and may be chosen.
   for (Candidate& candidate : candidates) {
     long choices = 0;
     const Usual own = usual[&candidate - candidates.data()];

@@ -143,8 +143,8 @@ GainLeftOut CrossValidation::of(const Directions& added) const {
   });
 }
 
-// The other poses give x = G^-1 b with the effect. Without it x has no share in the span S of what
-// only the effect explains:
+// The other poses give x = G^-1 b with the effect. Without it x has no component in the span S of
+// the directions that only the effect has:
 //     x - G^-1 S (S^T G^-1 S)^-1 S^T x.
 GainLeftOut CrossValidation::of_effect(int effect) const {
   const Linearization::Loss loss = fit_.without({effect});

@@ -5,10 +5,10 @@
 
 namespace armtrue {
 
-/// Products of many vectors with cycles sin(n x), cos(n x) at many frequencies n, from those at
-/// few. With u = x - m, |u| <= h, m the middle of the range of x, a cycle changes with its
-/// frequency no faster than exp(i n h) does. So frequencies j D, D = pi / (1.5 h), as nodes tell
-/// those between:
+/// Products of many vectors with cycles sin(n x), cos(n x) at many frequencies n, interpolated from
+/// few frequencies (nonuniform Fourier transform). With u = x - m, |u| <= h, m the middle of the
+/// range of x, a cycle changes with its frequency no faster than exp(i n h). So nodes at the
+/// frequencies j D, D = pi / (1.5 h), give those between:
 ///     exp(i n u) = sum_j w(n / D - j) e_j(u),    e_j(u) = exp(i j D u) / W(D u),
 /// with the window w of Kaiser and Bessel, 16 nodes wide, and its Fourier transform W. The error is
 /// below 1e-9. (The Fourier transform of values at uneven places; Keiner, Kunis, Potts, ACM TOMS 36

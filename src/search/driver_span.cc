@@ -47,7 +47,7 @@ std::optional<Driver> session_driver(const Campaign& campaign) {
   }
   if (times.empty()) return driver;
   std::ranges::sort(times);
-  // Times that begin anew in each session do not say what was before it.
+  // Times that start again in each session do not order the sessions.
   for (size_t k = 1; k < times.size(); ++k)
     if (times[k].first <= times[k - 1].second) return driver;
   return std::nullopt;
@@ -116,8 +116,8 @@ std::vector<Shape> with_inner_values(const Shape& shape, const Span& span, doubl
 
 namespace {
 
-// Poses at which a driver must have another value than its commonest one. A level at a single pose is
-// that pose's own error, and a blunder there would make an effect.
+// Poses at which a driver must have another value than its commonest one. A value at a single pose
+// would explain that pose's own error, so a blunder would look like an effect.
 constexpr size_t kPosesOfLevel = 3;
 
 // Whether a value that each row has, or has not, differs between the rows of several poses. `value`

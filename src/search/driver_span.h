@@ -46,8 +46,7 @@ double begin_of_time(const Span& span);
 std::vector<double> step_places(const Span& span, int count);
 
 /// Whether a reading shows at least a quarter of the height that a bump has over the travel
-/// covered. Where it stands in a gap of the readings, they see its flanks alone: any height would
-/// do there.
+/// covered. In a gap of the readings, they show its flanks alone, and its height is not determined.
 bool shows_bump(const Shape& bump, const Span& readings);
 
 /// One shape without inner values (t*, tau), or each of its grid; `degree` as Candidate has it.

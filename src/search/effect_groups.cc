@@ -183,10 +183,10 @@ class Groups {
            static_cast<double>(contexts_.size());
   }
 
-  // What turns or bends under gravity is as stiff as its part of the arm demands, and no part is
-  // more than a hundred times softer than the one that carries most. So the torque on a flange
-  // whose mass lies on its axis does not tell the size of its coefficient, which a payload would
-  // multiply.
+  // A part that turns or bends under gravity is as stiff as its place in the arm demands, and at
+  // most a hundred times softer than the part that carries most. So a torque of nearly zero, as on
+  // a flange whose mass lies on its axis, does not set the size of its coefficient, which a payload
+  // would multiply.
   void add_of_gravity(const std::vector<std::pair<int, Driver>>& places, double size) {
     constexpr double kSofter = 100;
     double largest = 0;
@@ -276,7 +276,7 @@ class Groups {
       add(zero_offset(robot_.chain, j), {DriverKind::arrival, j, -1, ""}, sign_shape(), kOfArrival);
   }
 
-  // A campaign at an even temperature tells no size either: a metre of steel grows by 12 um per
+  // A campaign at constant temperature gives no size either: a metre of steel grows by 12 um per
   // kelvin.
   void conditions() {
     constexpr double kKelvin = 1;

@@ -119,9 +119,9 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
   if (options.progress) options.progress("fitting the geometry");
   as_filed_ = calibrate(robot, campaign);
   fit_ = as_filed_;
-  // A constant that is left out of the fit and far off looks like an effect. Where the readings
-  // show it, and it leaves nothing but noise, it is one of the constants; else it would take up a
-  // part of the effects.
+  // A constant that is far off and not in the fit looks like an effect. It becomes a constant of
+  // the fit if the readings show it and it leaves only noise; otherwise it would absorb a part of
+  // the effects.
   const IdentifiableSet free = with_tool_of_small_angles(as_filed_.robot, campaign, as_filed_.set);
   if (!free.by_small_angles.empty())
     if (CalibrationResult all = calibrate(robot, campaign, free); leaves_noise(all, campaign))

@@ -17,8 +17,8 @@ namespace armtrue {
 inline constexpr double kSearchTolerance = 1e-6;
 
 /// The model of a search: geometry and the effects chosen so far, fitted together. Each change
-/// refits everything. It also sees all candidates of the search beside or in the place of its
-/// effects.
+/// refits everything. It also scores all candidates of the search, beside its effects or in place
+/// of one.
 class EffectModel {
  public:
   /// Fits the geometry. Keeps references to `campaign` and `options`, which must outlive it. Throws
@@ -53,16 +53,16 @@ class EffectModel {
   /// Replaces chosen families by their members, each as a chosen candidate of its own; they still
   /// share their prior deviation. False if there is none.
   bool split_families();
-  /// Leaves chosen candidates in the model, but no longer among those that are chosen: only their
-  /// prior speaks for them.
+  /// Keeps chosen candidates in the model, but not among the chosen ones: only their prior holds
+  /// them.
   void hold(const std::vector<int>& ascending);
   /// Replaces some chosen candidates by one.
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
   void settle(const std::vector<Candidate>& candidates);
   /// Ends a search: coordinates of the tool that only small angles of the arm show keep the value
-  /// of the file, unless BIC speaks against it. Returns the geometry without effects that goes with
-  /// it, if that is another one than the search began with.
+  /// of the file, unless BIC is against it. Returns the geometry without effects for this tool, if
+  /// the search began with another one.
   std::optional<CalibrationResult> settle_tool();
   /// Completes the fit with what refits during a search omit (see refit.h).
   void complete();
@@ -97,7 +97,7 @@ class EffectModel {
 
   /// What some chosen candidates, all on one parameter, explain together.
   CandidateScore score_of(const std::vector<int>& chosen);
-  /// The same where it is known what the model loses without them.
+  /// The same with the known loss of the model without them.
   CandidateScore score_of(const std::vector<int>& chosen, const Linearization::Loss& loss);
   /// What the k-th chosen candidate explains by a refit without it, under the same law of the
   /// readings.

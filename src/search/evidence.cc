@@ -109,8 +109,8 @@ void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPl
   }
 }
 
-// What a curve without a name must score, its choices not counted, to reject the cause of an
-// effect.
+// Score that a curve without a known cause needs, without the charge for choices, to reject the
+// cause of an effect.
 double score_to_beat(EffectModel& model, int chosen) {
   const Candidate& found = model.chosen()[chosen];
   if (!found.from_catalogue) return std::numeric_limits<double>::infinity();
@@ -162,7 +162,7 @@ double range_of(const std::vector<double>& values) {
 }
 
 // Whether the effect and others of the same driver and parameter cancel among the readings. Then
-// these show the sum, a curve, and no part of it is a cause.
+// the readings show only their sum, a curve, and none of them is a cause.
 bool cancels(const Effect& effect, const std::vector<Effect>& effects, const Campaign& campaign) {
   constexpr double kMostOfSum = 2;
   if (!can_be_bounded(effect) || is_group(effect.parameter)) return false;
@@ -175,8 +175,8 @@ bool cancels(const Effect& effect, const std::vector<Effect>& effects, const Cam
   return range_of(values_at_readings(effect, campaign)) > kMostOfSum * range_of(sum);
 }
 
-// Sorts the effects by what they explain, not by the order of discovery. Effects of one parameter
-// and driver count together and stay together. Completes the fit; returns the shares in that order.
+// Sorts the effects by their shares, not by the order of discovery. Effects of one parameter and
+// driver count together and stay together. Completes the fit; returns the shares in that order.
 std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::uint64_t seed) {
   EffectModel& model = search.model;
   const std::vector<Candidate>& chosen = model.chosen();

@@ -17,8 +17,8 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
 /// Whether it is, or may be, an error of the instrument that does not change with time.
 bool is_of_instrument(const Effect& effect);
 
-/// Whether an effect may be the rest of an event of the instrument: it follows time, and so does
-/// another effect of the robot, which moves the instrument or the base.
+/// Whether an effect may be the residual of an event of the instrument: it follows time and moves
+/// neither instrument nor base, and another effect of the robot that follows time does.
 bool may_be_rest_of_event(const Effect& effect, const Robot& robot);
 
 /// The places at which a step or kink, the k-th chosen candidate, would explain nearly as much (95 %

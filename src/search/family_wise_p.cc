@@ -10,7 +10,7 @@
 namespace armtrue {
 namespace {
 
-// Before all draws of a null run a few are made.
+// A few draws come before the others of a null run.
 constexpr int kFewFlips = 20;
 
 // Whether a score is so far above a few draws that many more would not reach it either. Sums with

@@ -16,7 +16,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kMinPivot = 1e-9;  // columns have unit length; a smaller pivot is rounding
-// A Gram matrix knows a pivot to 1e-16 over it.
+// The relative error of a pivot p of a Gram matrix is 1e-16 / p.
 constexpr double kMinClearPivot = 1e-5;
 // Squared share of a direction that other columns have as well; less is rounding.
 constexpr double kMinShared = 1e-12;
@@ -160,7 +160,7 @@ Basis basis_by_reflections(const Eigen::MatrixXd& columns) {
   return {tall.householderQ() * chosen, chosen.topRows(p).transpose() * triangle};
 }
 
-// What columns have beside an orthonormal basis, as a basis of its own.
+// An orthonormal basis of the part of columns that is orthogonal to a given basis.
 Eigen::MatrixXd basis_beside(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns) {
   const Eigen::MatrixXd rests = columns - basis * (basis.transpose() * columns);
   std::vector<Eigen::Index> other;
@@ -176,7 +176,7 @@ Eigen::MatrixXd basis_beside(const Eigen::MatrixXd& basis, const Eigen::MatrixXd
 // By Cholesky's factor of the Gram matrix, twice: the second time takes off what the squared
 // condition of the first leaves (CholeskyQR2; Yamamoto and others 2015, ETNA 44). Half the time of
 // reflections, by which the few columns that are not clearly independent of the others follow.
-// Nothing where this does not work out.
+// Nothing if the factor does not exist.
 std::optional<Basis> basis_by_gram(const Eigen::MatrixXd& columns) {
   Eigen::MatrixXd gram = gram_of(columns);
   const auto& [clear, others] = sorted_out(gram);
@@ -344,9 +344,8 @@ double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
   return std::sqrt(sums.covariance(mean_psi_derivative_, variance)(rank, rank)) / length;
 }
 
-// What only some columns span is orthogonal to all the others. Where no column depends on others it
-// is the span of their duals, else what of it has no share in the others: D z with z = H z, H =
-// turn^T turn of these columns.
+// The span of some columns alone is orthogonal to all other columns. It is the span of their duals
+// D if no column depends on others, else the D z with z = H z, H = turn^T turn of these columns.
 Eigen::MatrixXd Linearization::only_by(const std::vector<int>& effects) const {
   std::vector<Eigen::Index> columns;
   for (int effect : effects)

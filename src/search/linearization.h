@@ -10,8 +10,8 @@
 
 namespace armtrue {
 
-/// What some effects explain beside everything else in the model. Columns and readings are
-/// projected off the rest of the model and stand in the coordinates of `span`.
+/// The part of the readings that some effects explain beside everything else in the model. Columns
+/// and readings are projected off the rest of the model and stand in the coordinates of `span`.
 struct BesideTheRest {
   std::vector<Eigen::MatrixXd> columns;  ///< one matrix for each effect
   Eigen::VectorXd readings;
@@ -73,9 +73,10 @@ class Linearization {
   /// model; clustered by pose, as the covariance of the fit is.
   double standard_deviation(const Eigen::VectorXd& column) const;
 
-  /// What the model loses without some of its effects, in coordinates of the basis.
+  /// The part of the model that only some of its effects have, in coordinates of the basis.
   struct Loss {
-    Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only they span
+    Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: directions that only
+                               ///< they span
     Eigen::VectorXd residual;  ///< the part of the readings that they explain, in that span
   };
   Loss without(const std::vector<int>& effects) const;

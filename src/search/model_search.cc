@@ -21,9 +21,9 @@ constexpr size_t kMaxModels = 100;  // several times what the longest search wen
 constexpr int kMaxTrials = 8;       // candidates of one step that may fail the later gates
 constexpr size_t kMaxRanked = 20;
 
-// A load moves each axis by its mass, its torque per kg and the compliance of the axis. Whether the
-// members of a family that follow the weight of the tool have the ratio of the compliances that the
-// model has: p of their deviations from the likeliest mass.
+// A load moves each axis by its mass, its torque per kg and the compliance of the axis. p of the
+// ratios among the members of a family that follow the weight of the tool against those of the
+// compliances in the model, at the likeliest mass.
 bool may_be_one_mass(const Robot& robot, const Effect& family) {
   constexpr double kMassesOff = 0.3;  // of the masses of robot files, which the compliances share
   constexpr double kSurely = 1e-3;
@@ -117,8 +117,8 @@ void ModelSearch::find_effects() {
   }
 }
 
-// Beside all that was found later, what occurs together may no longer show, or at no time. It does
-// not come back.
+// Beside later effects, a family whose members occur together may no longer show, or not as an
+// event. It does not come back.
 bool ModelSearch::drop_half_shown() {
   std::vector<int> half_shown;
   for (int k = 0; k < model_.chosen_count(); ++k)
@@ -156,7 +156,8 @@ bool ModelSearch::step() {
   std::optional<CrossValidation> left_out;
   for (int candidate : order) {
     if (scores[candidate].score <= 0 || trials == kMaxTrials) break;
-    // What occurs together explains a part of nearly everything: it may only replace what was found.
+    // A family whose members occur together explains a part of nearly everything: it may only
+    // replace found effects.
     if (!may_enter(candidates()[candidate]) || candidates()[candidate].only_together) continue;
     ++trials;
     if (!model_.scan().is_possible(candidate, scores[candidate].coefficients)) continue;
@@ -238,7 +239,8 @@ bool ModelSearch::may_be_knock(int k) {
 }
 
 // Whether a chosen family whose effects occur together shows in too few of them, or, as an event, at
-// no time. Of a load the one sign and the ratio of the compliances speak for the weaker axes.
+// no time. For a load, the common sign and the ratio of the compliances are evidence for the weaker
+// axes, too.
 bool ModelSearch::is_half_shown(int k) {
   // Of a campaign. The time of a step that is just clear enough to be found (a fall of 30) lies within
   // 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no event.

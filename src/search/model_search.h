@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// What a search ends with. The evidence for each effect is described afterwards, by trace().
+/// The result of a search, without the evidence for each effect, which with_evidence() adds.
 struct SearchResult {
   EffectModel model;
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
@@ -20,8 +20,8 @@ struct SearchResult {
 };
 
 /// Searches for the effects that the model lacks. Forward steps add one candidate each; after each,
-/// the search revises the model by the one exchange or drop that lowers EBIC most; several effects
-/// of one parameter and driver give way to a spline where EBIC prefers it. It ends when nothing
+/// the search revises the model by the one exchange or drop that lowers EBIC most; a spline
+/// replaces several effects of one parameter and driver if EBIC prefers it. It ends when nothing
 /// more lowers EBIC. Keeps references to `campaign` and `options` in the model. Throws
 /// std::invalid_argument as EffectModel does, and if `options.start` names no candidate.
 SearchResult search_effects(const Robot& robot, const Campaign& campaign,

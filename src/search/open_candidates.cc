@@ -142,8 +142,8 @@ class OpenSearch {
 
   // Over the angles of the readings and a margin, as the cosines are level at the ends of their
   // range; outside the readings a curve keeps its value (Effect::measured). On a part of their
-  // range cosines are nearly alike: those of the whole travel would swing between few readings by
-  // many times what these ask for.
+  // range cosines are nearly dependent: those of the whole travel would swing between few readings
+  // far beyond their values.
   void add_curves(const Parameter& parameter, const Driver& driver) {
     auto [low, high] = travel_covered(driver.joint);
     if (!(low < high)) return;

@@ -284,9 +284,9 @@ CandidateScore ProjectedCandidates::score(int candidate, const Solution& solutio
   return score;
 }
 
-// Without some effects the columns X2 are longer: to what they have beside the whole model comes
-// what only those effects span. So with the slope s beside the rest, the Gram matrix beside the
-// whole model bounds the gain from above,
+// Without some effects the columns X2 are longer, by their part Y in the directions that only those
+// effects span. So with the slope s beside the rest, the Gram matrix beside the whole model bounds
+// the gain from above,
 //     s^T (X2^T X2 + Y^T Y)^-1 s <= s^T (X2^T X2)^-1 s.
 double ProjectedCandidates::most_gain(int candidate, const Eigen::VectorXd& slope) const {
   const Solution& solution = solutions_[candidate];
@@ -313,7 +313,7 @@ std::vector<ProjectedCandidates::Place> ProjectedCandidates::places_of(
     places[k].loss = fit_.without(effects[k]);
     lost.col(k) = places[k].loss.span * places[k].loss.residual;
   }
-  // What the losses add to the slopes: X^T (Q span) (its residual).
+  // Contribution of the losses to the slopes: X^T (Q span) (its residual).
   const Eigen::MatrixXd slopes = on_basis_.transpose() * lost;
   for (size_t k = 0; k < effects.size(); ++k) places[k].slopes = slopes.col(k);
   return places;

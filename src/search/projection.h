@@ -30,8 +30,8 @@ struct CandidateScore {
   Eigen::VectorXd coefficients;
 };
 
-/// Score of effects of a fit together beside the others, whose loss it is. `shrunken`: as of
-/// ebic_fall(); `log_choices` is the sum over the effects.
+/// Score of some effects of a fit together beside the others. `loss`: that of the model without
+/// them. `shrunken`: as of ebic_fall(); `log_choices` is the sum over the effects.
 CandidateScore score_of(const Linearization& fit, const Linearization::Loss& loss, bool shrunken,
                         double log_choices);
 
@@ -45,8 +45,8 @@ struct Directions {
 /// Indices of the scores, best first. Scores that differ by less than 0.01 keep their order.
 std::vector<int> best_first(const std::vector<CandidateScore>& scores);
 
-/// All candidates projected off everything that a fit has in its model (Frisch, Waugh 1933; Lovell
-/// 1963). For a candidate with columns X, basis Q and residual r:
+/// All candidates projected off the fitted columns of a model (Frisch, Waugh 1933; Lovell 1963).
+/// For a candidate with columns X, basis Q and residual r:
 ///     X2 = X - Q Q^T X,  gain = |P r|^2,  P the projector on the columns of X2.
 /// The products X2^T X2 = X^T X - (Q^T X)^T (Q^T X) come from Gram matrices, so that X2 itself
 /// never exists. (Regression of r on the raw X would shrink the coefficients.)
@@ -70,7 +70,7 @@ class ProjectedCandidates {
     return scores_above(-std::numeric_limits<double>::infinity(), effects);
   }
 
-  /// What the model loses without some effects, and with it the slopes of all columns.
+  /// The loss of the model without some effects, and the slopes of all columns with it.
   struct Place {
     Linearization::Loss loss;
     Eigen::VectorXd slopes;

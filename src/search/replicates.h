@@ -8,13 +8,13 @@
 
 namespace armtrue {
 
-/// The readings that each row of a linear problem stands for. The model says the same of the
+/// The readings that each row of a linear problem stands for. The model predicts the same for all
 /// readings of a row (ObservationModel::rows_by_prediction), so their equations, whitened and times
 /// the roots a_i of their weights, are a_i J x = r_i. With a^2 = sum a_i^2 and the shares s_i = a_i
-/// / a, a rotation of these equations makes of them the one of the row,
+/// / a, a rotation of these equations gives the equation of the row,
 ///     a J x = r,  r = sum s_i r_i,
-/// and others without derivatives, whose squares sum up to those of the rests r_i - s_i r. So row
-/// and rests are sufficient statistics: all sums over the readings of a pose are as before.
+/// and others without derivatives, whose sum of squares is that of the rests r_i - s_i r. So row
+/// and rests are sufficient statistics: all sums over the readings of a pose stay the same.
 struct Replicates {
   std::vector<int>
       first;  ///< row k has the readings reading[first[k]] to reading[first[k + 1] - 1]

@@ -37,12 +37,12 @@ struct Candidate {
   std::string in_words{};  ///< from the catalogue
   bool of_most_arms = false;
   std::string of_family{};     ///< name of the family of which it is a member; empty: of none
-  /// It may enter the model with its family alone, and this in the place of another effect alone.
-  /// Of the family too.
+  /// It may enter the model only with its family, and the family only in place of another effect.
+  /// Also true of the family.
   bool only_together = false;
   bool alike = false;          ///< all members of its family have one sign
-  /// What it may add to its parameter over a campaign at most, with the only sign that it may have
-  /// [SI]; 0: of any sign, and as large as errors of arms are.
+  /// Largest change of its parameter over a campaign, with its only possible sign [SI]; 0: any
+  /// sign, and any size that is_possible().
   double furthest = 0;
 };
 
@@ -55,8 +55,8 @@ struct ScanValues {
 
 /// All candidates of a search with the values of their drivers and shapes in every row of a
 /// campaign. Candidates that differ only in the parameter share the values. The values are in two
-/// parts: those that the joint angles and the payload alone decide are the same at every visit of a
-/// pose, the others (time, direction of arrival, temperature, ...) differ from visit to visit.
+/// parts: those that joint angles and payload determine are the same at every visit of a pose; the
+/// others (time, direction of arrival, temperature, ...) differ between visits.
 class CandidateScan {
  public:
   static constexpr int kPosture = 0, kVisit = 1, kParts = 2;

@@ -23,9 +23,9 @@ void ModelSearch::settle_inner_values() {
   settle_inner_values([](const Candidate&) { return true; }, 0);
 }
 
-// The same between the steps of a search, where effects share the place of one. What one of them
-// explains too little a further one would make up for, so that two cycles of a gear train a
-// hundredth off are seen as three.
+// The same between the steps of a search, where effects share the place of one. A further effect
+// would compensate an error of the first: two cycles of a gear train whose frequencies are off by a
+// hundredth look like three.
 void ModelSearch::settle_place_of(int chosen) {
   const Effect effect = model_.chosen()[chosen].effect;
   const auto is_there = [&](const Candidate& other) { return same_place(other.effect, effect); };
@@ -53,8 +53,8 @@ void ModelSearch::settle_inner_values(const std::function<bool(const Candidate&)
   }
 }
 
-// Drops effects that only compensated wrong inner values of others, and those that are impossible
-// beside the others.
+// Drops effects that only compensated wrong inner values of others, and those with impossible
+// coefficients beside the others.
 void ModelSearch::drop_idle() {
   for (;;) {
     int idle = -1;
@@ -72,9 +72,9 @@ void ModelSearch::drop_idle() {
   }
 }
 
-// Drops effects without which a refit is as good. The score of an effect is that of a linear problem;
-// along a direction that the readings hardly determine, the model is not linear, and the constants
-// of a refit take up what the effect seems to explain.
+// Drops effects without which a refit is as good. The score of an effect is that of a linear
+// problem. Along a direction that the readings hardly determine the model is not linear, and a
+// refit of the constants may absorb the effect.
 void ModelSearch::drop_by_refit() {
   for (int k = model_.chosen_count() - 1; k >= 0; --k)
     if (model_.refitted_score_of(k).score <= 0) {
@@ -83,8 +83,8 @@ void ModelSearch::drop_by_refit() {
     }
 }
 
-// Members of a family that the readings speak for become findings. The others stay in the model,
-// held by the prior that they share, if the readings speak for all of them together.
+// Members of a family with evidence of their own become findings. The others stay in the model,
+// held by their common prior, if there is evidence for all of them together.
 void ModelSearch::split_families() {
   if (!model_.split_families()) return;
   constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it

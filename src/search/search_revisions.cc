@@ -24,12 +24,12 @@ bool ModelSearch::revise(KnownCauses known_causes) {
     });
     if (known != left.end()) {
       taken_back_.push_back({model_.chosen()[revision->effect].effect, revision->other->effect});
-      // All further revisions go round in this circle: to where the last of them would end.
+      // All further revisions repeat this cycle of models: stop where the last of them would end.
       const auto more = kMaxRevisions - (known - left.begin());
       model_.come_back(known[more % (left.end() - known)]);
       return true;
     }
-    // What a circle of two comes back to keeps its view, no more: views are large.
+    // Only the model to which a cycle of two returns keeps its view: views are large.
     if (left.size() > 1) left[left.size() - 2].forget_view();
     const int revised = revision->effect;
     if (revision->other) {
@@ -59,8 +59,8 @@ bool ModelSearch::leads_to(const Revision& revision, const std::vector<Candidate
   });
 }
 
-// Whether an exchange of the two led back to where the search came from. The scan, linear as it is,
-// sees both as better than the other, and would with every effect that is added.
+// Whether an exchange of the two led back to an earlier model. In the linear scan each looks better
+// than the other, and would again with every added effect.
 bool ModelSearch::was_taken_back(const Effect& a, const Effect& b) const {
   return std::ranges::any_of(taken_back_, [&](const auto& pair) {
     return (same_form(a, pair[0]) && same_form(b, pair[1])) ||

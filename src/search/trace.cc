@@ -15,15 +15,14 @@ namespace armtrue {
 namespace {
 
 // More poses would find smaller effects, but the cost grows in proportion; only the fit uses all.
-// So it is with visits: the values of what changes from visit to visit take 3 kB of each. 50
-// readings of a pose show it to a seventh of the noise of one; a search of few poses has more.
+// The same holds for visits: the values of drivers that differ between visits take 3 kB for each.
+// 50 readings of a pose show it to a seventh of the noise of one; a search of few poses has more.
 constexpr int kMaxPosesOfSearch = 2000;
 constexpr long kReadingsOfPose = 50, kMinReadingsOfSearch = 5000;
 
-// No law describes an instrument exactly, and lengths and zero offsets would take up what it
-// leaves. So where something was found that is the instrument's, or may be, a distortion of space
-// stays in the model too, held by the prior that it shares with what was found. One that was found
-// takes its form. False if nothing changed.
+// No law describes an instrument exactly, and lengths and zero offsets would absorb its residual.
+// So if a found effect is, or may be, the instrument's, a distortion of space stays in the model
+// too, held by their common prior. A found distortion gets this form. False if nothing changed.
 bool add_rest_of_instrument(const std::optional<Candidate>& distortion, const Campaign& campaign,
                             TraceResult& result) {
   Robot& robot = result.fit.robot;
@@ -67,8 +66,8 @@ void refit_to_all(const Campaign& campaign, const TraceOptions& options, TraceRe
   }
 }
 
-// The best values of what the robot file lets a fit identify. An effect beside them would take the
-// place of what the file leaves out.
+// The fit of the parameters that the robot file allows, without effects: an effect would imitate
+// the parameters that the file leaves out.
 TraceResult geometry_alone(const Robot& robot, const Campaign& campaign) {
   TraceResult result;
   result.fit = calibrate(robot, campaign);

@@ -64,8 +64,8 @@ WithoutEffects without_effects(const CalibrationResult& fit, const SessionModels
   return without;
 }
 
-// The fit without one effect, all else adjusted to that. An error of the instrument goes with the
-// rest that it leaves, which is among the effects held: those from `held` to `found`. Where the
+// The fit without one effect, all else adjusted to that. With an error of the instrument its
+// distortion goes, which is among the held effects: those from `held` to `found`. Where the
 // readings do not fit much worse, their law stays as it is, and the fit is linear.
 Robot without_effect(const CalibrationResult& fit, const SessionModels& models, size_t held,
                      size_t found, size_t effect) {

@@ -8,8 +8,8 @@
 
 namespace armtrue {
 
-/// Share of each group of columns in what all groups together explain of the readings (least
-/// squares): what it adds to those that entered before it, averaged over the orders of entry
+/// Share of each group of columns in the sum of squares that all groups together explain (least
+/// squares): the gain beside those that entered before it, averaged over the orders of entry
 /// (Lindeman, Merenda, Gold 1980; Shapley's value).
 struct VarianceShares {
   std::vector<double> of_group;  ///< not negative, sum 1; all 0 if nothing is explained

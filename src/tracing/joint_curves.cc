@@ -37,8 +37,8 @@ std::vector<Piece> pieces_of(const CalibrationResult& arm, const RandomEffects& 
   return pieces;
 }
 
-// What a curve takes of the unknowns of the fit, of the random numbers and of those that the
-// readings say nothing of.
+// Derivatives of a curve by the unknowns of the fit, by the random numbers and by those that the
+// readings do not determine.
 struct Weights {
   Eigen::VectorXd unknowns, numbers, silent;
   double value = 0, named = 0;

@@ -18,8 +18,8 @@ const double kRuledOut = 2 * std::log(1000.0), kWorthASearch = 2 * std::log(30.0
 
 bool is_distortion(const Effect& effect) { return is_polynomial(effect.shape); }
 
-// Beside a fit, under the law of readings of another; with errors of the instrument if a catalogue
-// of these is given.
+// Random effects beside a fit, under the law of readings of another; with errors of the instrument
+// if a catalogue is given.
 RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
                             const CalibrationResult& law, const Catalogue* of_instrument = nullptr) {
   std::vector<EffectGroup> groups = effect_groups(fit.robot, timed);
@@ -50,14 +50,14 @@ CalibrationResult without_doubtful(const TraceResult& trace, const Campaign& cam
   return calibrate(robot, campaign, fit.set, near);
 }
 
-// Whether an error of the instrument could be better in the place of an effect.
+// Whether an error of the instrument could explain the readings better than an effect.
 bool has_better_rival(const TracedEffect& traced) {
   return std::ranges::any_of(traced.indistinguishable, [](const Rival& rival) {
     return is_lasting_of_instrument(rival.effect) && rival.delta_ebic < 0;
   });
 }
 
-// Gives the arm what no rigid arm does.
+// Assigns the effects that no rigid arm has to the arm.
 void settle_doubts(TraceResult& trace) {
   Robot& robot = trace.fit.robot;
   const auto settle = [](Effect& effect) {
@@ -130,7 +130,7 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   if (trace.left_out) return judged;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
   if (errors_of_instrument(robot, timed, catalogue).empty()) return judged;
-  // What no rigid arm does could be an error of the instrument.
+  // Effects that no rigid arm has could be errors of the instrument.
   const bool has_doubts = std::ranges::any_of(trace.effects, is_of_no_rigid_arm);
   const CalibrationResult& fit = trace.fit;
   const RandomEffects erring = beside_groups(fit, timed, fit, &catalogue);
@@ -145,8 +145,8 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
     if (options.progress) options.progress("searching with errors of the instrument");
     JudgedTraining lawful = searched(true);
     const CalibrationResult& with = lawful.training.trace.fit;
-    // The law of readings of each model speaks for it, so both are asked. Only models of the same
-    // readings are comparable.
+    // Each model fits best under its own law of readings, so both laws are tried. Only models of
+    // the same readings are comparable.
     const auto odds = [&] {
       const double by_its_own =
           lawful.random.evidence - std::max(beside_groups(fit, timed, with).evidence,
@@ -156,8 +156,8 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
     };
     if (rows_of(lawful.training.gross_poses) == rows_of(judged.training.gross_poses) &&
         odds() > kRuledOut) {
-      // A law that random errors of the instrument explain as well is none: the arm is that beside
-      // these.
+      // A law is dropped if random errors of the instrument explain the readings as well: the arm
+      // is then that of the model with random errors.
       RandomEffects lawless = beside_groups(without_laws(with, *lawful.training.sound), timed,
                                             with, &catalogue);
       if (lawful.random.evidence - lawless.evidence < kRuledOut) {

@@ -227,8 +227,9 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   return rejected;
 }
 
-// Whether a camera or a board moved among the images, and no effect of time holds that. What is
-// found beside it imitates the motion, and held-out images, which are of both parts, do not tell.
+// Whether a camera or a board moved among the images, and no effect of time explains it. Effects
+// found beside such a motion imitate it, and held-out images, which are of both parts, do not show
+// that.
 bool something_moved(const Campaign& given, const Training& training) {
   if (!given.has_pixels_only()) return false;
   const TraceResult& trace = training.trace;
@@ -239,12 +240,12 @@ bool something_moved(const Campaign& given, const Training& training) {
   return explanation_of_rest(fit, *training.sound).has_value();
 }
 
-// What is left of held-out readings of the record if that is followed, too, which is of it alone.
+// Mean held-out error with the effects of this campaign alone.
 double left_of_readings(const Robot& all, const Campaign& held_out) {
   return summarize(evaluate(all, in_order_of_visits(held_out)).reading_errors()).mean;
 }
 
-// The arm as it is applied, unless held-out poses are predicted worse with what has no name.
+// Sets the applied arm, unless held-out poses are predicted worse with random effects.
 void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopResult& result) {
   const RandomEffects& random = judged.random;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
@@ -423,7 +424,7 @@ FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign
       random_effects_beside(lawless, to_all.sound, instrument_errs ? &catalogue : nullptr);
   if (random.lasting.empty()) return to_all;
   CalibrationResult applied = applied_arm(lawless, to_all.sound, random);
-  // It holds as it was judged, or not at all.
+  // Random effects hold as they were judged, or not at all.
   const auto mean = [&](const CalibrationResult& fit) {
     return errors_of(fit.robot, to_all.sound).position.mean;
   };

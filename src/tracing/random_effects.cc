@@ -23,13 +23,14 @@ namespace {
 
 using Rows = std::vector<Eigen::Index>;
 
-// Equations from which the error at a pose is chosen, and those of the model: they tell a variance
-// to some per cent. Memory is their number times that of the columns.
+// Numbers of equations from which the error at a pose is chosen, and of the model: they give a
+// variance to some per cent. Memory is their number times that of the columns.
 constexpr double kEquationsOfChoice = 4000, kMaxEquations = 12000;
 constexpr double kReturn = 20e-6;     // rad: usual error of a joint at a pose; m on a rail
 constexpr double kStepOfReturn = 3;   // factor between two that are tried
 constexpr double kMostOfReturn = 3000;
-// Of noise^2: columns that say less are left out where the error at a pose is chosen, and in the end.
+// Relative to noise^2: columns with less information are left out where the error at a pose is
+// chosen, and at the end.
 constexpr double kMinWorthOfChoice = 0.3, kMinWorth = 0.03;
 constexpr double kLeastOfNoise = 0.01;  // RMS: a group that moves readings less is no part of the arm
 constexpr Eigen::Index kMostOfBlock = 128;  // columns turned together
@@ -59,8 +60,8 @@ struct Equations {
   double log_scale = 0;  // ln of what the equations are multiplied with
 };
 
-// Turns the random numbers of each block so that their columns are orthogonal beside the fixed
-// effects, and leaves out those that say nothing.
+// Rotates the random numbers of each block so that their columns, projected off the fixed effects,
+// are orthogonal, and leaves out those without information.
 void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equations& all) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all.fixed);
   const Eigen::MatrixXd basis =
@@ -80,7 +81,7 @@ void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equat
       const Eigen::MatrixXd own = all.random.middleCols(from, numbers);
       const Eigen::MatrixXd beside = own - basis * (basis.transpose() * own);
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(beside.transpose() * beside);
-      // In ascending order of what they are worth.
+      // In ascending order of their information.
       const Eigen::Index worthless = (axes.eigenvalues().array() <= min_worth).count();
       block.count = numbers - worthless;
       const auto silent = axes.eigenvectors().leftCols(worthless);
@@ -111,7 +112,7 @@ Equations equations(const std::vector<EffectGroup>& groups, const CalibrationRes
   all.row_size = models.row_size();
   for (int row = 0; row < campaign.rows(); ++row)
     blocks.middleRows(row * all.row_size, all.row_size) *= std::sqrt(fit.weights[row]);
-  // Student's law may put its weights to any scale; here a residual is one.
+  // The weights of Student's law have any scale; here a residual has the size 1.
   const double left =
       std::sqrt(blocks.rightCols<1>().squaredNorm() / static_cast<double>(blocks.rows()));
   const double scale = left > 0 ? 1 / left : 1;
@@ -190,8 +191,8 @@ double whiten_pose(const Eigen::MatrixXd& a, const Rows& rows, Eigen::MatrixXd& 
   return (1 + squares).log().sum();
 }
 
-// ln of the prior precision of the coefficients of effects. One without a prior knows beforehand as
-// much as one equation says (Schwarz 1978).
+// ln of the prior precision of the coefficients of effects. A coefficient without a prior gets the
+// information of one equation (Schwarz 1978).
 double log_prior(const Eigen::MatrixXd& fixed, const Equations& all, double freedom) {
   if (all.coefficients == 0) return 0;
   Eigen::MatrixXd columns(fixed.rows(), fixed.cols());
@@ -377,7 +378,7 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
     tau[widths.group[k]] = found.tau[k];
     counts[widths.group[k]] = result.groups.back().of_noise > kLeastOfNoise;
   }
-  // Errors of the instrument are among the groups only where it errs.
+  // Errors of the instrument are among the groups only if the instrument has them.
   for (const Block& block : equations.blocks)
     if (counts[block.group] && (found.gain >= kMinGain || errs(groups[block.group])))
       enter(groups, block, found.mean, tau[block.group], fit.robot, campaign, result);

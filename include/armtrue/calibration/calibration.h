@@ -34,8 +34,8 @@ enum class FitStatistics {
 
 struct CalibrationOptions {
   bool robust = true;  ///< false: least squares, even if the residuals have heavy tails
-  /// Number of the robot's effects, counted from the first, whose coefficients are fitted. The
-  /// others predict with the coefficients that they have.
+  /// Number of the robot's effects, from the first, whose coefficients are fitted. The others keep
+  /// their coefficients.
   int fitted_effects = kAllEffects;
   int max_iterations = 1000;  ///< weakly observable directions need hundreds
   double tolerance = 1e-10;   ///< stop when an iteration lowers the cost by less than this share
@@ -43,8 +43,8 @@ struct CalibrationOptions {
   /// empty: sigma from the median of the residuals, Student's t with 4 degrees of freedom if
   /// `robust`.
   std::optional<ResidualLaw> start_law{};
-  /// Rounds in which that law and the unknowns are estimated in turn, at most; they settle in three
-  /// or four. 1: `start_law` is kept.
+  /// Most rounds in which law and unknowns are estimated in turn; they settle in three or four. 1:
+  /// `start_law` is kept.
   int max_rounds = 8;
   /// How the steps of the solver reduce the rows. The statistics of the result always use QR.
   FoldBy fold_by = FoldBy::qr;
@@ -61,18 +61,18 @@ struct CalibrationResult {
   /// Names of the unknowns: geometric parameters, coefficients, then the own parameters of further
   /// sessions (`session day 2 base.x`).
   std::vector<std::string> names;
-  int shared = 0;              ///< how many of them come before those of further sessions
+  int shared = 0;              ///< how many come before the own ones of further sessions
   Eigen::VectorXd change;      ///< of each unknown from its start value [SI]
   Eigen::MatrixXd covariance;  ///< of the unknowns [SI], clustered by pose
   /// L with L L^T = (J^T W J + P)^-1, P the information of the priors; unknowns x rank [SI]. It
   /// would be the covariance if readings were independent of each other with the standard deviation
   /// `sigma`.
   Eigen::MatrixXd inverse_root;
-  /// Prior of each unknown as one more equation: its weight is 1 / its standard deviation [1/SI],
-  /// zero without a prior; its residual is that at the solution.
+  /// Prior of each unknown as one more equation: weight 1 / standard deviation [1/SI], zero without
+  /// a prior, and residual at the solution.
   Eigen::VectorXd prior_weight, prior_residual;
-  /// Standard deviation that all priors of a class share: "lengths" [m], "angles", "zero offsets"
-  /// [rad]. Of a family, by its name: the factor of its typical sizes.
+  /// Standard deviation of the priors of a class: "lengths" [m], "angles", "zero offsets" [rad]; by
+  /// the name of a family, the factor of its typical sizes.
   std::map<std::string, double> prior_widths;
   /// Share of each unknown that the readings determine: 1 - posterior variance / prior variance; 1
   /// without a prior. Below 0.5 the result is nearer to the nominal value than to that of the
@@ -81,7 +81,7 @@ struct CalibrationResult {
   /// Number of unknowns that the positions and the orientations determine; priors determine the
   /// rest.
   std::array<double, 2> determined{};
-  ReadingSigma sigma;   ///< of the readings, by which they are weighted; gross poses left out
+  ReadingSigma sigma;   ///< of the readings, as weights use it; gross poses left out
   ReadingSigma spread;  ///< of all readings about the model, gross poses included
   double degrees_of_freedom = 0;  ///< of Student's t of the residuals; 0: normal
   std::vector<double> weights;    ///< of each row
@@ -98,10 +98,9 @@ struct CalibrationResult {
 /// A parameter whose share_of_readings is below this is reported as near its nominal value.
 inline constexpr double kMostlyReadings = 0.5;
 
-/// The parameters that are determined more by their priors than by the readings, and the number of
-/// poses like these at which the readings would determine each of them as much as its prior does:
-/// the largest n (1 - s) / s, with s the share_of_readings at n poses. Parameters with s below 0.01
-/// do not count.
+/// The parameters that their priors determine more than the readings, and the number of poses like
+/// these, in all, at which s = 0.5 for each: the largest n (1 - s) / s, with s the
+/// share_of_readings at n poses. Parameters with s below 0.01 do not count.
 struct NearNominal {
   std::vector<int> parameters;  ///< indices into fit.set.kept
   int poses = 0;                ///< 0: no number of poses like these is enough
@@ -137,9 +136,9 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 /// Driels, Pathre 1990; Nahvi et al. 1994; Nahvi, Hollerbach 1996; Sun, Hollerbach 2008).
 std::array<double, 5> observability(const Eigen::VectorXd& singular_values, int readings);
 
-/// Calibrates a robot that was carried to another set-up: fits only what `what` names (base, tool,
-/// single parameters); links and effects stay as they are. Each session of the campaign has a base
-/// of its own; zero offsets that `robot` knows of a session are kept.
+/// Calibrates a robot in another set-up: fits only what `what` names (base, tool, single
+/// parameters); all else stays as it is. Each session of the campaign has a base of its own; zero
+/// offsets that `robot` knows of a session are kept.
 Robot refit_set_up(const Robot& robot, const Campaign& campaign,
                    const std::vector<std::string>& what);
 

@@ -16,13 +16,13 @@ struct ModelDistance {
   double mean = 0, max = 0;
 };
 
-/// The visits over which constants stand for an arm.
+/// The visits over which constants replace the effects of an arm.
 struct ConstantsVisits {
   std::vector<Context> contexts;
   std::vector<std::string> temperature_names;  ///< of their temperatures
 };
 
-/// Visits that fill the travel evenly, each joint arriving from either side; all else as in
+/// Visits that fill the travel evenly; each joint arrives from both sides. All else is as in
 /// `conditions`.
 ConstantsVisits visits_of_travel(const Robot& robot, const Context& conditions);
 
@@ -30,13 +30,13 @@ ConstantsVisits visits_of_travel(const Robot& robot, const Context& conditions);
 ConstantsVisits visits_at(const Robot& robot, const std::vector<JointVector>& q,
                           const Context& conditions);
 
-/// The arm whose constants stand for its effects: without those of the station, of the tool that
-/// carried the reflectors, and of measured motor torques, which are not known at other poses.
+/// The arm that constants are to replace: without the effects of the station, of the tool that
+/// carried the reflectors, and of motor torques, which other poses do not have.
 Robot arm_of_constants(const Robot& robot);
-/// Sentences that name the effects which it lacks.
+/// Sentences that name the effects that arm_of_constants() leaves out.
 std::vector<std::string> not_in_constants(const Robot& robot);
 
-/// Payload, time and temperature of visits, as far as effects of the robot follow them, each behind
+/// Payload, time and temperature of visits, as far as effects of the robot follow them, each after
 /// a comma.
 std::string conditions_in_words(const Robot& robot, const Context& conditions);
 
@@ -48,11 +48,11 @@ struct ConstantsFit {
   ModelDistance after;   ///< with those of `chain`
 };
 
-/// The constants of the links with which a chain comes nearest to `arm`, effects and all: least
-/// squares of the pose of the measured frame over the visits, a turn counted by kLengthOfTurn.
+/// The constants of the links with which a chain comes nearest to `arm` with its effects: least
+/// squares of the pose of the measured frame over the visits, a rotation times kLengthOfTurn.
 /// `from` has the links of `arm`; base and tool stay those of `arm`, because they are places of the
-/// measurement. `free`: parameters (see parameters.h) that may change. What these visits do not
-/// show stays as it is in `from`. Throws std::invalid_argument as RobotModel does, and for a chain
+/// measurement. `free`: parameters (see parameters.h) that may change. Parameters that these visits
+/// do not show stay as in `from`. Throws std::invalid_argument as RobotModel does, and for a chain
 /// of other links.
 ConstantsFit fit_constants(const Robot& arm, const KinematicChain& from,
                            const std::vector<int>& free, const ConstantsVisits& visits);

@@ -16,46 +16,46 @@ namespace armtrue {
 /// Number of these lines of a file, and the first twelve of them; empty if none.
 std::string lines_in_words(const std::vector<int>& lines);
 
-/// Where the readings that a fit leaves out stand together, as a sentence; empty if they lie as
-/// blunders do, at random. A fault that lasts for a while puts them close together in time, a bad
-/// reflector on one target (p < 0.001). `lines`: of the file, those of gross poses included;
-/// ascending.
+/// A sentence if the readings that a fit leaves out stand together in time, as with a fault that
+/// lasts for a while, or on one target, as with a bad reflector (p < 0.001); empty if they lie at
+/// random, as blunders do. `lines`: of the file, those of gross poses included; ascending.
 std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines);
 
 /// Why the readings contradict the noise that the rows or, without such a column, the robot file
-/// state, as a sentence; empty if they do not (p < 0.001). Replicates scatter more than the stated
-/// noise: the arm returns worse than the file says. Single readings scatter much less about the
-/// model: the stated noise is too large, and hides every effect.
+/// state, as a sentence; empty if they do not. Replicates scatter more than the file states (1.25
+/// times, p < 0.001): the arm returns worse. Single readings scatter less than a third of it about
+/// the model (p < 0.001): the stated noise hides every effect. They scatter 100 times as much,
+/// orientations also a hundredth: another unit.
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise);
 
-/// How many times the noise of its readings a fit leaves, in position or in orientation, whichever
-/// is more; 1 if that is at most five times, or the noise is unknown. Above, 4 % or less of the
-/// squared residual is noise: the rest is the model's, which all poses have in common, and standard
-/// deviations that take it for independent from pose to pose promise too much.
+/// Residual of a fit divided by the noise of its readings, of position or orientation, whichever is
+/// more; 1 if that is at most 5, or the noise is unknown. Above 5, at most 4 % of the squared
+/// residual is noise. The rest is an error of the model that all poses share, so standard
+/// deviations that take poses as independent are too small.
 double times_of_noise(const FitQuality& quality);
 
-/// That a fit leaves more than five times the noise, as a sentence, see times_of_noise(); or empty.
+/// A sentence if times_of_noise() is above 1; else empty.
 std::string far_above_noise(const FitQuality& quality);
 
 /// Multiplies the standard deviations of parameters and coefficients by a factor, intervals
-/// likewise. CalibrationResult::covariance stays: predictions at poses like those of the fit have
-/// the same rest as its residual, which is counted there by itself.
+/// likewise. CalibrationResult::covariance stays: predictions at poses like those of the fit count
+/// the residual separately.
 void widen_deviations(double factor, CalibrationResult& fit);
 
-/// That the bounds which a robot states do not hold for these readings, as a sentence; else empty:
-/// less than 80 % of the readings lie within their 95 % bounds, and the number of poses outside is
-/// no chance (p_of_errors() < 0.001). The noise of these readings counts if it is larger than that
-/// of the calibration. The arms measured so far keep a rest that is not normal, and
-/// up to 10 % outside. `predictions`: of each row.
+/// A sentence if the bounds of a robot do not hold for these readings; else empty. They do not if
+/// less than 80 % of the readings lie within their 95 % bounds, and p_of_errors() < 0.001. The
+/// noise of these readings counts if it is larger than that of the calibration. On the arms
+/// measured so far up to 10 % lie outside, because what the models lack is not normal.
+/// `predictions`: of each row.
 std::string broken_bounds(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<Prediction>& predictions);
 
-/// That a fit did not converge, with the remedy; empty if it did.
+/// A sentence with the remedy if a fit did not converge; else empty.
 std::string not_converged(const CalibrationResult& fit);
 
-/// Which parameters these poses do not show that other poses would, and what small angles of the
-/// arm alone show; empty if there is none.
+/// Which parameters only other poses would show, see lost_to_poses(), and which only small angles
+/// of the arm show; empty if there is none.
 std::string lost_in_words(const Robot& robot, const Campaign& campaign,
                           const CalibrationResult& fit);
 
@@ -63,24 +63,26 @@ std::string lost_in_words(const Robot& robot, const Campaign& campaign,
 /// would determine them; empty if there is none.
 std::string near_nominal_in_words(const CalibrationResult& fit, const Campaign& campaign);
 
-/// That the readings lie more than the radius of the zone outside it, so that the fit extrapolates
-/// there; else empty.
+/// A sentence if the nearest reading is farther outside the zone than its radius, so that the fit
+/// extrapolates there; else empty.
 std::string far_from_readings(const WeightedZone& zone);
 
-/// That `identify` leaves out parameters which the readings show, for a search of effects.
+/// The sentence of a search of effects on parameters that `identify` leaves out and the readings
+/// show.
 std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
 
-/// Of each pose that is left out because all its readings share a large error, a sentence.
+/// A sentence for each pose that is left out because all its readings share a large error.
 std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross);
 
-/// What touches do not show: the place of R_A, and the scale, unless an artefact or an encoder of
-/// lengths shows it. Empty where not all readings are touches. `robot`: the one for which the set
-/// was chosen.
+/// Sentences on the place of R_A and the scale, which touches do not show, the scale unless an
+/// artefact or an encoder of lengths does. Empty if not all readings are touches. `robot`: the one
+/// for which the set was chosen.
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
                                               const IdentifiableSet& set);
 
-/// That the parameters `refit`, fitted to few readings, take up more than a fifth of their errors,
-/// which are then those of no other pose; else empty. `given`: the robot before the fit.
+/// A sentence if the parameters `refit` absorb more than a fifth of the errors of the few readings
+/// that they were fitted to, so that other poses have larger errors; else empty. `given`: the robot
+/// before the fit.
 std::string hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
                             const Campaign& campaign);
 

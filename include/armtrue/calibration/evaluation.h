@@ -12,7 +12,7 @@
 
 namespace armtrue {
 
-/// No instrument reads less: what is smaller is rounding, or a simulation without noise [m].
+/// Smallest noise of an instrument [m]: less is rounding, or a simulation without noise.
 inline constexpr double kFinestReading = 1e-6;
 
 /// Errors of a robot on measured poses, row by row.
@@ -21,11 +21,11 @@ struct Evaluation {
   /// those of a touch, is one reading: its error is the distance by which the model misses it.
   std::vector<double> reading_errors() const;
 
-  /// Measured minus model, R_A [m, rad]. The residual of a distance or a coordinate is the first
-  /// component, the others are zero.
+  /// Measured minus model, R_A [m, rad], by row. A length (distance, coordinate, touch, pixel) has
+  /// its residual in the first component, zero in the others.
   std::vector<Eigen::Matrix<double, 6, 1>> residuals;
-  std::vector<double> position;     ///< norms [m]
-  std::vector<double> orientation;  ///< norms [rad]; empty without orientations
+  std::vector<double> position;     ///< norms of the positions [m]
+  std::vector<double> orientation;  ///< norms of the rotations [rad]; empty without orientations
   std::vector<int> first_rows;      ///< as Campaign::first_rows_of_readings()
 };
 
@@ -55,9 +55,9 @@ struct KindErrors {
   std::vector<double> errors;  ///< as those of Evaluation::reading_errors() [m]
 };
 
-/// Those of each kind that the campaign has.
+/// The errors of each kind of reading that the campaign has.
 std::vector<KindErrors> errors_by_kind(const Evaluation& evaluation, const Campaign& campaign);
-/// Those of images alone; empty without images.
+/// The errors of images alone [m]; empty without images.
 std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& campaign);
 
 /// Errors of a robot on some poses.
@@ -82,11 +82,11 @@ struct NoiseFloor {
 
   Source source = Source::none;
   int axes = 3;       ///< numbers per row: 3 of a point, 1 of a distance or coordinate
-  /// Number of axes with equal noise that would scatter as much: `axes`, or fewer where the noise
-  /// of one axis or session is larger.
+  /// Number of axes of equal noise that scatter as much (Satterthwaite): `axes`, or fewer where the
+  /// noise of one axis or session is larger.
   double even_axes = 3;
-  /// Share of the readings that are points, in one row or three; of pixels the share whose mean
-  /// error is that of two numbers.
+  /// Share of the readings that are points, in one row or three, for mean_error(). A pixel counts
+  /// as pi / 2 - 1 of a point, which gives the mean error of two numbers.
   double points = 1;
   /// Standard deviation per axis [m]; if rows state their own sigma, that of a row with the median
   /// sigma.
@@ -98,11 +98,11 @@ struct NoiseFloor {
 /// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of
 /// freedom or more: the robust_deviation() of
 ///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
-/// with r the residual of a row times (median sigma / own sigma), of each axis and session; of
-/// several the root of the mean square. Otherwise it is the median
-/// `sigma_mm` of the rows, else the noise that the robot file states. Replicates read one after the
-/// other at standstill show the noise of the instrument only, not how well the arm returns to a
-/// pose.
+/// with r the residual of a row times (median sigma / own sigma), of each axis and session
+/// (sessions of fewer than 30 count as one), and the root of their mean square. Otherwise it is the
+/// median `sigma_mm` of the rows, else the noise that the robot file states. Replicates read one
+/// after the other at standstill show the noise of the instrument only, not how well the arm
+/// returns to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
 /// The same without the rows of blunders (ascending), evaluated with the robot.
@@ -121,16 +121,17 @@ double mean_error(const NoiseFloor& noise, const Campaign& campaign);
 /// lack-of-fit p is the probability of a Q this large if the model were complete (Draper, Smith,
 /// "Applied regression analysis", 1998, 2.1):
 ///     Q = sum over groups of replicates of m |mean residual|^2 / floor^2,
-/// with f = axes x groups - unknowns degrees of freedom. Q / f is F-distributed with f and the
-/// replicates' degrees of freedom; against a stated floor, Q is chi-squared. Empty without a floor.
+/// with f = axes x groups - unknowns. Q / f is F-distributed with f even_axes / axes and the
+/// replicates' degrees of freedom; against a stated floor, Q is chi-squared with f. Empty without a
+/// floor.
 struct FitQuality {
   std::vector<int> blunders;  ///< rows with a weight below 0.05: some 14 standard deviations
   NoiseFloor noise;
   std::optional<double> lack_of_fit;              ///< of position and orientation together
   std::optional<double> lack_of_fit_in_position;  ///< of position alone
-  /// Root mean square of the residuals, per axis and without blunders, corrected for the unknowns;
-  /// and of the noise: of the deviations of replicates from their mean, where they show the floor,
-  /// else as stated (0: unknown). Both as of a row with the median sigma [m, rad].
+  /// `left`: root mean square of the residuals, per axis and without blunders, corrected for the
+  /// unknowns. `pure`: of the noise, by replicates where they show the floor, else as stated (0:
+  /// unknown). Both for a row with the median sigma [m, rad].
   InstrumentNoise left, pure;
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);

@@ -31,21 +31,22 @@ struct GrossPose {
 ///   - their error exceeds 4 times the median length of an error with the sigma of the fit,
 ///   - u is 1.5 times that of the first pose that is not gross (a tail of ordinary lack of fit has
 ///     no gap), 2.5 times where sigma is above 1.25 times the noise of replicates, and
-///   - their neighbours are not off too: if for some joint two of the four nearest poses are off,
-///     with a probability below 0.001 over all joints and by a fifth of its u, the error is
-///     structure of the model.
+///   - their error is 5 mm or more, or their neighbours are not off too: if for some joint two of
+///     the four nearest poses are off, with a probability below 0.001 over all joints and by a
+///     fifth of its u, the model lacks something there.
 /// The fit is repeated without the gross poses, from a start under Student's t, until the set
-/// stays. If more than 10 % of the poses are off, this is taken as structure of the model, unless
-/// one mistake explains most of them. Empty if there are too few readings to decide, and beyond
-/// 2000 poses, where one pose matters little. The effects of the robot are fitted too.
+/// stays. At most a quarter of the poses are gross. If more than 10 % are, the model lacks
+/// something and none is, unless one kind of mistake explains half of them. Empty if there are too
+/// few readings to decide, and beyond 2000 poses, where one pose matters little. The effects of the
+/// robot are fitted too.
 std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign);
 
-/// The rows of all of them, in ascending order.
+/// The rows of all gross poses, in ascending order.
 std::vector<int> rows_of(const std::vector<GrossPose>& gross);
 
 /// The campaign without the rows of gross poses.
 Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross);
-/// The same of a campaign whose rows `training`, or all if that is empty, `gross` counts.
+/// The same, where `gross` counts the rows of `training`, or all rows if that is empty.
 Campaign without_gross(const Campaign& all, const std::vector<int>& training,
                        const std::vector<GrossPose>& gross);
 

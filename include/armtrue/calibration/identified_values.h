@@ -9,11 +9,11 @@
 
 namespace armtrue {
 
-/// What a calibration made of one geometric parameter, as tables show it; SI.
+/// One geometric parameter before and after a calibration, as tables show it; SI.
 struct IdentifiedValue {
   std::string name;
   DisplayUnit unit;  ///< in which files state it: mm, deg or 1
-  /// Empty of what has no number of its own; see parameter_value().
+  /// Empty for a parameter that has no value of its own; see parameter_value().
   std::optional<double> nominal, value;
   std::optional<double> change;  ///< see parameter_change()
   std::optional<double> std;     ///< empty if the fit computes none

@@ -10,15 +10,15 @@ namespace armtrue {
 
 /// Parameters of the links that `Robot::identify` leaves out although the readings show them.
 struct LeftOut {
-  std::vector<int> parameters;  ///< that `auto` would identify too
-  double without = 0;           ///< mean error of the fit of what is identified [m]
-  double with = 0;              ///< of the fit of all that the readings show [m]
+  std::vector<int> parameters;  ///< that `auto` would identify besides
+  double without = 0;           ///< mean error of the fit without them [m]
+  double with = 0;              ///< mean error of the fit with them [m]
   std::vector<Effect> beside{};  ///< effects that a search finds beside all parameters
 };
 
-/// Compares the fit of what `robot.identify` allows with that of all that the readings show, by the
-/// Bayesian information criterion, each pose counted once: lengths that are off err alike at every
-/// visit. Nothing where the readings do not show more, or `auto` is identified.
+/// Compares the fit of what `robot.identify` allows with that of `auto` by the Bayesian information
+/// criterion, each pose counted once, because an error of a length is the same at every visit.
+/// Nothing where the readings do not show more, or `auto` is identified.
 std::optional<LeftOut> left_out_but_shown(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

@@ -8,8 +8,8 @@
 
 namespace armtrue {
 
-/// In each bootstrap draw, as many poses as there are are drawn with replacement. Sums over the
-/// poses of a draw, draws x columns, from the values of each pose, poses x columns.
+/// Bootstrap sums, draws x columns: each draw takes as many poses as there are, with replacement,
+/// and sums their values. `by_pose`: poses x columns.
 Eigen::MatrixXd drawn_sums(const Eigen::MatrixXd& by_pose, int draws, std::uint64_t seed);
 
 /// 95 % percentile interval from bootstrap draws of a value, expanded for few poses: the

@@ -14,10 +14,10 @@ struct Prediction {
   /// Standard deviation of the error of the reading, root of the sum of squares over its axes [m].
   /// Contains the uncertainty of the robot (Uncertainty::root) and that of a reading.
   double deviation = 0;
-  /// 95 % bound of the length of the error [m]. With S the covariance of the error, the variance of
-  /// the reading in it times the square of Uncertainty::tail, and f = (tr S)^2 / tr S^2
-  /// (Satterthwaite), |error|^2 / tr S is taken as F-distributed with f degrees of freedom and
-  /// those of the estimate of S.
+  /// 95 % bound of the length of the error [m]. S is the covariance of the error, with the variance
+  /// of the reading times the square of Uncertainty::tail. |error|^2 / tr S is taken as
+  /// F-distributed with f = (tr S)^2 / tr S^2 (Satterthwaite) and the degrees of freedom of the
+  /// estimate of S.
   double bound_95 = 0;
   /// Variance by Uncertainty::root, divided by the largest one at a pose of the calibration. Above
   /// 1 the pose lies outside what was measured.
@@ -33,20 +33,20 @@ struct MeanSquare {
 };
 MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign);
 
-/// p-value of the number of held-out poses beyond their 95 % bounds, if the uncertainty of the
-/// robot is right: P(X >= outside), X ~ Binomial(poses, 0.05). The errors of the robot are common
-/// to the poses. So each pose is predicted by the robot and by the poses before it (Kalman filter;
+/// p-value of the number of held-out poses beyond their 95 % bounds under the stated uncertainty of
+/// the robot: P(X >= outside), X ~ Binomial(poses, 0.05). The errors of the robot are common to the
+/// poses. So each pose is predicted by the robot and by the poses before it (Kalman filter;
 /// Bar-Shalom, "Estimation with Applications", 2001, 5.4): these prediction errors are independent.
 /// The robot must state its uncertainty.
 double p_of_errors(const Robot& robot, const Campaign& campaign);
 
-/// Uncertainty of a fit, for the readings that it was made of. `evaluation`: of its robot on them.
+/// Uncertainty of a fit to a campaign. `evaluation`: of its robot on the campaign.
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
                            const Evaluation& evaluation);
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign);
 
 /// The same for a model that lacks nothing: from the information of readings and priors, not from
-/// the scatter of the poses, of which few poses give a poor estimate.
+/// the scatter of the poses, which few poses estimate poorly.
 Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign);
 
 /// The uncertainty of `robot` after the geometric parameters `refitted` were fitted again to a

@@ -4,9 +4,9 @@
 
 namespace armtrue {
 
-/// One step of a search: fits a model that is nearly that of `near` to nearly the same campaign
-/// (CalibrationOptions::start_near), with FitStatistics::weights: without figures that only a
-/// report needs. `max_rounds` as of CalibrationOptions: 1 keeps the law of `near`.
+/// One step of a search: fits a model near that of `near` to nearly the same campaign
+/// (CalibrationOptions::start_near), with FitStatistics::weights. `max_rounds`: see
+/// CalibrationOptions; 1 keeps the law of `near`.
 CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
                         double tolerance, int max_rounds = CalibrationOptions{}.max_rounds);
 

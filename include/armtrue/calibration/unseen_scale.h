@@ -8,9 +8,9 @@
 
 namespace armtrue {
 
-/// What an error of the instrument's scale costs that no reading shows, because lengths of the arm
-/// and the base imitate it: a position errs by the error of the scale times its distance from the
-/// arm's foot, the origin of R_0.
+/// Position error by an error of the instrument's scale, which no reading shows, because lengths of
+/// the arm and the base imitate it: the error of the scale times the distance from the arm's foot,
+/// the origin of R_0.
 struct UnseenScale {
   double mean_distance = 0, max_distance = 0;  ///< of the readings [m]
 
@@ -21,7 +21,7 @@ struct UnseenScale {
   static constexpr double kReference = 1e-4;  // 100 ppm
 };
 
-/// Nothing without readings of an instrument, which touches are not.
+/// Nothing without readings of an instrument (touches alone).
 std::optional<UnseenScale> unseen_scale(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

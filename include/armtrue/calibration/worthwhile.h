@@ -9,16 +9,17 @@
 
 namespace armtrue {
 
-/// The nominal robot with only base and tool fitted to the readings, of more than 100,000 to an even
-/// choice of so many; no standard deviations. `blunders`: rows that are left out, in ascending order.
+/// The nominal robot with only base and tool fitted to the readings, at most 100,000 at equal
+/// steps; no standard deviations. `blunders`: rows that are left out, in ascending order.
 Robot placed_nominal(const Robot& robot, const Campaign& campaign,
                      const std::vector<int>& blunders = {});
 
 /// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
-/// blunders) than kept, or if the mean error of the fit on the kept ones exceeds that of
-/// placed_nominal(); the latter only if base and tool are identified. `sound`: the campaign of the
-/// fit; `blunders`: its rows that count as blunders. Returns placed_nominal(), or nothing if base
-/// and tool are not both identified.
+/// blunders) than kept. Throws too, if base and tool are identified or need not be (touches,
+/// images, beams) and the mean error of the fit on the kept readings exceeds 20 mm, or 1.02 times
+/// that of placed_nominal() by 1 um. `sound`: the campaign of the fit; `blunders`: its rows that
+/// count as blunders. Returns placed_nominal(), or nothing if base or tool should be identified and
+/// is not.
 std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
                                         const Campaign& sound, const std::vector<int>& blunders,
                                         int gross_rows);
@@ -27,8 +28,8 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
                                         const Campaign& sound, const std::vector<double>& errors,
                                         const std::vector<int>& blunders, int gross_rows);
 
-/// The nominal robot with base and targets placed, where the readings are of targets, which stand
-/// for the tool, and `fit` identifies the base; else nothing.
+/// placed_nominal() if the readings are of targets, which are placed with the tool, and `fit`
+/// identifies the base; else nothing.
 std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& fit,
                                        const Campaign& campaign);
 

@@ -15,11 +15,11 @@ struct BeamSight {
   std::string name;  ///< text of its BeamName
 };
 
-/// All of the robot. Throws std::invalid_argument if there is none, a place is unknown, or a beam
-/// does not state its range.
+/// Each beam of the robot with each plane and each face. Throws std::invalid_argument if there is
+/// none, a place is unknown, or a beam does not state its range.
 std::vector<BeamSight> beam_sights_of(const KinematicChain& chain);
 
-/// What the beam reads with the measured frame at `a_from_measured` [m]: nothing if it ends beyond
+/// Reading of the beam with the measured frame at `a_from_measured` [m]; nothing if it ends beyond
 /// its range, on the back of the plane, or by more than 60 deg off its normal. A plane has no edges
 /// here.
 std::optional<double> beam_reading_at(const KinematicChain& chain, const BeamSight& sight,

@@ -37,9 +37,8 @@ struct Touch {
   bool is_pixel = false;  ///< the name of the contact is the text of a PixelName
 };
 
-/// What a pixel is of, as Campaign::contact_names has it: `left/plate/7` is the point 7 of the
-/// board `plate` in the image of the camera `left`. Camera and board are empty where the file names
-/// none.
+/// Name of a pixel in Campaign::contact_names: `left/plate/7` is the point 7 of the board `plate`
+/// in the image of the camera `left`. Camera and board are empty where the file names none.
 struct PixelName {
   std::string camera, board, corner;
 
@@ -49,8 +48,9 @@ struct PixelName {
   std::string text() const { return camera + "/" + board + "/" + corner; }
 };
 
-/// What a beam reads, as Campaign::contact_names has it: `laser:bar/2` is the distance along the
-/// beam `laser` to the face 2 of the artefact `bar`. The beam is empty where the file names none.
+/// Name of the reading of a beam in Campaign::contact_names: `laser:bar/2` is the distance along
+/// the beam `laser` to the face 2 of the artefact `bar`. The beam is empty where the file names
+/// none.
 struct BeamName {
   std::string beam, contact;
 
@@ -94,7 +94,7 @@ struct Campaign {
   std::vector<std::string> pose_ids;
   std::vector<int> line;  ///< line in the file
   JointRows q;            ///< [rad or m]
-  /// What was measured, in R_A [m]: points, or distances from anchors; the other column is empty.
+  /// The readings [m]: points in R_A, or distances from anchors; the other column is empty.
   std::vector<Eigen::Vector3d> position;
   std::vector<double> distance;
   /// Only in a campaign of points and distances: for each row, the coordinate that it reads, or
@@ -127,10 +127,10 @@ struct Campaign {
   std::vector<std::string> contact_names;
   std::vector<double> sigma_position;      ///< per axis [m]
   std::vector<double> sigma_orientation;   ///< per axis [rad]
-  /// Where rows state covariances: W without unit, its upper right block zero, so that W D^-1 r is
-  /// white of a residual r = (position, rotation vector) in R_A, D the diagonal of the row's
-  /// sigma_position and sigma_orientation, which are then the roots of the mean variances of the
-  /// axes.
+  /// Where rows state covariances: W of each row, without unit, lower triangular. With r the
+  /// residual (position, rotation vector) in R_A and D the diagonal of the row's sigma_position and
+  /// sigma_orientation, W D^-1 r is white. The sigmas are then the roots of the mean variances of
+  /// their axes.
   std::vector<Eigen::Matrix<double, 6, 6>> whitening;
   std::vector<Direction> arrival;
   JointRows stroke;  ///< see Arrival [rad or m]
@@ -158,10 +158,11 @@ struct Campaign {
   bool has_pixels_only() const {
     return has_pixels() && std::ranges::all_of(touch, &Touch::is_pixel);
   }
-  /// Whether all readings are touches or pixels: then there is no instrument.
+  /// Whether all readings are touches, beams or pixels: then there is no instrument.
   bool has_touches_only() const;
   bool has_profiles() const { return !profile.empty(); }
-  /// What of the measured frame a row reads without targets: the point of a profile, or the origin.
+  /// The point of the measured frame that a row reads without targets [m]: that of a profile, or
+  /// the origin.
   Eigen::Vector3d own_point(int row) const {
     return has_profiles() ? Eigen::Vector3d(0, profile[row].y, profile[row].z)
                           : Eigen::Vector3d(0, 0, 0);
@@ -181,10 +182,11 @@ struct Campaign {
   /// numbers group rows; the number is no index.
   int quantity(int row) const;
   int quantities() const;  ///< one more than the largest possible quantity()
+  /// Makes a row read this quantity() of points or distances; its value is then undefined.
   void set_quantity(int row, int quantity);
   /// The first row of each reading, where a point may stand in three rows, one per coordinate: rows
-  /// that follow each other, of one pose and one contact, with rising axes. Empty if each row is a
-  /// reading.
+  /// that follow each other, of one pose, line, session and contact, with rising axes. Empty if
+  /// each row is a reading.
   std::vector<int> first_rows_of_readings() const;
   /// Number of the target, quantity and profile point of a row. Rows with the same session, pose
   /// and channel are replicates.
@@ -202,9 +204,9 @@ struct Campaign {
   Campaign select(const std::vector<int>& rows) const;
 };
 
-/// Name of the column that a driver of this kind needs, if the campaign does not have it; otherwise
-/// empty. `where`: sensor of a temperature. Payload and force are never missing: without these
-/// columns they are zero.
+/// Name of the column that a driver of this kind needs, if the campaign lacks it; otherwise empty.
+/// `where`: sensor of a temperature. Payload and force are never missing: without these columns
+/// they are zero.
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where);
 
 /// The values of one joint angle, of the time or of one temperature at the rows [SI]; the campaign
@@ -212,8 +214,8 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
 std::vector<double> values_of(const Driver& driver, const Campaign& campaign);
 
 /// Throws std::invalid_argument, with file and remedy, if the campaign lacks the column that drives
-/// the effect: time, a temperature, motor torques or directions of arrival. Campaigns read from a
-/// file always have directions, stated or derived (derive_arrival).
+/// the effect: time, a temperature, motor torques, directions of arrival or strokes. Campaigns read
+/// from a file always have directions, stated or derived (derive_arrival).
 void require_drivers(const Campaign& campaign, const Effect& effect);
 
 /// Replaces each row that has a point by three rows, one per coordinate, in a campaign of points
@@ -233,16 +235,16 @@ void number_profile_points(Campaign& campaign);
 /// Of images alone it is that of a pixel, at the board.
 double stated_position_noise(const Robot& robot, const Campaign& campaign);
 
-/// Goes through the visits, in the order of the times or, without times, of the rows, and hands over
-/// the motion of the joints, from visit to visit of a session, that led to each.
+/// Calls `action` for each row, in the order of the times or, without times, of the rows, with the
+/// motion of the joints in its session up to this row.
 using VisitAction = std::function<void(int row, const Arrival&)>;
 void for_each_visit(const Campaign& campaign, const VisitAction& action);
 
 /// Fills `arrival` and `stroke`, unless the campaign has them. `arrival` is the sign of the last
 /// motion of each joint in the same session, 0 before the first; `stroke` is its way since its last
-/// reversal. Motions below 1e-4 deg do not count. The order of the visits is that of the times or,
-/// without times, that of the rows. If the campaign has directions that contradict this order, the
-/// way stays unknown.
+/// reversal [rad or m]. Motions below 1e-4 deg do not count. The order of the visits is that of the
+/// times or, without times, that of the rows. If the campaign has directions that contradict this
+/// order, `stroke` stays empty.
 void derive_arrival(Campaign& campaign);
 
 /// Multiplies the encoder values of revolute joints by `factor`, to read them in another unit.

@@ -2,7 +2,8 @@
 
 namespace armtrue {
 
-/// Of an arm [kg], in a file or an option: the strongest arms carry 2300. More is another unit.
+/// Largest payload that a file or an option may state [kg]. The strongest arms carry 2300; more is
+/// another unit.
 inline constexpr double kHeaviestPayload = 2500;
 
 }  // namespace armtrue

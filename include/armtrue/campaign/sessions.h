@@ -20,7 +20,7 @@ void require_known_sessions(const Campaign& training, const Campaign& held_out);
 /// the robot does not know the session.
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row);
 
-/// Sets what a session has of its own: base, zero offsets and their standard deviations.
+/// Sets the base, the zero offsets and their standard deviations to those of a session.
 void move_to(const Session& session, Robot& robot);
 
 /// The readings of all sessions in one R_A, that of `robot.chain.base`: transforms the points,
@@ -32,7 +32,7 @@ Campaign in_common_frame(Campaign campaign, const Robot& robot);
 /// `robot.identify_per_session`. Throws std::invalid_argument for a name that is no zero offset.
 std::vector<int> own_parameters(const Robot& robot);
 
-/// Whether each session has a value of its own of the parameter, or of the group.
+/// Whether each session has its own value of the parameter, or of the group.
 bool is_of_each_session(const Parameter& parameter, const Robot& robot);
 
 /// The name of the session of a row; empty if the campaign has no sessions.

@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// What reads without an instrument beside the arm.
+/// Sensors that read without an instrument.
 enum class Sensor {
   camera,  ///< sees boards, see views.h
   beam,    ///< reads how far planes are, see beam_sights.h

@@ -30,7 +30,7 @@ struct SimulationOptions {
   bool orientation = true;
   bool images = false;     ///< readings are the pixels of what the cameras see of the boards
   bool beams = false;      ///< readings are those of the beams
-  std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
+  std::optional<Box> box;  ///< of the measured point [m]; absent: the whole travel of the joints
   VisitOrder order = VisitOrder::random;
   double seconds_per_visit = 20;
   std::uint64_t seed = 1;

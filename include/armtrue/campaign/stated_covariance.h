@@ -16,13 +16,14 @@ struct StatedBlocks {
   bool any() const { return position || rotation; }
 };
 
-/// Adds what the next row states of its noise to the columns sigma_position, sigma_orientation and
+/// Adds the covariance of the next row to the columns sigma_position, sigma_orientation and
 /// whitening. Returns false, and adds nothing, unless the covariance is positive definite.
 bool add_covariance(const PoseCovariance& covariance, const StatedBlocks& blocks,
                     Campaign& campaign);
 
-/// Of a campaign whose rows state covariances; none of any other.
+/// The blocks that the rows of a campaign state; none without covariances.
 StatedBlocks stated_blocks(const Campaign& campaign);
+/// The covariance that a row states; the campaign has Campaign::whitening.
 PoseCovariance stated_covariance(const Campaign& campaign, int row);
 
 }  // namespace armtrue

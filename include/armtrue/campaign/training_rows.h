@@ -10,9 +10,10 @@ namespace armtrue {
 /// Marks of the rows that a calibration used: a robot file holds them, so that rows that were
 /// copied into another file are recognised. The mark of a row is a hash of its joint values, to
 /// 0.001 deg (0.017 mm of a rail), and of its reading, to 0.01 mm; the name of its pose, its
-/// orientation and its time do not count. Of many rows those with the smallest marks stand for all.
+/// orientation and its time do not count. Of more than kMostMarks marks, the smallest are kept.
 struct TrainingRows {
-  /// Marks that are kept at most: 32 kB of a file. Two rows have one mark by chance once in 2^32.
+  /// Number of marks that are kept at most: 32 kB of a file. Two rows have the same mark by chance
+  /// once in 2^32.
   static constexpr size_t kMostMarks = 4096;
 
   long rows = 0;                     ///< all that were used
@@ -21,10 +22,10 @@ struct TrainingRows {
 
 TrainingRows training_rows(const Campaign& campaign);
 
-/// How many poses of some readings took part in a calibration.
+/// Number of poses of a campaign that took part in a calibration.
 struct SeenPoses {
   int seen = 0;      ///< poses with a row among those of the calibration
-  int compared = 0;  ///< poses with a row that can be looked up: of a large calibration not all can
+  int compared = 0;  ///< poses with a row that can be looked up: not all, if marks were left out
   double share() const { return compared > 0 ? static_cast<double>(seen) / compared : 0; }
 };
 

@@ -21,10 +21,11 @@ struct MovedByTurns {
 /// Many controllers count angles within one turn, from 0 to 360 deg, which reads -1 deg as 359.
 /// Moves such values of revolute joints by one turn into the travel of the joint, which is +-180
 /// deg where the robot file states none. The values of a joint stay as they are if they span more
-/// than one turn, as they then count turns; if none is further outside the travel than an arm can
-/// stand; or if the travel is not stated and the values lie closer together as they are. A value
-/// within the travel stays, whatever the travel is. Then values of one pose that differ by a whole
-/// turn, as at the ends of +-180 deg, become one, if the travel is at most one turn.
+/// than one turn, because they then count turns; if none that a turn brings into the travel is more
+/// than 30 deg outside it; or if the travel is not stated, and the values of all such joints lie
+/// closer together as they are. A value within the travel stays. Then values of one pose that
+/// differ by a whole turn, as at the ends of +-180 deg, become one, if the travel is at most one
+/// turn.
 /// `pose`: number of the pose of each value, or empty.
 std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>& pose,
                                            const KinematicChain& chain);

@@ -25,8 +25,8 @@ bool shows(const KinematicChain& chain, const View& view, const Pose& a_from_mea
 Eigen::Vector2d pixel_of(const KinematicChain& chain, const View& view, const Pose& a_from_measured,
                          int point);
 
-/// What a campaign calls the corners of the board in the camera's images: texts of PixelName, in
-/// the order of the board's points.
+/// Names of the corners of the board in the camera's images, as in a campaign: texts of PixelName,
+/// in the order of the board's points.
 std::vector<std::string> corner_names(const KinematicChain& chain, const View& view);
 
 }  // namespace armtrue

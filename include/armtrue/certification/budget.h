@@ -36,18 +36,18 @@ struct Budget {
   double expanded = 0;  ///< U = k u_c [m]
 };
 
-/// `scatter`: of the visits about their means, with at least `visits` visits per pose. `range`:
-/// distance from the instrument [m]. `model`: standard uncertainty of the commanded position per
-/// axis [m], if the robot file states it.
+/// `scatter`: of the visits about their means; `visits`: fewest visits of a pose. `range`: distance
+/// from the instrument [m]. `model`: standard uncertainty of the commanded position per axis [m],
+/// if the robot file states it.
 ///
 /// The scatter s contains the noise of the instrument. So with a stated noise e the rows are
 ///     e / sqrt(n)  and  sqrt(max(0, s^2 - e^2)) / sqrt(n),
-/// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller. `too_high`: by how much the
-/// largest of many figures may lie above the largest true one [m], a half width; see
-/// PathFigures::at_of_scatter.
+/// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller. `too_high`: half width of the
+/// bias of the largest of many figures [m], see PathFigures::at_of_scatter.
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
                  const std::optional<double>& model, double too_high = 0);
 
+/// Whether a value meets a tolerance; see decide().
 enum class Decision { pass, fail, undecided };
 
 /// ISO 14253-1: pass if ap + U <= tolerance, fail if ap - U > tolerance, else undecided.

@@ -45,7 +45,7 @@ struct Certificate {
   Budget budget;                      ///< of AP
   std::vector<PoseFigures> poses;
   std::vector<std::string> notes;  ///< sentences on the limits of the figures
-  /// What the readings say against themselves, see doubts_of_visits(); among the notes too.
+  /// Contradictions within the readings, see doubts_of_visits(); also among the notes.
   std::vector<std::string> doubts;
 };
 

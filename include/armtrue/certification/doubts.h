@@ -11,13 +11,14 @@
 
 namespace armtrue {
 
-/// What readings of repeated visits say against themselves, each with a number and a remedy:
+/// Contradictions within the readings of repeated visits, a sentence with number and remedy each:
 /// - readings that were copied: more visits than chance allows (p < 1e-4) read the same as another
-///   visit of their pose in all digits; chance is told by the step of the coordinates and by how far
-///   the other visits differ. Or most poses have only such visits;
-/// - two nests: the visits of the poses stand at two places, one and the same vector of the tool
-///   apart, and no direction of arrival of a joint tells which. Differences of the visits of a pose
-///   are then short or long, the long ones alike, with a gap of three times between them;
+///   visit of their pose in all digits; chance is computed from the step of the coordinates and the
+///   scatter of the other visits. Or most poses have only such visits;
+/// - two nests of the reflector: the visits of a pose lie at two places, apart by the same vector
+///   in the axes of the tool, and no direction of arrival of a joint tells which. The distances
+///   between visits of a pose are then short or long, all long ones alike and three times the short
+///   ones or more;
 /// - a step between two visits, see find_visit_step();
 /// - a stated noise of the instrument that is a hundredth of the scatter of the visits, or three
 ///   times that scatter or more (p < 1e-4). `noise`: per axis [m].

@@ -20,14 +20,14 @@ struct PathFigures {
   Eigen::Index of_path = 0;  ///< those of the whole path
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
-  /// Of the RT that many passes would show, as repeatability_ci95() of the planes [m]; empty below
+  /// 95 % interval of the RT that many passes would show, see repeatability_ci95() [m]; empty below
   /// three passes.
   std::optional<std::array<double, 2>> rt_ci95;
-  /// The AT that passes which scatter so would show of an exact path: s / sqrt(n) sqrt(2 log
-  /// planes), the largest of as many independent planes [m]. Zero for one pass.
+  /// The AT of an exact path with this scatter s: s / sqrt(n) sqrt(2 log planes), the largest of as
+  /// many independent planes [m]. Zero for one pass.
   double at_of_scatter = 0;
-  /// Of a pass, per axis [m]. Neighbouring planes share their errors, so its degrees of freedom are
-  /// those of one plane, 2 (n - 1).
+  /// Scatter of a pass, per axis [m]. Neighbouring planes share their errors, so it has the degrees
+  /// of freedom of one plane, 2 (n - 1).
   Scatter scatter;
   bool frame_is_fitted = false;
   /// Whether all passes meet 99 % of the planes; at the ends of the path a pass may miss some.

@@ -32,7 +32,7 @@ struct PoseFigures {
   int visits = 0;
   Eigen::Vector3d ap_axes = Eigen::Vector3d::Zero();  ///< x - c, along the axes of R_A [m]
   double ap = 0;                                      ///< [m]
-  double rp = 0;  ///< [m]; a spread that rounding makes is 0, here and of all figures below
+  double rp = 0;  ///< [m]; 0 if rounding explains the spread, as in all figures below
   /// Of the rotation vector, about the axes of R_A [rad]: AP is the mean error, RP is 3 S (the
   /// standard's +-3 S). Empty without orientations.
   std::optional<Eigen::Vector3d> ap_turn, rp_turn;
@@ -52,7 +52,7 @@ struct PoseFigures {
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
 };
 
-/// A spread of coordinates of a size; 0 if their rounding may have made it.
+/// `spread`, or 0 if it may be the rounding of coordinates as large as `size`.
 double resolved(double spread, double size);
 
 /// 95 % interval of the repeatability mean(l) + 3 S that many visits would show, from the largest
@@ -97,11 +97,12 @@ struct SetFigures {
   int poses = 0;
   int fewest_visits = 0;
   Largest ap, rp;
-  /// Of the RP that many visits would show [m]; empty if the pose with the largest RP has two.
+  /// 95 % interval of the RP that many visits would show [m]; empty if the pose with the largest RP
+  /// has two.
   std::optional<std::array<double, 2>> rp_ci95;
   std::optional<Largest> ap_turn, rp_turn;         ///< of any axis, absolute [rad]
   std::optional<Largest> vap, drift_ap, drift_rp;  ///< [m]
-  /// Of any axis [rad].
+  /// Largest of any axis, absolute [rad].
   std::optional<Largest> vap_turn, drift_ap_turn, drift_rp_turn;
   std::optional<double> rp_expanded() const { return expanded_of(rp.value, rp_ci95); }  ///< [m]
 };

@@ -14,17 +14,18 @@
 
 namespace armtrue {
 
-/// Why a command needs attention. With the notes up to `beyond_max` the target stays as programmed.
+/// Why a command needs attention. With `unreachable`, `limit` or `beyond_max` the target stays as
+/// programmed.
 enum class CommandNote {
   unreachable,  ///< the identified arm does not reach the pose on this branch
-  limit,        ///< a joint would stand outside its travel
+  limit,        ///< a joint would stand, or was programmed, outside its travel
   beyond_max,   ///< the correction is larger than CompensationOptions::max_correction
   singular,     ///< near a singular posture: the correction is damped, or the wrist is stretched
   outside_readings,  ///< leverage above 1: no pose of the calibration was like this
-  below_std,         ///< the correction is smaller than its own standard deviation
+  below_std,         ///< the error before is below the standard deviation after correction
   turn,              ///< a joint crosses zero: its turn (KUKA: bit of T) changes
-  arrival,     ///< no command agrees with the direction of arrival that its correction assumes
-  fewer_axes,  ///< corrected in what an arm of fewer than six axes can do: `after` is the rest
+  arrival,     ///< no command keeps the direction of arrival that its correction assumes
+  fewer_axes,  ///< of an arm of fewer than six axes: `after` is the error that it cannot correct
 };
 
 /// The name in files: `outside-readings`.
@@ -50,8 +51,8 @@ struct Program {
   std::vector<bool> joints;
   /// What Cartesian targets state about their branch; empty if none states more than a hint.
   std::vector<Configuration> configurations;
-  /// How the arm comes to each row; empty: all joints move together. Where it moves straight or on
-  /// an arc, a joint may reverse on the way, and arrives as it moves last.
+  /// How the arm comes to each row; empty: all joints move together. On a line or an arc a joint
+  /// may reverse on the way; its direction of arrival is then that at the end.
   std::vector<ProgramMotion> motions;
   /// Frames and tools, and the index of that of each row; empty if those of CompensationOptions
   /// hold for all rows.
@@ -77,8 +78,9 @@ struct CompensationOptions {
   double max_correction = 5e-3;  ///< [m]
   /// Whether to correct targets that the readings do not cover (outside_readings, below_std).
   bool correct_uncovered = true;
-  /// Whether the correction may move external axes; otherwise they stay as programmed. They are
-  /// coarser than the joints of the arm, and in the minimisation a metre counts as a radian.
+  /// Whether the correction may move external axes; otherwise they stay as programmed. External
+  /// axes are coarser than the joints of the arm, and in the minimisation a metre counts as a
+  /// radian.
   bool move_external_axes = false;
   std::optional<JointVector> start;  ///< hint of the branch of a first Cartesian target
 };
@@ -99,8 +101,8 @@ struct CorrectedTarget {
   /// Error of the identified arm at `programmed` and at `q`.
   PoseDifference before, after;
   Pose reached;  ///< of the identified arm at `programmed`
-  /// Of a joint target: where the controller's model has `reached` [rad]. As `programmed` if it has
-  /// it nowhere, near a stretched elbow, and of a Cartesian target.
+  /// Of a joint target: the joint angles at which the controller's model has the pose `reached`
+  /// [rad]; `programmed` if there are none, near a stretched elbow, and of a Cartesian target.
   JointVector reached_q;
   /// Standard deviation of the position after the correction, from the uncertainty of links and
   /// effects; root of the sum of squares over the axes [m]. Empty if the robot does not state its
@@ -108,9 +110,8 @@ struct CorrectedTarget {
   std::optional<double> deviation;
   std::optional<double> leverage;  ///< as Prediction::leverage
   std::vector<CommandNote> notes;
-  /// How far each joint would move on the straight or circular way to the target if it moved
-  /// throughout as just before its end [rad or m]. Empty of other moves, and without effects that
-  /// follow the motion.
+  /// dq/dt of each joint at the end of the line or arc to the target, t from 0 to 1 on it [rad or
+  /// m]. Empty for other moves, and without effects that follow the motion.
   JointVector pace;
 
   bool has(CommandNote note) const;
@@ -118,15 +119,15 @@ struct CorrectedTarget {
   double expected() const;
 };
 
-/// A target for which the controller has no joint angles: it is out of reach, has no hint of its
-/// branch, or has a turn that contradicts it.
+/// A target for which the controller's model has no joint angles: it is out of reach, has no hint
+/// of its branch, or states a turn that contradicts its pose.
 class UnreachableTarget : public std::runtime_error {
  public:
   UnreachableTarget(int target_row, const std::string& what)
       : std::runtime_error(what), row(target_row) {}
   int row;
-  /// All targets that are out of reach, of a program that was gone through to its end, and why;
-  /// empty if the first one ends it.
+  /// All targets that are out of reach, with the reasons; empty if the first one ended the
+  /// computation.
   std::vector<std::pair<int, std::string>> out_of_reach;
 };
 
@@ -145,10 +146,9 @@ bool may_hold_flange_in_tool(const Robot& controller);
 /// though their last axes are the same within 5 deg; 0 if these are not.
 double turn_of_last_frame(const Robot& robot, const Robot& controller);
 
-/// Identified parameters of links that contain the place of the instrument or of the reflector,
-/// because `base` or `tool` was not identified with them: those of the first link, after the base,
-/// and those of the last joint and link, before the tool. If base and tool were known otherwise,
-/// these parameters belong to the arm.
+/// Identified parameters of links that may contain errors of base or tool, because these were not
+/// identified: those of the first link without `base`, those of the last joint and link without
+/// `tool`. If base and tool were known otherwise, these parameters belong to the arm.
 std::vector<std::string> parameters_of_station(const Robot& robot);
 
 /// The robot with the zero offsets of one of its sessions. Throws std::invalid_argument if it has
@@ -159,8 +159,8 @@ Robot in_session(Robot robot, const std::string& session);
 /// target has in the controller's model:
 ///     F_identified(q*, context) tool = F_controller(q_programmed, context) tool,
 /// with F the pose R_0 from R_7, without base and tool of the measurement. Directions of arrival
-/// follow the commands from row to row, on the ways of Program::motions, unless the visits state
-/// them. Throws UnreachableTarget, and std::invalid_argument if an effect's driver is missing.
+/// are those of the commands from row to row, along Program::motions, unless the visits state them.
+/// Throws UnreachableTarget, and std::invalid_argument if an effect's driver is missing.
 std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& controller,
                                         const Program& program, const CompensationOptions& options);
 

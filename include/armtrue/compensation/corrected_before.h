@@ -10,25 +10,25 @@
 
 namespace armtrue {
 
-/// Signs that targets are commands of compensate() for these two models already, which show whatever
-/// became of comments and of the form of the numbers. The targets of a program have few decimals,
-/// or fewer than its corrections are written with. Where the identified arm takes a command, the
-/// target comes back: numbers that are long as they are written are short there, by the rounding of
-/// the command. A target that is not corrected has it the other way round, so it never counts.
+/// Evidence that targets are already commands of compensate() for these two models, without a mark
+/// or check digits. Programmed numbers have few decimals, commands many. The identified arm takes a
+/// command to the programmed target: numbers that are long as written are short there, up to the
+/// rounding of the command. For a target that is not corrected it is the other way round, so it
+/// never counts.
 struct RoundWhereReached {
-  int decimals = 0;  ///< that the numbers have where the arm takes them
-  int numbers = 0;   ///< that have more as they are written, and differ in those
-  int round = 0;     ///< of them
+  int decimals = 0;  ///< of the numbers that the identified arm reaches
+  int numbers = 0;   ///< numbers that have more decimals as written, and differ in these
+  int round = 0;     ///< numbers of these that are short where the arm takes them
   int target = 0;    ///< row of one of them
   double written = 0, reached = 0;  ///< in the unit of the program, mm and deg of a table
 };
 
-/// Of a robot program; `targets` as compensate() gives them for it. Nothing if it may be chance.
+/// For a robot program and its `targets` by compensate(). Nothing if it may be chance (p > 1e-8).
 std::optional<RoundWhereReached> find_round_where_reached(
     const RobotProgram& program, const std::vector<CorrectedTarget>& targets,
     const ProgramJoints& joints);
 
-/// Of a table of the robot `controller`: of its poses and of its joint angles.
+/// For a table of the robot `controller`, by its poses and by its joint angles.
 std::optional<RoundWhereReached> find_round_where_reached(
     const Robot& controller, const std::vector<CorrectedTarget>& targets);
 

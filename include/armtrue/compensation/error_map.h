@@ -45,7 +45,7 @@ struct MapPoint {
   /// sqrt(deviation^2 + 3 s^2 + rest^2), with s = Uncertainty::reading, which contains the lack of
   /// fit of the model.
   std::optional<double> after;
-  PoseDifference rest;             ///< what an arm of fewer than six axes cannot correct; else 0
+  PoseDifference rest;             ///< error that fewer than six axes cannot correct; else 0
   std::vector<CommandNote> notes;  ///< those of map_notes()
 
   bool has(CommandNote note) const;
@@ -60,10 +60,10 @@ struct ErrorMap {
   std::vector<std::string> names;  ///< of the points
   std::vector<MapPoint> points;
   /// The causes of the error: the difference of the constants, then every effect of the identified
-  /// arm for which moves_program() is true, then the effects of the controller's model, if it has
-  /// any.
+  /// arm for which moves_program() is true, those named kRemainder together as one cause, then the
+  /// effects of the controller's model, if it has any.
   std::vector<std::string> causes;
-  size_t effects = 0;  ///< of the identified arm among the causes
+  size_t effects = 0;  ///< causes that are effects of the identified arm
   /// The part of each cause in the error, points x causes, row after row [m]: the change by this
   /// effect alone. The parts sum to the error, except for products of two of them.
   std::vector<Eigen::Vector3d> parts;
@@ -101,6 +101,7 @@ struct Placement {
   double mean = 0;            ///< of the error in it [m]
 };
 
+/// The part of one cause in the errors of a map.
 struct CauseSummary {
   std::string cause;
   double mean = 0, max = 0;  ///< length of its part [m]
@@ -109,6 +110,7 @@ struct CauseSummary {
   double share = 0;
 };
 
+/// Figures of a map over its predicted points.
 struct ErrorMapSummary {
   int predicted = 0;                                     ///< points
   ErrorSummary before, turn, left_by_constants;          ///< [m], [rad], [m]

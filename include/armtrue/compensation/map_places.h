@@ -11,8 +11,8 @@
 
 namespace armtrue {
 
-/// How close points stand in a box: `count` of them along each side or, without it, points at most
-/// `step` [m] apart, a twentieth of the longest side if that is absent too.
+/// Spacing of points in a box: `count` of them along each side or, without it, at most `step` [m];
+/// if both are absent, a twentieth of the longest side.
 struct GridSpacing {
   std::optional<std::array<double, 3>> count;
   std::optional<double> step;
@@ -39,7 +39,7 @@ Program targets_of_path(const Path& path, const std::string& source, const std::
 std::vector<std::string> doubts_of_map(const ModelPair& pair, const Campaign& visits,
                                        const ErrorMap& map, const ErrorMapSummary& summary);
 
-/// For each note, how many points have it, and which.
+/// A sentence for each note that points have: how many points, and which.
 std::vector<std::string> sentences_of_notes(const ErrorMap& map);
 
 }  // namespace armtrue

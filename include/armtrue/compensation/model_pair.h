@@ -23,15 +23,16 @@ std::string why_not_a_pair(const ModelPair& pair);
 /// Where the flange of the program is.
 enum class FlangeStated { no, last_link, tool };
 
-/// An error: poses are those of a flange, and the controller's model may have it in its tool, but
-/// nobody says so; or somebody says so of a tool that was identified.
+/// An error: poses are those of a flange that may be the tool of the controller's model
+/// (may_hold_flange_in_tool()), and `stated` does not say it; or `stated` says it of a tool that
+/// was identified.
 std::string why_flange_is_unclear(const Robot& controller, const std::string& name,
                                   FlangeStated stated, bool tool_is_measured);
 
 /// An error: they are different arms. `nearest`: least distance between their flanges [m].
 std::string why_other_arm(const ModelPair& pair, double nearest);
 
-/// What puts a prediction in doubt, without a full stop. `predicted`: "the commands", "the errors".
+/// Reasons to doubt a prediction, without a full stop. `predicted`: "the commands", "the errors".
 std::vector<std::string> doubts_of_models(const ModelPair& pair, const Campaign& visits,
                                           const std::string& predicted);
 

@@ -29,13 +29,14 @@ struct BetweenPoints {
   std::vector<CorrectedTarget> points;   ///< the inserted ones
 };
 
+/// Figures of BetweenPoints over all moves.
 struct BetweenPointsSummary {
   int divided = 0, inserted = 0;              ///< moves
   std::optional<ErrorSummary> before, after;  ///< of the moves that can be followed [m]
 };
 BetweenPointsSummary summarize(const BetweenPoints& between);
 
-/// What compensate() says of a program, with points inserted in its moves.
+/// The result of compensate(), with points inserted in the moves of the program.
 struct DividedProgram {
   std::vector<CorrectedTarget> targets;       ///< of the program alone
   std::vector<ProgramPointBetween> inserted;  ///< in their order
@@ -47,9 +48,9 @@ struct DividedProgram {
 /// controller's model, not in the room. No two points of a move come nearer than 1 mm, no piece of
 /// an arc is shorter than 5 deg, no point lies within twice the blend of an end or where the
 /// rounding of the text decides in which direction a joint with backlash arrives, and none is
-/// inserted where a program forbids it (ProgramTarget::obstacle); what is then left is named.
-/// `program` is that of `text`. Throws as compensate() does, and InputError if a move needs more
-/// than 1000 points.
+/// inserted where a program forbids it (ProgramTarget::obstacle); MoveBetweenPoints::why then says
+/// so. `program` is that of `text`. Throws as compensate() does, and InputError if a move needs
+/// more than 1000 points.
 DividedProgram divide_moves(const Robot& identified, const Robot& controller,
                             const RobotProgram& text, const Program& program,
                             const CompensationOptions& options, double tolerance);

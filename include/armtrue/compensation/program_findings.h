@@ -22,11 +22,11 @@ ProgramJoints joints_of_program(const RobotProgram& program, const Robot& contro
 /// Throws InputError if a target names a tool, and --tool-is-measured states another.
 void refuse_two_tools(const RobotProgram& program, bool tool_is_measured);
 
-/// Leaves the moves alone that the controller's model does not reach. Nothing is left alone, and
-/// the result is false, if it reaches none: then it is the frames, or the arm.
+/// Calls leave_alone() for the moves that the controller's model does not reach. If it reaches
+/// none, frames or arm are wrong: leaves nothing alone and returns false.
 bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program);
 
-/// For each note, how many targets have it, and which.
+/// A sentence for each note that targets have: how many targets, and which.
 std::vector<std::string> sentences_of_notes(const std::vector<CorrectedTarget>& targets,
                                             const Campaign& visits, const std::string& source);
 
@@ -35,8 +35,8 @@ std::vector<std::string> sentences_of_notes(const std::vector<CorrectedTarget>& 
 std::vector<std::string> sentences_of_moves(const BetweenPoints& between, const Campaign& visits,
                                             const std::string& source);
 
-/// An error: the targets are commands already, whatever became of their marks. `arm`: the name of
-/// the identified arm's file.
+/// An error: the targets are commands already, as their numbers show without a mark. `arm`: the
+/// name of the identified arm's file.
 std::string why_corrected_before(const RoundWhereReached& found, const Campaign& visits,
                                  const std::string& source, const std::string& arm);
 

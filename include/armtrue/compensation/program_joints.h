@@ -18,20 +18,20 @@ struct ProgramJoints {
     double si = 1;   ///< [m] or [rad] of the unit of the program, mm or deg
   };
   std::array<External, 6> external{};
-  /// What the chain adds to the encoder of axis 3 per radian of axis 2, though the angles of the
-  /// program, such as FANUC's (program_values.h), contain it already; mostly 0.
+  /// Coupling of axis 3 to axis 2 in the chain that the angles of the program contain already, as
+  /// FANUC's do (program_values.h) [rad/rad]; mostly 0.
   double third_by_second = 0;
 
   bool has_external() const { return count() > kProgramAxes; }
-  /// Of all joints.
+  /// Number of all joints.
   int count() const;
   /// The angles of the arm alone.
   JointVector arm_of(const JointVector& q) const;
   /// All joints: those of the arm, and the external axes of `other`.
   JointVector whole(const JointVector& arm_joints, const JointVector& other) const;
-  /// `to` with the external axes of `from`; t: the share of `from`, and the rest stays.
+  /// Moves the external axes of `to` towards those of `from` by the share t.
   void move_external(JointVector& to, const JointVector& from, double t = 1) const;
-  /// E1 to E6 as a program states them; `otherwise` of those that the chain has not.
+  /// E1 to E6 at `q` in the units of the program; for those that the chain lacks, `otherwise`.
   std::vector<double> external_numbers(const JointVector& q, std::vector<double> otherwise) const;
 };
 

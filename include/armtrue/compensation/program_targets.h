@@ -23,23 +23,23 @@ struct ProgramCommands {
   std::vector<std::string> warnings;
 };
 
-/// Removes notes on turns that this program does not state. If the corrected joints of a FANUC
-/// target leave the turns that its CONFIG states, the target stays as programmed.
+/// Removes notes on turns that this program does not state. If a correction takes the joints of a
+/// FANUC target out of the turns that its CONFIG states, the target stays as programmed.
 ProgramCommands program_commands(const RobotProgram& program, std::vector<CorrectedTarget>& targets,
                                  const ProgramJoints& joints);
 
-/// The moves of a program by what became of them.
+/// Numbers of the moves of a program: corrected, left alone, never run.
 struct CorrectedMoves {
   int all = 0, corrected = 0;  ///< of those that may run
-  int never_run = 0;           ///< others to which no way leads
+  int never_run = 0;           ///< other moves, which no path through the program reaches
   /// Why the others are left alone, with their number, the most frequent first.
   std::vector<std::pair<std::string, int>> reasons;
   std::string sentence;
 };
 
-/// Of a program whose moves are left alone for these reasons.
+/// For a program whose moves are all left alone, with the reason of each.
 CorrectedMoves moves_left_alone(const std::vector<std::string>& why);
-/// Of a program whose targets cannot be corrected.
+/// For a program whose targets cannot be corrected.
 CorrectedMoves moves_left_alone(const RobotProgram& program, const std::string& why);
 
 /// `targets`: after program_commands().

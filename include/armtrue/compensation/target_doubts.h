@@ -18,7 +18,7 @@ std::vector<std::string> doubts_of_program(const RobotProgram& program,
 
 /// Whether a tool looks as if it were given in m, as a sentence; empty if not.
 std::string doubt_of_tool(const std::string& name, const Pose& tool);
-/// The same of a frame in R_0.
+/// The same for a frame in R_0.
 std::string doubt_of_frame(const std::string& name, const Pose& frame);
 
 /// Whether the poses of a table of targets look as if they were given in m, as a sentence with the
@@ -27,9 +27,9 @@ std::string doubt_of_table(const std::string& file, const Program& program);
 
 /// Cartesian targets whose hints, the joint angles of the controller, contradict them: a base or a
 /// tool that is not stated, y with the other sign, another unit, another convention of angles, or
-/// hints of the row before. Each is named only if it makes all rows agree to 1 mm, a unit or a sign
-/// to 5 mm, because corrected targets lie as far from their hints; hints that are only rough show
-/// nothing. A sentence; empty if there is none.
+/// hints of the row before. A cause is named only if it makes all rows agree to 1 mm (a unit or a
+/// sign to 5 mm, because corrected targets lie as far from their hints); rough hints show nothing.
+/// A sentence; empty if there is none.
 std::string contradiction_of_hints(const Program& program, const Robot& controller,
                                    const CompensationOptions& options);
 

@@ -13,10 +13,10 @@ namespace armtrue {
 /// Below this p-value a calibration does not hold, and a move is significant.
 inline constexpr double kChangeSignificance = 0.01;
 
-/// Above this share of the rows, rows that look like blunders are none.
+/// If more than this share of the rows look like blunders, none is one.
 inline constexpr double kMaxBlunders = 0.3;
 
-/// The change of one parameter since the previous calibration, if its move is real.
+/// The change of one parameter by a move.
 struct ParameterChange {
   int parameter;  ///< index
   double value;   ///< [SI]
@@ -29,15 +29,16 @@ struct ParameterChange {
 /// or `contact`, `beam`, `camera` or `board` with its name.
 struct Move {
   std::string what;
-  std::vector<std::string> sessions;     ///< in which it has moved; empty: in all
+  std::vector<std::string> sessions;     ///< sessions in which it has moved; empty: all
   std::vector<ParameterChange> changes;  ///< one; for base, tool and anchor all that are observable
   double delta_bic = 0;                  ///< fall of BIC by the move
   double p_value = 1;       ///< of the fall of chi-square, times the number of hypotheses
-  double p_value_left = 1;  ///< of the residuals with all moves in the model
+  double p_value_left = 1;  ///< of the residuals with all moves in the model, this one included
   /// Other moves that explain these readings as well in its place; best first.
   std::vector<Move> indistinguishable;
 };
 
+/// The result of detect_change().
 struct ChangeResult {
   bool holds = true;
   double p_value = 1;         ///< of the hypothesis that nothing has moved; see detect_change()

@@ -9,38 +9,39 @@
 
 namespace armtrue {
 
-/// What is wrong with readings, in sentences with numbers and remedies.
+/// Mistakes in readings, as sentences with numbers and remedies.
 struct Findings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely
-  std::string other_arm;  ///< that of the warnings which doubts that the robot file is of this arm
-  bool of_change = false;  ///< one of the warnings is of a change among the readings
+  std::string other_arm;  ///< the warning that the robot file may be of another arm; else empty
+  bool of_change = false;  ///< a warning is of a change among the readings
 };
 
-/// Errors: a reading that stands twice, time included; one number but 0 in place of points of
-/// several poses, as instruments mark lost readings; a number that loggers write in place of a
-/// temperature, a time or a load that they did not get, see check_lost_values(). Warnings:
-/// - the same with 0, which may be a reference point;
+/// Errors: a reading that stands twice, with its time, if repeats have no numbers; one number but 0
+/// in place of points of several poses, as instruments mark lost readings; a number that loggers
+/// write in place of a temperature, a time or a load that they did not get, see
+/// check_lost_values(). Warnings:
+/// - 0 in place of points of several poses, which may be a reference point;
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
-///   copies; the same of readings that stand in two sessions;
+///   copies; the same for readings that stand in two sessions;
 /// - standard deviations of rows more than 200 times as large as others;
 /// - two sessions whose names differ in case or blanks alone;
 /// - temperatures that are those of an arm in kelvin, or of an arm or a room in Fahrenheit;
 /// - a clock that stands still, or that runs back a few times in rows that are otherwise in its
-///   order,
-///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would
-///   move faster than 1000 deg/s);
+///   order; a clock that seems to count milliseconds (median gap above 2 h), or minutes or hours
+///   (the joints would move faster than 1000 deg/s);
 /// - directions of arrival that are nearly all opposite to the moves from row to row.
 Findings check_log(const Campaign& campaign);
 
-/// Units that the numbers contradict, as sentences: joint angles of more than four turns, as
-/// radians make of degrees, or all within 2 pi deg of zero, as degrees make of radians; points that
-/// lie farther apart than arms reach, or that stand still while the joints turn. A factor of 25.4,
-/// and 1000 of a short path, need a robot file: diagnose(). `joints`: those of `q`.
+/// Units that the numbers contradict, as sentences: joint angles of more than four turns (degrees
+/// read as radians), or all within 2 pi deg of zero (radians read as degrees); points more than 50
+/// m apart, or within 10 mm while joints turn. A factor of 25.4, and 1000 of a short path, need a
+/// robot file: diagnose(). `joints`: those of `q`.
 std::vector<std::string> check_units(const Campaign& campaign,
                                      const std::vector<JointName>& joints);
 
-/// Errors: joint angles half a turn or more beyond the travel that the robot file states.
+/// Errors: joint values half a turn or more, or 1 m or more, beyond the travel that the robot file
+/// states; the first one.
 Findings check_travel(const Robot& robot, const Campaign& campaign);
 
 /// Warnings: limits of the joints (min_deg, max_deg) that look like radians, or ten times too large

@@ -9,9 +9,9 @@
 
 namespace armtrue {
 
-/// All that tells of a mistake before readings are used: check_travel(), diagnose(),
-/// find_suspicions(), scattered_poses(). The first error ends the check, because it makes the
-/// others: errors has one sentence at most. The diagnosis calibrates the robot.
+/// All checks for mistakes before readings are used: check_travel(), diagnose(), find_suspicions(),
+/// scattered_poses(). The first error ends the check, because it causes others: Findings::errors
+/// has at most one sentence. The diagnosis calibrates the robot.
 Findings find_mistakes(const Robot& robot, const Campaign& campaign);
 
 /// Why a mean position error of a calibrated arm [m] cannot be an error of an arm; empty if it can.
@@ -23,8 +23,8 @@ std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
 /// The same without the rows of blunders (ascending), unless they are more than kMaxBlunders.
 std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
                            const Evaluation& evaluation, const std::vector<int>& blunders);
-/// The same of a robot whose file may be a nominal one, which may err by more: by kImplausibleMiss.
-/// `given`: as its file has it; `robot`: as it was fitted and evaluated.
+/// The same for a robot whose file may be nominal: a nominal one may err by up to kImplausibleMiss.
+/// `given`: the robot of the file; `robot`: as fitted and evaluated.
 std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,
                        const Evaluation& evaluation);
 
@@ -36,18 +36,18 @@ struct SharedReading {
 /// model that was fitted to it is not tested by it.
 std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test);
 
-/// That a reading stands in both, and what to do, with file and line; empty if none does.
+/// A sentence with file, line and remedy if a reading stands in both; else empty.
 std::string why_not_apart(const Campaign& training, const Campaign& test);
 
-/// Poses of a test that stand at the joint angles of training poses (to 0.1 deg or 0.1 deg in m of
-/// a travel), under other names. They are repeats: their readings share the errors of the arm
-/// there, which are no errors at unseen poses.
+/// Poses of a test at the joint values of training poses, to 0.1 deg or 1.7 mm, whatever their
+/// names. They are repeats: their readings share the errors of the arm there, and say nothing of
+/// unseen poses.
 struct RepeatedPoses {
   int repeated = 0, of = 0;
   std::string test, training;  ///< names of the first
 };
 RepeatedPoses repeated_poses(const Campaign& training, const Campaign& test);
-/// That there are some, and what to do; empty if there are none.
+/// A sentence with remedy if there are repeated_poses(); else empty.
 std::string repeats_in_words(const Campaign& training, const Campaign& test);
 
 }  // namespace armtrue

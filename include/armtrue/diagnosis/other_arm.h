@@ -8,18 +8,17 @@
 
 namespace armtrue {
 
-/// How far two robots with the same joints are from being models of one arm [m]: the median
-/// distance of their points over the travel of `robot`, with its base and tool fitted, effects left
-/// out. Above kImplausibleMiss they are two arms, or one of them has a wrong sign or zero. Zero if
-/// one has a positioner, which may stand anywhere.
+/// Median distance between the points of two robots with the same joints over the travel of
+/// `robot`, with its base and tool fitted, effects left out [m]. Above kImplausibleMiss they are
+/// two arms, or one of them has a wrong sign or zero. Zero if one has a positioner, which may stand
+/// anywhere.
 double distance_between_arms(const Robot& robot, const Robot& other);
 
-/// How far an arm is from points, with base and tool placed: the median distance [m], effects left
-/// out. Nothing without points.
+/// Median distance of an arm, with base and tool placed and effects left out, from measured points
+/// [m]. Nothing without points.
 std::optional<double> placed_miss(const Robot& arm, const Campaign& campaign);
 
-/// Whether points are as far from the robot file that they may be those of another arm: 3 mm, with
-/// base and tool placed.
+/// Whether placed_miss() is above 3 mm, so that the points may be those of another arm.
 bool may_be_another_arm(const Robot& robot, const Campaign& campaign);
 
 /// An arm that fits readings.
@@ -28,8 +27,8 @@ struct FittingArm {
   double miss = 0;  ///< placed_miss()
 };
 
-/// The one of `arms` that points fit best, if it misses them by less than kImplausibleMiss and by
-/// less than a quarter of what `robot` does. None without points.
+/// The one of `arms` with the joints of `robot` that points fit best, if it misses them by less
+/// than kImplausibleMiss and by less than a quarter of what `robot` does. None without points.
 FittingArm arm_that_fits(const std::vector<Robot>& arms, const Robot& robot,
                          const Campaign& campaign);
 

@@ -24,7 +24,7 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q);
 /// A pose as numbers of a pendant: x, y, z [mm], then the KUKA angles a, b, c [deg].
 using PendantPose = std::array<double, 6>;
 
-/// A way to read the robot file, the joint angles or the pose with which they agree.
+/// Changes of the robot file, the joint angles or the pose with which they agree.
 struct Agreement {
   std::vector<std::string> changes;  ///< in words; empty: they agree without a change
   std::string frame;                 ///< name of the ShownFrame that agrees, and what it is
@@ -33,22 +33,22 @@ struct Agreement {
   double angle = 0;                  ///< [rad]
 };
 
-/// All ways with the fewest changes, at most two, that bring a frame within `distance` [m] and
-/// `angle` [rad] of the pose, best first. Changes are: a joint with another sign or another zero,
-/// angles in rad, joint 3 relative to the horizontal, a table in the standard convention, a base
-/// turned about z or below the controller's frame at axis 2, other angles of orientation, lengths
-/// in m; alone also a flange that is turned by right angles. Frames that are the same, as with a
-/// tool of 0, count once. Empty if none does.
+/// All agreements with the fewest changes, at most two, that bring a frame within `distance` [m]
+/// and `angle` [rad] of the pose, best first. Changes are: a joint with another sign or another
+/// zero, angles in rad, joint 3 relative to the horizontal, a table in the standard convention, a
+/// base turned about z or below the controller's frame at axis 2, other angles of orientation,
+/// lengths in m; alone also a flange that is turned by right angles. Frames that are the same, as
+/// with a tool of 0, count once. Empty if none does.
 std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
                                        const PendantPose& pose, double distance, double angle);
 
-/// Joints, as `A1`, whose sign this pose does not show: it agrees with the robot file, and would
-/// with the joint turned the other way as well, because the joint stands at 0 there or moves
-/// nothing that the pose shows. Empty if the pose does not agree.
+/// Joints, as `A1`, whose sign this pose does not show: the pose agrees with the robot file and
+/// with the joint turned the other way, because the joint stands at 0 or moves nothing that the
+/// pose shows. Empty if the pose does not agree.
 std::vector<std::string> find_unseen_signs(const Robot& robot, const JointVector& q,
                                            const PendantPose& pose, double distance, double angle);
 
-/// For each joint that stands beyond its travel, where it stands, as a sentence.
+/// A sentence for each joint beyond its travel, with its value.
 std::vector<std::string> joints_beyond_travel(const KinematicChain& chain, const JointVector& q);
 
 }  // namespace armtrue

@@ -14,7 +14,7 @@
 
 namespace armtrue {
 
-/// A number of two runs, SI. What a number lacks stays empty.
+/// A number of two runs, SI. Fields that are not known are empty.
 struct NumberChange {
   std::optional<double> before, after;
   std::optional<double> change;
@@ -27,24 +27,26 @@ struct NumberChange {
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
 };
 
-/// Whether an effect predicts and is no cause: part of the remainder, or a curve over one joint
-/// that the catalogue does not explain.
+/// Whether an effect has no known cause: kRemainder, or a curve over one joint that the catalogue
+/// does not explain.
 bool is_nameless(const Effect& effect);
 
 /// In which of the runs something was identified or found.
 enum class InRuns { both, before, after };
 
+/// A geometric parameter of two runs.
 struct ComparedParameter {
   std::string name;
   DisplayUnit unit;  ///< in files
   bool of_arm;       ///< of a link or a coupling; else of base, tool, target, anchor or contact
   InRuns in;         ///< which runs identified it
   NumberChange number;
-  /// Mean distance that this change alone makes at the tool, base and tool placed [m]; of one that
+  /// Mean motion of the tool by this change alone, base and tool placed [m]; of a parameter that
   /// moved.
   std::optional<double> at_tool;
 };
 
+/// A coefficient of a NamedEffect.
 struct NamedCoefficient {
   std::string name, unit;
   double value = 0, std = 0;  ///< [SI]; std 0: not identified
@@ -58,8 +60,8 @@ struct NamedEffect {
   std::vector<NamedCoefficient> coefficients;
 
   bool of_arm() const;
-  /// Whether the 95 % intervals of all coefficients hold zero, as those of effects that only a
-  /// prior keeps in a model: a model without it says nothing else.
+  /// Whether the 95 % intervals of all coefficients contain zero, as with effects that only a prior
+  /// keeps in a model: a model without the effect predicts the same.
   bool may_be_none() const;
   std::string in_words() const;  ///< "joint compliance (A3.theta follows gravity-torque 3)"
 };
@@ -83,12 +85,12 @@ struct RemainderCurve {
   double rms_before = 0, rms_after = 0, rms_change = 0;  ///< without their means
 };
 
-/// What two runs have in common of what they were made of.
+/// Which inputs, such as readings, two runs have in common.
 enum class Shared {
   all,      ///< the same
   some,     ///< some of them
   none,     ///< others
-  unknown,  ///< a file does not tell
+  unknown,  ///< a file does not state it
 };
 
 /// The figures of a loop or an evaluation [m].
@@ -116,18 +118,19 @@ struct ComparedRun {
 /// the SHA-256 of their files.
 Shared shared_readings(const ComparedRun& before, const ComparedRun& after);
 
-/// What decides the meaning of a difference, a sentence each: readings, nominal robots, commands
-/// and versions, names of the robots, residuals.
+/// Sentences on what a difference depends on: readings, nominal robots, commands and versions,
+/// names of the robots, residuals.
 std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after);
 
+/// The result of compare_runs().
 struct RunComparison {
   Shared readings = Shared::unknown;
   /// Why no number is tested, each a sentence without a full stop; empty if they are.
   std::vector<std::string> untested;
   int tested = 0;  ///< numbers
   std::vector<ComparedParameter> parameters;
-  /// Parameters of links that neither run identified and that differ: those of other nominal
-  /// robots, or the means that a loop has left in its arm.
+  /// Parameters of links that neither run identified and that differ: by other nominal robots, or
+  /// by an Effect::mean that a loop added.
   std::vector<std::string> held_apart;
   std::vector<ComparedEffect> effects;
   std::vector<RemainderCurve> remainder;
@@ -151,9 +154,9 @@ std::string why_not_comparable(const Robot& before, const std::string& name_befo
 ///
 /// Numbers are tested if the readings of the runs are others, and if both have the same unknowns:
 /// where one model holds a parameter, or lacks an effect that is not NamedEffect::may_be_none(),
-/// other parameters take its part, and their change is none of the arm. Of independent readings the
-/// change of a number has the standard deviation sqrt(s1^2 + s2^2); it is significant if its
-/// p-value, times the number of all that are tested, is below kChangeSignificance.
+/// other parameters compensate it, and their change is no change of the arm. Of independent
+/// readings the change of a number has the standard deviation sqrt(s1^2 + s2^2); it is significant
+/// if its p-value, times the number of all that are tested, is below kChangeSignificance.
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
                            const std::vector<JointVector>& poses = {});
 

@@ -18,17 +18,17 @@ struct CatalogueEntry {
   enum class Joint { none, own, previous, next, fixed };
 
   std::string name;
-  /// Of each link, target or anchor, or one such as base, base.rx, instrument.range; see
-  /// parameter_of_catalogue().
+  /// That of each link, target, anchor or contact, or one such as base, base.rx, instrument.range;
+  /// see parameter_of_catalogue().
   Parameter parameter;
   bool of_every_joint = false;  ///< the parameter is one of each joint
-  std::vector<int> joints;      ///< 0-based; otherwise those of the arm whose parameter it is
+  std::vector<int> joints;      ///< 0-based, without external axes: whose parameter it is
   Driver driver;                ///< `driver_joint` says which joint it gets
   Joint driver_joint = Joint::none;
   Shape shape;
   bool only_positive = false;  ///< a negative coefficient is impossible, as for a compliance
-  /// What it may add to a length over a campaign at most, as a share of that length in the robot
-  /// file; below zero: it shortens the length. 0: no such bound.
+  /// Bound of what it adds to a length over a campaign, relative to that length in the robot file;
+  /// below zero: it shortens the length; 0: no bound.
   double most_of_length = 0;
   Usual usual = Usual::rare;
   /// Name of the family that its effects form; empty: none. {j} in it stands for the joint of the

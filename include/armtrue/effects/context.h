@@ -21,7 +21,7 @@ struct Context {
   /// Way since the last reversal, signed [rad or m].
   JointVector stroke = JointVector::Zero(kMaxJoints);
   double time_s = 0;      ///< since the start of the campaign
-  /// Name of the session; empty or unknown: after the last. It refers to the campaign's names.
+  /// Name of the session, a view of the campaign's names; empty or unknown: after the last.
   std::string_view session{};
   double payload_kg = 0;  ///< carried at the measured frame, beyond `bodies`
   std::array<double, kMaxJoints> motor_torque_nm{};      ///< by joint, as measured

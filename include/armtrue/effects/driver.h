@@ -22,7 +22,7 @@ enum class DriverKind {
   force,        ///< generalised force of the tool load on the parameter itself [N m or N]
   moment,       ///< generalised force of gravity on the parameter itself [N m or N]
   position,     ///< constant 1: an error of every reading; only for parameters of the instrument
-  tool_weight,  ///< torque about one joint of 1 kg at the measured frame [N m]
+  tool_weight,  ///< torque of gravity about one joint by 1 kg at the measured frame [N m]
   range,        ///< distance of the measured frame from the instrument, of a wire its length [m]
   azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
   elevation,    ///< of the line of sight, above the horizontal [rad]
@@ -32,13 +32,15 @@ enum class DriverKind {
   session,  ///< number of the session in Driver::sessions; an unknown one counts as the last
 };
 
+/// The driver of an effect.
 struct Driver {
   DriverKind kind = DriverKind::joint_angle;
-  int joint = -1;         ///< 0-based; of joint_angle, the torques, arrival and stroke
-  int second_joint = -1;  ///< 0-based; of a joint_angle of two joints, or of a factor
+  int joint = -1;         ///< 0-based; of joint_angle, torques, arrival, stroke, tool_weight
+  int second_joint = -1;  ///< 0-based; of a joint_angle of two joints, or of the factor
   std::string where;      ///< of a temperature: name of the sensor, as in the column temp_<where>_c
   /// A second driver, whose value multiplies the shape of the first: arrival, time, temperature
-  /// (from 20 deg C on, the reference of ISO 1), payload, force or, of time, a torque of gravity.
+  /// (less 20 deg C, the reference of ISO 1), payload, force or, if the first is time,
+  /// gravity_torque or tool_weight.
   std::optional<DriverKind> factor{};
   /// Of `session`: the sessions of the calibration in their order, for what happened between them.
   std::vector<std::string> sessions{};
@@ -47,7 +49,7 @@ struct Driver {
   bool is_pair() const { return second_joint >= 0 && !factor; }
   /// Whether the driver or its factor is of this kind.
   bool involves(DriverKind which) const { return kind == which || factor == which; }
-  /// Whether the driver or its factor is the course of the campaign, by a clock or by its sessions.
+  /// Whether the driver or its factor is the time or the session.
   bool follows_course() const {
     return involves(DriverKind::time) || involves(DriverKind::session);
   }

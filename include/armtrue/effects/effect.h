@@ -49,19 +49,20 @@ struct Effect {
   /// Whether the effect may be an error of the instrument and not of the arm; see
   /// may_be_instrument(). The effect then predicts readings, but does not correct programs.
   bool may_be_instrument = false;
-  /// If it may be the instrument's: mean of the effect over the poses of its calibration. Only
-  /// constant + mean is the parameter of the arm then [SI].
+  /// If may_be_instrument: weighted mean of the effect over the readings of its calibration [SI].
+  /// The parameter of the arm is then constant + mean.
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
-  /// Beyond them it keeps the value that it has there; its coefficients would give any.
+  /// Beyond this range the effect keeps its value at the nearer end, because its coefficients would
+  /// extrapolate.
   std::optional<std::array<double, 2>> measured{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
   /// the other, and `parameter` names the family. Occurs only during a search.
   std::vector<Effect> members{};
 };
 
-/// Name of the many small effects that predict together what an arm does, and of which none is a
-/// finding.
+/// Name of the many small effects that together predict what the named ones leave. None of them is
+/// a finding.
 inline constexpr const char* kRemainder = "part of the remainder";
 
 /// Whether both have the same parameter and the same driver.
@@ -89,8 +90,8 @@ inline bool can_be_bounded(const Effect& effect) {
           (driver.kind == DriverKind::time || driver.kind == DriverKind::temperature));
 }
 
-/// Whether it is a lasting error of the instrument, which is as large as instruments err: none that
-/// happens to it at a time, as a knock, nor its scale, which the lengths of the arm imitate.
+/// Whether it is a lasting error of the instrument: owned by it, and following neither time nor
+/// session, as a knock does. Its scale is none: the lengths of the arm imitate it.
 bool is_lasting_of_instrument(const Effect& effect);
 
 /// Number of parameters in the group `parameter`: 6 for a pose, 3 for a point, 1 if it is no group.
@@ -100,10 +101,10 @@ inline bool is_group(const Parameter& parameter) { return group_size(parameter) 
 /// Index of the first parameter of the group; nothing if the chain has no such parameter or group.
 std::optional<int> first_parameter(const KinematicChain& chain, const Parameter& parameter);
 
-/// Whose error the effect is; of a whole family, whose all its members are, or `several`.
+/// The owner of the parameter; of a whole family the owner of all its members, or `several`.
 Owner owner_of(const Effect& effect);
 
-/// Whether what it owns changes the reading and moves no part of the arm.
+/// Whether parameters of this owner change readings and move no part of the arm.
 bool moves_reading_alone(Owner owner);
 
 /// Whether the coefficients share one prior standard deviation: those of a group or a whole family.

@@ -19,10 +19,10 @@ using ArmFrames = LinkFrames;
 /// Without masses the load is a basis that spans the torque of any distribution of mass in the
 /// carrying links: the first moments of link j itself and of the links after it whose axes stay
 /// parallel to joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per
-/// kg m; of a link that slides also what its travel adds, per kg. Wrist links are left out: their
-/// torque is small and would add coefficients. The basis of a joint that slides is empty. The three
-/// turns of the base share one basis, which does not depend on the place of R_A; the values of one
-/// on which gravity does no work, such as rz of an upright arm, are 0.
+/// kg m; of a link that slides also the moment by its travel, per kg. Wrist links are left out:
+/// their torque is small and would add coefficients. The basis of a joint that slides is empty. The
+/// three turns of the base share one basis, which does not depend on the place of R_A; the values
+/// of one on which gravity does no work, such as rz of an upright arm, are 0.
 ///
 /// Links that follow the joint of a parameter move with it: the last link of a parallelogram, which
 /// keeps its orientation, loads the joints by its weight wherever its centre is.
@@ -34,11 +34,12 @@ class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
 
-  /// With masses 1. Otherwise the size of the basis: 0 if gravity does no work on the parameter, or
+  /// 1 with masses. Otherwise the size of the basis: 0 if gravity does no work on the parameter, or
   /// on any turn of the base.
   int value_count() const;
   /// Whether the masses of the robot make the load, and not a basis.
   bool is_by_masses() const { return by_masses_; }
+  /// Writes value_count() values to `out` [N m or N; of a basis per kg m or kg].
   void values(const Context& context, const ArmFrames& frames, double* out) const;
 
  private:

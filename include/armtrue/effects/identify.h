@@ -9,8 +9,8 @@
 namespace armtrue {
 
 /// An entry of `identify`: `auto`, `paper-25`, `base`, `tool`, a name such as `A2.d`, or a pattern
-/// of names, in which * stands for any characters and ? for one; with a - before it, what the
-/// entries before have named and this one takes away.
+/// of names, in which * stands for any characters and ? for one; a leading - takes away what
+/// earlier entries have named.
 struct IdentifyEntry {
   bool takes_away = false;
   std::string name;
@@ -18,10 +18,10 @@ struct IdentifyEntry {
   explicit IdentifyEntry(std::string_view text);
 };
 
-/// Whether a name is a pattern, and no name of a parameter that has such characters.
+/// Whether a name is a pattern, and not the name of a parameter that has such characters.
 bool is_pattern(const KinematicChain& chain, const std::string& name);
 
-/// Whether all of a text is as the pattern says.
+/// Whether a whole text matches a pattern of IdentifyEntry.
 bool matches(std::string_view pattern, std::string_view text);
 
 /// Why an entry of `identify` names nothing of a robot, with the names that are near; empty if all

@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// Whether the joint angles and the payload alone decide the values of a driver. The others differ
-/// from visit to visit of a pose.
+/// Whether joint angles and payload alone determine the value of a driver. Other drivers differ
+/// between visits of a pose.
 inline bool is_of_posture(DriverKind kind) {
   switch (kind) {
     case DriverKind::motor_torque:
@@ -35,7 +35,7 @@ inline bool is_of_posture(DriverKind kind) {
   return true;
 }
 
-/// The same of an effect; of a family it holds for all members.
+/// The same for an effect; for a family, whether it holds for all members.
 inline bool is_of_posture(const Effect& effect) {
   const Driver& driver = effect.driver;
   if (!effect.members.empty())

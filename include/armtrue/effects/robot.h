@@ -50,7 +50,7 @@ struct Uncertainty {
   /// Largest variance of a position reading by `root`, summed over its axes, among the poses of the
   /// calibration [m^2].
   double largest_variance = 0;
-  /// The same of the measured point where the readings are lengths; 0 where they are points.
+  /// The same for the measured point, if the readings are lengths; 0 if they are points.
   double largest_variance_of_point = 0;
   int poses = 0;  ///< of the calibration
 };
@@ -98,8 +98,8 @@ struct Robot {
 /// the part on it.
 bool is_of_positioner(const Robot& robot, int parameter);
 
-/// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the
-/// foot of the arm: a set-up as base and tool are, of which nothing is known but by readings.
+/// Whether a parameter, an index, says where a positioner stands beside the arm: from its first
+/// axis to the foot of the arm. Like base and tool, only readings show it.
 bool places_positioner(const Robot& robot, int parameter);
 
 /// The vertical in R_A, a unit vector; z where there is no gravity or a positioner turns R_A.
@@ -111,20 +111,20 @@ inline Eigen::Vector3d instrument_place(const Robot& robot) {
 }
 
 /// Whether it is known where the instrument stands: the file says it, or the origin of R_A lies
-/// beyond the reach of the arm, where an instrument can stand. Not where a positioner turns R_A:
-/// there the part is.
+/// beyond the reach of the arm, where an instrument can stand. False with a positioner, which turns
+/// R_A: the part is there.
 bool knows_instrument(const Robot& robot);
 
 /// Whether an effect belongs to the arm, so that programs are corrected for it. Effects on links
-/// belong to it. Effects on `base` do if a load or the posture drives them, because the foot is
-/// compliant; driven by time or temperature alone, they belong to the instrument. Effects on `tool`
-/// belong to the tool that carried the reflectors, and count only if the program uses this tool.
-/// Effects on the instrument, targets and anchors never count, nor those with
-/// Effect::may_be_instrument.
+/// belong to it. Effects on `base` do if joint angles, their motion or a load drive them, because
+/// the foot is compliant; otherwise (time, session, temperature, line of sight, place) they belong
+/// to the instrument. Effects on `tool` belong to the tool that carried the reflectors, and count
+/// only if the program uses this tool. Effects on the instrument, targets, anchors, contacts,
+/// beams, boards and cameras never count, nor those with Effect::may_be_instrument.
 bool moves_program(const Effect& effect, bool tool_is_measured);
 
-/// The robot with the effects that move programs alone. Where an effect that may be the
-/// instrument's goes, its mean stays (see Effect::mean).
+/// The robot without the effects for which moves_program() is false. Effect::mean of each effect is
+/// added to its parameter.
 Robot without_station_effects(Robot robot, bool tool_is_measured);
 
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,

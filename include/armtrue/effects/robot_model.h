@@ -34,7 +34,8 @@ class BoundEffect {
   bool needs_frames() const { return needs_frames_; }
   bool needs_jacobian() const { return needs_jacobian_; }
 
-  /// `frames` is read if needs_frames(); `jacobian`, at the context's pose, if needs_jacobian().
+  /// Writes value_count() values to `out`. `frames` is read if needs_frames(); `jacobian`, at the
+  /// context's pose, if needs_jacobian().
   void values(const Context& context, const ArmFrames* frames, const PoseJacobian* jacobian,
               double* out) const;
 
@@ -77,7 +78,8 @@ class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});
 
-  /// The reading of the measured frame: R_A_from_measured, with the errors of the instrument.
+  /// The reading of the measured frame: R_A_from_measured, with the effects and the errors of the
+  /// instrument.
   Pose pose(const Context& context) const;
 
   /// The same for a target, an index into the chain's targets, or -1 for the measured frame's

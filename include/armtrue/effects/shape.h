@@ -16,7 +16,7 @@ enum class ShapeKind {
   step,         ///< 0 before `at`, 1 from it on
   kink,         ///< 0 before `at`, x - at from it on
   exponential,  ///< 1 - exp(-(x - at) / tau)
-  pre_sliding,  ///< sign(x) (1 - 2 exp(-|x| / tau)): friction turns round within tau after a
+  pre_sliding,  ///< sign(x) (1 - 2 exp(-|x| / tau)): friction changes its sign some tau after a
                 ///< reversal
   series,       ///< a basis on a fixed range
 };
@@ -28,16 +28,17 @@ enum class SeriesBasis {
   spline,   ///< `count` cubic B-splines on uniform clamped knots, the last one left out (their sum
             ///< is 1)
   fourier,  ///< sin k x, cos k x, k = 1 .. count; x an angle
-  saturating,  ///< tanh(2 u - 1), u not clamped: full outside the range; one value
+  saturating,  ///< tanh(2 u - 1), u not clamped: saturates beyond the range; one value
   bump,        ///< exp(-(2 u - 1)^2 / 2), u not clamped: one standard deviation to either side of
                ///< the middle of the range; one value
   polynomial,  ///< of a place: products of powers of 2 u - 1 of its three axes, degree 2 to `count`
 };
 
+/// A shape with its inner values.
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
-  double at = 0;  ///< of a step or kink [s, rad]; where what counts_from() it begins [s, degC]
+  double at = 0;  ///< of a step or kink [s, rad]; if counts_from(): the origin of x [s, degC]
   double tau = 0;       ///< exponential [s], pre_sliding [rad]
 
   SeriesBasis basis = SeriesBasis::cosine;
@@ -61,7 +62,7 @@ Shape series_shape(SeriesBasis basis, int count, const std::array<double, 3>& lo
 
 /// Whether a shape of this kind has the inner value `at`, or `tau`.
 constexpr bool has_at(ShapeKind kind) { return kind == ShapeKind::step || kind == ShapeKind::kink; }
-/// Whether a shape of this kind may count a time or a temperature from `at` on, in place of zero.
+/// Whether a shape of this kind may take x - `at` of a time or a temperature in place of x.
 constexpr bool counts_from(ShapeKind kind) {
   return kind == ShapeKind::linear || kind == ShapeKind::exponential;
 }
@@ -82,12 +83,13 @@ int value_count(const Shape& shape, bool two_drivers = false);
 /// load whose basis has several values.
 std::vector<std::string> value_names(const Shape& shape, int count);
 
-/// Writes those values to `out`. `x2` is the second driver of a product series: all
-/// products of the values at x with those at x2, the first running slowest.
+/// Writes those values to `out`. `x2` is the second driver of a product series: all products of the
+/// values at x with those at x2, x slowest. Throws std::invalid_argument for more than 64 values of
+/// one driver.
 void evaluate(const Shape& shape, double x, double* out);
 void evaluate_product(const Shape& shape, double x, double x2, double* out);
-/// The same of a polynomial at a place. Terms of degree 0 and 1 are left out: nearly all of them
-/// are a motion or the scale of the whole. With `count` 1 it has those of degree 1 alone, a strain.
+/// The same for a polynomial at a place [m]. Terms of degree 0 and 1 are left out: nearly all of
+/// them are a rigid motion or the scale. `count` 1: only the terms of degree 1, a strain.
 void evaluate_polynomial(const Shape& shape, const Eigen::Vector3d& place, double* out);
 
 inline bool is_polynomial(const Shape& shape) {

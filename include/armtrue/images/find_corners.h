@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// A point of a board in an image. The first pixel is 0,0 at its centre.
+/// A point of a board in an image [px]. The centre of the first pixel is (0, 0).
 struct SeenCorner {
   int point = 0;  ///< index into points_of() the pattern
   double u = 0, v = 0;
@@ -22,12 +22,12 @@ struct ImageCorners {
 };
 
 /// Finds the corners of a board in an image file. `explain`: where the board is not found, look for
-/// the reason too, which takes longer. Throws InputError for a file that is no image.
+/// the reason, too, which takes longer. Throws InputError for a file that is no image.
 using FindCorners =
     std::function<ImageCorners(const BoardPattern&, const std::string& file, bool explain)>;
 
-/// The name of the library that finds them by OpenCV, and of its only function. It is a library of
-/// its own, loaded where images are read, because OpenCV brings a hundred others. The function
+/// Names of the library that finds corners by OpenCV, and of its only function. It is a separate
+/// library, loaded where images are read, because OpenCV depends on a hundred others. The function
 /// leaves the message of an error in `error`.
 inline constexpr const char* kCornerLibrary = "libarmtrue-images.so";
 inline constexpr const char* kCornerFunction = "armtrue_find_corners";

@@ -11,7 +11,7 @@ namespace armtrue {
 struct ImageFolder {
   std::string folder;
   BoardPattern pattern;
-  std::string camera;  ///< its name in the robot file; empty if that has one
+  std::string camera;  ///< its name in the robot file; empty if the file has one camera
 };
 
 /// The pixels of the board in the images of a folder, as a campaign before bind_touches().

@@ -26,13 +26,15 @@ struct ImportOptions {
   std::string body;  ///< rigid body or marker, of several in a table; child frame of transforms
   std::string points_topic, joints_topic;  ///< of a recording of ROS 2; empty: the only ones
   std::vector<std::string>
-      markers;             ///< of several in a row, which are read; empty: those with numbers
+      markers;             ///< markers that are read, if rows have several; empty: those with
+                           ///< numbers
   std::string join;        ///< id, order, time, stops or empty
   double max_gap_s = 0.1;  ///< join by time: largest gap of joint samples around a point
-  /// Added to the times of the points, join by time or stops. By stops, an empty one is estimated.
+  /// Added to the times of the points, for a join by time or stops [s]. For a join by stops it is
+  /// estimated if empty.
   std::optional<double> clock_offset_s;
-  /// The robot of the joints in the table. Join by stops: its geometry decides which stops belong
-  /// together.
+  /// The robot of the joints in the table. For a join by stops its geometry decides which stops
+  /// belong together.
   std::optional<Robot> robot;
   /// Name of each joint in joint states, by link of the robot, see urdf_joint_of_link(). A joint
   /// without an entry has the name of its link.

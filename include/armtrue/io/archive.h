@@ -9,7 +9,7 @@ namespace armtrue {
 
 /// A file or folder in an archive.
 struct ArchiveMember {
-  std::string path;  ///< with '/' between folders, without "./" in front
+  std::string path;  ///< with '/' between folders, without a leading "./"
   std::string content;
   bool is_folder = false;
   std::string stated_path;  ///< as the archive has it
@@ -24,13 +24,12 @@ struct ArchiveMember {
 /// .tar.xz. `ending` is set to the kind, such as ".zip" or ".tar.gz".
 bool is_archive_name(const std::string& path, std::string& ending);
 
-/// A zip file, or a tar file, compressed or not. All of it is held in memory, and nothing is
-/// written while it is read.
+/// A zip file, or a tar file, compressed or not, held in memory. Reading writes no files.
 class Archive {
  public:
   /// Throws InputError for a file that is no such archive, is damaged, encrypted, empty, or holds
-  /// what no backup of a controller does: links, devices, names that lead out of it, two members of
-  /// one name, or more than 256 MB.
+  /// links, devices, names that lead out of it, two members of one name, or more than 256 MB, as no
+  /// backup of a controller does.
   explicit Archive(const std::string& path);
 
   const std::vector<ArchiveMember>& members() const { return members_; }

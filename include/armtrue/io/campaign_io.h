@@ -23,14 +23,14 @@ struct CampaignFile {
 CampaignFile read_campaign(const std::string& path,
                            const std::vector<JointName>& joints = six_axis_names());
 
-/// The same for a robot whose travels are known: values that count angles within one turn are moved
-/// into them, see move_into_travel().
+/// The same for a known robot: angles counted within one turn are moved into the travel of their
+/// joint, see move_into_travel().
 CampaignFile read_campaign(const std::string& path, const KinematicChain& chain);
 
 /// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), covariances, target,
-/// anchor, arrival, session, payload and temperatures where the campaign has them. Points or
-/// lengths alone, or pixels before bind_touches(): touches and readings of one coordinate have no
-/// such columns.
+/// anchor, arrival, session, payload and temperatures where the campaign has them. The campaign has
+/// points or lengths alone, or pixels before bind_touches(); touches and readings of one coordinate
+/// cannot be written.
 std::string write_campaign(const Campaign& campaign,
                            const std::vector<JointName>& joints = six_axis_names());
 

@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// A product of keys and values. It is its own YAML text; json() says the same, key by key in the
-/// same order and number by number, for readers of JSON.
+/// A product of keys and values. The string is its YAML text; json() has the same keys in the same
+/// order, with the same numbers.
 class Document : public std::string {
  public:
   Document() = default;
@@ -28,7 +28,7 @@ class Document : public std::string {
   std::map<std::string, std::string> values_;
 };
 
-/// Whether a document goes into this file as JSON: its name ends in .json.
+/// Whether a document is written to this file as JSON: its name ends in .json.
 bool is_json_file(const std::string& path);
 
 }  // namespace armtrue

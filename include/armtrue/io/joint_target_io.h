@@ -11,9 +11,10 @@ namespace armtrue {
 struct JointTarget {
   std::string pose;
   JointVector q;
-  int line = 0;         ///< of its file
-  std::string contact;  ///< to be touched there, or the text of a BeamName; not read
-  std::string target;   ///< that touches it; not read
+  int line = 0;         ///< line in its file
+  std::string contact;  ///< contact to be touched there, or the text of a BeamName; not read from
+                        ///< files
+  std::string target;   ///< target that touches it; not read from files
 };
 
 /// Reads `pose,q1_deg..q6_deg`, or the columns of other joints. Throws InputError, also for an id

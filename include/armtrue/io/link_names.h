@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// Whether a robot file refuses this name of a link, because it means something else there.
+/// Whether a robot file refuses this name for a link, because it means something else there.
 inline bool is_reserved_link_name(std::string_view name) {
   constexpr std::array<std::string_view, 5> kReserved{"base", "base_link", "tool", "world",
                                                       "instrument"};

@@ -18,7 +18,8 @@ struct PathFile {
   std::vector<int> line;  ///< of each sample
   int lost = 0;           ///< rows whose position is empty; they are no samples
   std::string sha256;
-  /// Whose marks it has: those of write_path_like() (mirror), or of write_commands().
+  /// The corrector whose check digits it has: those of write_path_like() (mirror), or of
+  /// write_commands().
   std::optional<Corrector> corrected_by;
   std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
   std::array<QuantityColumn, 3> position{};  ///< columns of x, y and z
@@ -27,6 +28,7 @@ struct PathFile {
   std::string rows;
 };
 
+/// Whether read_path() keeps the text of the rows, for write_path_like().
 enum class KeepRows { no, yes };
 
 /// Reads `t_s,x_mm,y_mm,z_mm` and, if present, `a_deg,b_deg,c_deg`, `q1_deg..q6_deg` and
@@ -40,9 +42,9 @@ PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no,
 std::string write_path(const Path& path, const std::vector<JointName>& joints = six_axis_names());
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a
-/// position that did not move by half a nanometre, stays as it was read. New positions are
-/// rounded to a nanometre and have two check digits more. They move by up to 1.2 um, so that they
-/// are known again also if they are rounded to a micrometre.
+/// position that did not move by half a nanometre, stays as it was read. New positions are rounded
+/// to a nanometre and have two more digits, the check digits. They move by up to 1.2 um, so that
+/// they are recognised after rounding to a micrometre.
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position);
 
 }  // namespace armtrue

@@ -27,8 +27,8 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
 bool is_program_text(const std::string& path);
 
 /// All texts of robot programs in a folder and the folders in it, by their extensions: programs,
-/// modules, data lists. In the order of their names, which begin with `folder`. One file stands for
-/// itself. Throws InputError if the folder cannot be read or holds none.
+/// modules, data lists. In the order of their names, which begin with `folder`. If `folder` is a
+/// file: that file alone. Throws InputError if the folder cannot be read or holds none.
 std::vector<TextFile> read_program_folder(const std::string& folder);
 
 }  // namespace armtrue

@@ -14,7 +14,8 @@ namespace armtrue {
 class Source {
  public:
   explicit Source(const std::string& path);
-  /// Lines that next_block() took out of the source `name`, `lines_before` of which came earlier.
+  /// The lines of a block from next_block() of the source `name`, after `lines_before` earlier
+  /// lines.
   Source(std::string name, std::string_view block, int lines_before);
   ~Source();
   Source(const Source&) = delete;
@@ -28,7 +29,7 @@ class Source {
   bool next_line(std::string_view& line);
   int line_number() const { return line_number_; }
 
-  /// The next whole lines, at least `bytes` of them unless the file ends before; empty at its end.
+  /// The next whole lines, at least `bytes` long unless the file ends before; empty at its end.
   std::string next_block(size_t bytes);
 
   /// The rest of the file.
@@ -47,7 +48,7 @@ class Source {
   std::vector<char> buffer_;
   std::string converted_;  // the last line that was not in UTF-8
   size_t begin_ = 0, end_ = 0;
-  bool is_new_ = true;  ///< nothing was read of it
+  bool is_new_ = true;  ///< nothing was read
   bool at_end_ = false;
   int line_number_ = 0;
 };

@@ -11,7 +11,7 @@ namespace armtrue {
 enum class BoardKind {
   checkerboard,        ///< inner corners of a chessboard
   circles,             ///< centres of circles on a square grid
-  asymmetric_circles,  ///< the same, every second row shifted by half a distance
+  asymmetric_circles,  ///< the same, every second row shifted by half a pitch
   charuco,             ///< inner corners of a chessboard with a marker in each white square
   tags,                ///< corners of markers on a square grid: AprilTag, ArUco
 };
@@ -23,9 +23,9 @@ struct BoardPattern {
   double pitch = 0;           ///< of corners, circles or squares; the side of a tag [m]
   double gap = 0;             ///< between tags [m]
   std::string family;  ///< of markers: 4x4, 5x5, 6x6, 7x7, original, 16h5, 25h9, 36h10, 36h11
-  /// Boards of charuco that OpenCV before 4.6 printed: an even number of rows begins with white.
+  /// A charuco board of OpenCV before 4.6: with an even number of rows, its first square is white.
   bool is_legacy = false;
-  std::string text;  ///< as it was written
+  std::string text;  ///< as the user wrote it
 };
 
 /// A pattern as users write it: `checkerboard:9x6:25mm`, `circles:7x6:20mm`,

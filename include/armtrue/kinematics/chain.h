@@ -12,7 +12,7 @@
 
 namespace armtrue {
 
-/// Bounds of the chains that fit, so that vectors by joint and Jacobians need no allocation.
+/// The largest chain. Vectors by joint and Jacobians have this capacity and need no allocation.
 inline constexpr int kMaxJoints = 16;
 inline constexpr int kMaxLinks = 24;
 inline constexpr int kMaxCouplings = 8;
@@ -43,25 +43,25 @@ struct Link {
   bool has_encoder = true;  ///< false: the joint only follows others, see Coupling
 };
 
-/// A joint moves another, as the rods of a parallelogram or a screw do. What a joint adds to theta
-/// (r of a prismatic one), in the direction of `sign`, is its encoder value, if it has one, and
+/// A joint moves another, as the rods of a parallelogram or a screw do. A joint adds to its theta
+/// (r of a prismatic one), times `sign`, its encoder value, if it has one, and
 ///     sum of coefficient * v   over the couplings of its link as `follower`,
 /// where v is the value of the joint of the link `followed`: how far that link has moved,
 ///     v = sign * (theta_j - from)   (r_j of a prismatic one),
-/// the encoder value of an exact arm. So whatever moves the followed link moves the follower as
-/// well: an error of the zero, a compliance, a backlash.
+/// the encoder value of an exact arm. So a zero error, a compliance or a backlash of the followed
+/// link moves the follower too.
 struct Coupling {
   int follower = 0, followed = 0;  ///< links, 0-based
   double coefficient = 0;          ///< [rad or m of the follower per rad or m of the followed]
   double from = 0;                 ///< theta or r of the followed link where v is 0 [rad or m]
 };
 
-/// Whether a link has a joint with an encoder: a driven one, which is counted.
+/// Whether the joint of a link has an encoder. Numbers of joints count these alone.
 inline bool is_driven(const Link& link) {
   return link.joint != JointKind::fixed && link.has_encoder;
 }
 
-/// Whether the encoder of a joint shows a length and not an angle.
+/// Whether the joint of a link slides: its value is a length [m], not an angle.
 inline bool is_prismatic(const Link& link) { return link.joint == JointKind::prismatic; }
 
 /// Returns the travel {min, max} of a joint [rad or m]; a missing limit is replaced by -pi or +pi
@@ -92,18 +92,18 @@ struct Anchor {
 ///     artefact  one of these, of one of several points, planes (its faces) and spheres (its balls)
 ///               whose places in the artefact are known: a scale bar, a ball plate, a cube. Of
 ///               faces and balls the contact's radius, that of the touching ball, is taken off, too
-/// A beam on the arm, z of its axes, reads how far its origin is from a plane or a face along z.
-/// What an image shows is read as well: a camera sees points of a board, one of both on the arm and
-/// the other at rest. In the axes of the camera, x to the right of the image, y down and z along
-/// its line of sight, it reads the pixel of the point, two numbers.
+/// A beam on the arm points along z of its axes and reads the distance along z from its origin to a
+/// plane or a face. A camera reads the pixel of a point of a board, two numbers; one of the two is
+/// on the arm, the other at rest. The axes of a camera: x to the right of the image, y down, z
+/// along its line of sight.
 enum class ContactKind { point, artefact, plane, sphere, board, camera, beam };
 
-/// Whether images are read of it: it may be on the arm.
+/// Whether it is a board or a camera, which may be on the arm.
 constexpr bool is_of_images(ContactKind kind) {
   return kind == ContactKind::board || kind == ContactKind::camera;
 }
 
-/// Whether a thing is touched, by the tool or a beam.
+/// Whether the tool touches it, or a beam ends on it.
 constexpr bool is_touched(ContactKind kind) {
   return !is_of_images(kind) && kind != ContactKind::beam;
 }
@@ -111,7 +111,8 @@ constexpr bool is_touched(ContactKind kind) {
 /// How a lens distorts, see project().
 enum class Lens { pinhole, fisheye };
 
-/// The numbers of a camera: focal lengths and centre [px], then coefficients of the distortion.
+/// Intrinsic parameters of a camera: focal lengths and principal point [px], then coefficients of
+/// the distortion.
 inline constexpr int kIntrinsics = 10;
 using Intrinsics = Eigen::Matrix<double, kIntrinsics, 1>;
 enum IntrinsicIndex { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3, kK4 };
@@ -121,7 +122,7 @@ enum IntrinsicIndex { kFx, kFy, kCx, kCy, kK1, kK2, kP1, kP2, kK3, kK4 };
 struct ArtefactPoint {
   std::string name;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< of a face: any point in it
-  ContactKind kind = ContactKind::point;               ///< or plane, a face, or sphere, a ball
+  ContactKind kind = ContactKind::point;               ///< point, plane (a face) or sphere (a ball)
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();   ///< of a face: unit, outwards
   double radius = 0;                                   ///< of a ball
 };
@@ -132,8 +133,8 @@ struct Contact {
   std::string name;
   ContactKind kind = ContactKind::point;
   Pose place;                         ///< R_A from the contact; measured frame from it if on_arm
-  double radius = 0;                  ///< of a sphere, or of what touches an artefact [m]
-  bool radius_is_known = false;       ///< of what touches an artefact: it is not identified
+  double radius = 0;                  ///< of a sphere, or of the ball that touches an artefact [m]
+  bool radius_is_known = false;       ///< of the touching ball: it is not identified
   std::vector<ArtefactPoint> points;  ///< of an artefact or a board
   Eigen::Vector2d range{0, 0};        ///< least and largest reading of a beam [m]; 0: not stated
   bool on_arm = false;                ///< fixed in the measured frame: a beam, a camera or a board
@@ -194,12 +195,12 @@ std::optional<BeyondTravel> beyond_travel(const KinematicChain& chain, const Joi
 /// coupling is not between two links that move.
 std::vector<int> coupling_order(const KinematicChain& chain);
 
-/// How far each link moves, in the direction of its constant theta or r, per unit of that of
-/// `link`, which moves by 1 [rad or m per rad or m].
+/// Motion of theta or r of each link per unit motion of that of `link`, by the couplings [rad or m
+/// per rad or m]; 1 for `link` itself, 0 for links that do not follow it.
 std::vector<double> moved_with(const KinematicChain& chain, int link);
 
-/// How far each link has moved from its constants at encoder values q, in the direction of its
-/// `sign` [rad or m]; 0 of a fixed one.
+/// Value of the joint of each link at encoder values q: the encoder value, if it has one, plus what
+/// its couplings add [rad or m]; 0 for a fixed link.
 std::vector<double> joint_values(const KinematicChain& chain, const JointVector& q);
 
 /// Whether the chain is the usual arm: six revolute joints, then one fixed link.

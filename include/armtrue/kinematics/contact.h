@@ -25,13 +25,14 @@ struct PixelReading {
 /// were 1 mm before it, which no reading resembles.
 PixelReading project(Lens lens, const Intrinsics& intrinsics, const Eigen::Vector3d& u);
 
-/// Whether the camera has a point at `u`, in its axes, in its image: `margin` [px] or more from its
-/// edges, before the camera, and within what its lens can bend: where a distortion turns back, a
-/// point far outside would come in again. An image whose size is not stated is as large as the
-/// centre says, in its middle.
+/// Whether the image shows a point at `u` [m], in the axes of the camera: 10 mm or more before it,
+/// `margin` [px] or more inside the edges, and where the pixel still moves outwards with the point
+/// (where a distortion turns back, a point far outside would come in again). An image whose size is
+/// not stated has its centre at the principal point: 2 (cx, cy) + 1 px.
 bool is_in_image(const Contact& camera, const Eigen::Vector3d& u, double margin);
 
-/// What of a contact is touched, in its axes: of an artefact one of its points, `point`.
+/// The touched part of a contact, in its axes: of an artefact the part `point`, which other kinds
+/// ignore.
 const ArtefactPoint& touched_part(const Contact& contact, int point);
 
 /// Whether a touch of it reads three coordinates, not one distance.
@@ -54,7 +55,7 @@ TouchReading touch_reading(const Contact& contact, int point, int axis, const Ei
 struct BeamReading {
   double value = 0;                   ///< from the beam's origin to the plane, along it [m]
   Eigen::Vector3d hit{0, 0, 0};       ///< where it ends [m]
-  Eigen::Vector3d gradient{0, 0, 0};  ///< derivative of the value by a motion of the beam there
+  Eigen::Vector3d gradient{0, 0, 0};  ///< derivative of the value by a shift of the beam
 };
 
 /// Sine of the least angle between a beam and a plane at which the beam reads something.

@@ -16,9 +16,9 @@ KinematicChain from_standard(const KinematicChain& rows);
 /// row in the standard convention.
 Pose modified_from_standard(const Link& row);
 
-/// The way from the part on a positioner to the foot of the arm, as the links that a chain begins
-/// with. A joint seen from its other side turns the other way about the same axis, so the axes
-/// stand in reverse order with the opposite sign.
+/// The links from the part on a positioner to the foot of the arm, with which a chain begins. A
+/// joint seen from its other side turns the other way about the same axis, so the axes stand in
+/// reverse order with the opposite sign.
 struct PartToFoot {
   Pose base;                ///< R_A, the frame of the part, from the frame of the last axis
   std::vector<Link> links;  ///< the axes from the part to the ground, then the link to R_0, fixed

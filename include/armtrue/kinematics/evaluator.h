@@ -18,9 +18,9 @@ namespace armtrue {
 /// [rad per unit of the parameter].
 using PoseJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxGeometricParameters>;
 
-/// The Jacobians of up to four poses, as the lanes of the processor's vectors hold them: entry
-/// (row, column) of one pose beside that of the next. To copy each into a matrix of its own takes
-/// as long as to compute it.
+/// The Jacobians of up to four poses, interleaved for SIMD lanes: entry (row, column) of one pose
+/// stands beside that of the next. A copy into a matrix for each pose takes as long as the
+/// computation.
 class LaneJacobians {
  public:
   static constexpr int kCount = 4;
@@ -81,13 +81,13 @@ class ChainEvaluator {
   Pose pose(const JointVector& q, PoseJacobian& jacobian) const;
   Pose pose(const JointVector& q, const ParameterOffsets& offsets, PoseJacobian& jacobian) const;
 
-  /// The same of many q, four side by side in the lanes of the processor's vectors. `offsets` is
-  /// empty or holds one for each q. Each pose equals pose() but for rounding, since the lanes have
-  /// sines of their own (src/kinematics/lanes.h), and does not depend on the others.
+  /// The same for many q, four at a time in SIMD lanes. `offsets` is empty or holds one for each q.
+  /// Each pose equals pose() but for rounding, since the lanes have sines of their own
+  /// (src/kinematics/lanes.h), and does not depend on the others.
   void poses(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
              std::span<Pose> a_from_measured) const;
   /// `jacobians`: one for every four q, the last for those that are left. Only `columns` are
-  /// written; the others hold anything.
+  /// written; the others are undefined.
   void poses(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
              std::span<Pose> a_from_measured, std::span<LaneJacobians> jacobians,
              const ColumnSet& columns = ColumnSet().set()) const;

@@ -12,7 +12,7 @@ struct InverseResult {
   JointVector q;                 ///< encoder values [rad or m]; travel limits are ignored
   double position_error = 0;     ///< remaining distance [m]
   double orientation_error = 0;  ///< remaining rotation angle [rad]
-  bool reached = false;          ///< both errors are below 1e-10
+  bool reached = false;          ///< both errors are below 1e-10 [m, rad]
 };
 
 /// Finds encoder values at which the measured frame has the pose `a_from_measured`, near `start`.

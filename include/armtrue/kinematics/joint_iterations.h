@@ -35,12 +35,12 @@ JointVector smallest_step(const Jacobian& jacobian, const Error& error, double d
   return step;
 }
 
-/// Where levenberg() begins and ends.
+/// Start and limits of levenberg().
 struct LevenbergLimits {
   int max_steps;          ///< accepted or not
   double first_damping;   ///< of the normal equations
-  double max_damping;     ///< ends where no step with less damping lowers the cost
-  double least_step = 0;  ///< ends where no joint moves by as much [rad], [m]
+  double max_damping;     ///< ends where the damping reaches this
+  double least_step = 0;  ///< ends where no joint moves by this much [rad], [m]
 };
 
 /// Levenberg's method: a step that lowers the cost is taken, and the next is damped by a tenth as
@@ -48,7 +48,7 @@ struct LevenbergLimits {
 ///     double cost() const                       at its present joint angles
 ///     bool is_solved() const
 ///     JointVector step(double damping) const    (J^T J + damping I)^-1 J^T e there
-///     double try_step(const JointVector& step)  the cost behind a step
+///     double try_step(const JointVector& step)  the cost after a step
 ///     void accept(const JointVector& step)      makes it: the last that was tried
 template <typename Problem>
 void levenberg(Problem& problem, const LevenbergLimits& limits) {

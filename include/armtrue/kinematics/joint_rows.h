@@ -14,9 +14,9 @@
 
 namespace armtrue {
 
-/// Joint vectors of many readings, one after another: a million of six joints take 48 MB, where
-/// vectors with room for kMaxJoints each take 144. All have the same number of joints. It is used
-/// like a std::vector<JointVector>, but a row is a view of its numbers: `auto` holds the view, and
+/// Joint vectors of many readings, one after another: a million rows of six joints take 48 MB, as
+/// vectors with room for kMaxJoints 144 MB. All have the same number of joints. It is used like a
+/// std::vector<JointVector>, but a row is a view of its numbers: `auto` holds the view, and
 /// `JointVector` a copy.
 class JointRows {
  public:
@@ -96,7 +96,8 @@ class JointRows {
   void emplace_back(const Of&... of) {
     push_back(JointVector(of...));
   }
-  /// Room for as many rows of as many joints as the first has.
+  /// Reserves memory for so many rows; without effect before the first row, which sets the number
+  /// of joints.
   void reserve(size_t rows) { numbers_.reserve(rows * joints_); }
   void resize(size_t count, const JointVector& q) {
     if (count < size_) numbers_.resize(count * joints_);

@@ -25,7 +25,7 @@ std::optional<int> find_name(const Items& items, std::string_view name) {
   return std::nullopt;
 }
 
-/// Index of the first item with the name of this one, which is added if there is none.
+/// Index of the first item with the name of `item`, which is added if there is none.
 template <typename Item>
 int index_of(std::vector<Item>& items, const Item& item) {
   if (!find_name(items, name_of(item))) items.push_back(item);

@@ -72,12 +72,13 @@ constexpr int link_of_parameter(int index) {
 /// Names of the parameters of base and tool in files.
 inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
 
+/// The parameters of a link, in the order of the layout.
 enum class LinkParameter { alpha, d, theta, r, beta };
 
 constexpr int link_parameter(int link, LinkParameter which) {
   return kFirstLinkParameter + kParametersPerLink * link + static_cast<int>(which);
 }
-/// Its place among those of its link.
+/// Number of a parameter within its link: 0 is alpha, 4 is beta.
 constexpr int place_in_link(int index) {
   return (index - kFirstLinkParameter) % kParametersPerLink;
 }
@@ -109,9 +110,10 @@ inline int first_anchor_parameter(const KinematicChain& chain) {
   return layout_of(chain).targets + 3 * target_count(chain);
 }
 
-/// Index of the first contact's x.
+/// Number of fx among the parameters of a contact; x y z rx ry rz radius come before it.
 inline constexpr int kFirstIntrinsic = 7;
 inline constexpr int kParametersOfContact = kFirstIntrinsic + kIntrinsics;
+/// Index of the first contact's x.
 inline int first_contact_parameter(const KinematicChain& chain) {
   return first_anchor_parameter(chain) + 4 * anchor_count(chain);
 }
@@ -121,11 +123,11 @@ inline int parameter_count(const KinematicChain& chain) {
   return first_contact_parameter(chain) + kParametersOfContact * contact_count(chain);
 }
 
-/// Those of the parameters of a contact that change what it reads: place of a point, place and
-/// rotation of an artefact, a board and a camera, the radius of what touches faces and balls of an
-/// artefact, unless it is known, height and tilts of a plane (z rx ry), centre and radius of a
-/// sphere, the numbers of a camera that its lens has, and all of a beam but the turn about itself
-/// (x y z rx ry): the origin, where it would read 0, holds the zero of the sensor.
+/// The parameters of a contact that change its readings, as numbers from its first: point x y z;
+/// plane z rx ry; sphere x y z radius; board x y z rx ry rz; camera the same, with the intrinsic
+/// parameters that its lens has; beam x y z rx ry, where the origin, at which it would read 0,
+/// holds the zero of the sensor; artefact those of x y z rx ry rz that its parts show and, unless
+/// it is known, the radius of the ball that touches its faces and balls.
 std::vector<int> of_contact(const Contact& contact);
 
 /// The name of a coupling as a parameter: `A5.follows.A2`.
@@ -149,7 +151,7 @@ struct DisplayUnit {
 };
 DisplayUnit display_unit(ParameterUnit unit);
 
-/// What a parameter belongs to. `several`: no single thing; of the effects of a family.
+/// What a parameter belongs to. `several`: of a family whose effects have different owners.
 /// `beam`, `board` and `camera`: contacts of these kinds.
 enum class Owner {
   link,
@@ -179,14 +181,14 @@ struct Parameter {
   /// Name of the link, target, anchor, contact, coupling (`A5.follows.A2`) or family; else empty.
   std::string of;
   int component = kWhole;  ///< in the order of the layout, from 0 for each owner
-  /// In a catalogue: that of every link, target or anchor. `of` is then empty.
+  /// In a catalogue: that of every link, target, anchor or contact. `of` is then empty.
   bool of_each = false;
 
   Parameter() = default;
   Parameter(Owner owner_of_it, std::string name, int which)
       : owner(owner_of_it), of(std::move(name)), component(which) {}
   /// Reads the text of a file; the texts of links end in the name of one of their parameters, and
-  /// what is none of the above names a family.
+  /// any other text names a family.
   Parameter(std::string_view text);
   Parameter(const std::string& text) : Parameter(std::string_view(text)) {}
   Parameter(const char* text) : Parameter(std::string_view(text)) {}
@@ -225,19 +227,19 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
 /// target `1`; nothing if every text means one.
 std::optional<Parameter> ambiguous_parameter(const KinematicChain& chain);
 
-/// The value of a parameter [m or rad]. Nothing of what changes and has no number of its own: a
+/// The value of a parameter [m, rad or px]. Nothing for a parameter that has no value of its own: a
 /// rotation of base, tool or contact, a coordinate of a contact that is turned or has no place, and
-/// what belongs to the instrument.
+/// those of the instrument.
 std::optional<double> parameter_value(const KinematicChain& chain, int index);
 
-/// By how much a parameter of one chain has to move to be that of another chain of the same kind,
-/// as move_parameter() moves it [m or rad]; rotations move together. Nothing where a contact has no
-/// place, and of the instrument.
+/// The delta by which move_parameter() moves a parameter of `before` to that of `after`, a chain of
+/// the same kind [m, rad or px]; the three rotations of a pose move together. Nothing where a
+/// contact has no place, and for the instrument.
 std::optional<double> parameter_change(const KinematicChain& before, const KinematicChain& after,
                                        int index);
 
-/// Adds `delta` (m or rad) to one parameter. A parameter of the instrument is no property of the
-/// chain, which then stays as it is.
+/// Adds `delta` [m, rad or px] to one parameter. Parameters of the instrument are not in the chain,
+/// which then stays as it is. Throws std::out_of_range for an index that the chain has not.
 void move_parameter(KinematicChain& chain, int index, double delta);
 
 }  // namespace armtrue

@@ -5,9 +5,10 @@
 
 namespace armtrue {
 
-/// No error of an arm leaves as much at a contact [m].
+/// Above this error at a contact, its place in the robot file is wrong: no arm errs as much [m].
 inline constexpr double kFarContact = 0.02;
 
+/// Which contacts with_contacts_fitted() places.
 enum class FitContacts {
   all,      ///< each contact that is touched
   unknown,  ///< of these, contacts without a place in the robot file, and those with a median error

@@ -16,8 +16,8 @@ struct Fold {
   Eigen::MatrixXd factor{};
   /// By normal equations: [J r]^T W [J r], upper half.
   Eigen::MatrixXd products{};
-  /// Under Student's t: contribution of the changing weights to the second
-  /// derivative of loss / 2, p x p, upper half. With s_i = |r_i|^2 and w_i = loss'(s_i),
+  /// Under Student's t: what the changing weights take off the second derivative of loss / 2, p x
+  /// p, upper half. With s_i = |r_i|^2 and w_i = loss'(s_i),
   ///     H = J^T W J - bend,   bend = sum_i -2 w'(s_i) (J_i^T r_i)(J_i^T r_i)^T,
   /// for a linear model. Steps by H converge quadratically, by J^T W J only linearly.
   Eigen::MatrixXd bend{};
@@ -40,9 +40,9 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
 /// is linear: a fold takes the derivatives from here and computes only the residuals again.
 struct KeptDerivatives {
   ReadingSigma sigma;         ///< used to whiten them
-  std::vector<size_t> first;  ///< of each, the place of its first column; and one past the last
-  std::vector<int> column;    ///< the unknown of each
-  std::vector<double> value;  ///< row_size numbers for each
+  std::vector<size_t> first;  ///< by prediction: index of its first column; and one past the last
+  std::vector<int> column;    ///< the unknown of each column
+  std::vector<double> value;  ///< row_size numbers for each column
 };
 
 KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model);
@@ -51,8 +51,8 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           const KeptDerivatives& kept);
 
-/// The same near an x where the whole fold is known, under the same law: gradient and loss at `at`,
-/// second derivatives as `beside` has them. It takes a small part of the time.
+/// The same, with the second derivatives of `beside`, a fold at a near x under the same law, and
+/// gradient and loss at `at`. It takes a small part of the time.
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           const KeptDerivatives& kept, const Fold& beside);
 

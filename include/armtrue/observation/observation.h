@@ -34,7 +34,7 @@ struct ContactPoint {
   int contact = 0;  ///< index into the chain's contacts; of a pixel that of the camera
   int point = -1;   ///< index into the points of an artefact or a board; -1 of other kinds
   int board = -1;   ///< of a pixel: index into the chain's contacts
-  int beam = -1;    ///< of what a beam reads: index into the chain's contacts
+  int beam = -1;    ///< of the reading of a beam: index into the chain's contacts
 };
 
 /// For each contact name of the campaign, the contact and point. Throws std::invalid_argument, with
@@ -68,17 +68,16 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain);
 ///                       of a plane      n . (u - b) - radius, n its normal, z without an artefact
 ///                       of a sphere     |u - b| - ball - radius
 ///     beam          see beam_reading()
-///     pixel         m project(K^T (q - k))_axis, q the point of the board in R_A, k and K the
-///     place
-///                       and the axes of the camera, one of both moved by the arm, and m the length
-///                       that a pixel shows, Campaign::metre_per_pixel
+///     pixel         m project(K^T (q - k))_axis with q the point of the board in R_A, k and K the
+///                       place and the axes of the camera, and m Campaign::metre_per_pixel; the
+///                       arm moves the board or the camera
 ///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).
 class ObservationModel {
  public:
   /// `geometric`: parameter indices. `sigma`: standard deviation of a row. If rows state a
   /// `sigma_mm` or `sigma_deg`, it is that of the row with their median, and the others keep their
-  /// ratio to it. `common_from_own`: the pose of the instrument, and so of the anchors, in the R_A
-  /// of points, orientations and base. The campaign is not copied: it must outlive the model.
+  /// ratio to it. `common_from_own`: the R_A of points, orientations and base from the R_A of the
+  /// instrument and the anchors. The campaign is not copied: it must outlive the model.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
                    const ReadingSigma& sigma, int fitted_effects = kAllEffects,
                    const Pose& common_from_own = {});
@@ -104,7 +103,7 @@ class ObservationModel {
   /// The number of a row's prediction.
   int prediction_of(int row) const { return prediction_.empty() ? row : prediction_[row]; }
 
-  /// Mean square over the rows of the value by which a coefficient of the effects is multiplied.
+  /// Mean square over the rows of the value that multiplies a coefficient of the effects.
   double mean_square_value(int coefficient) const;
 
   /// The robot at x.
@@ -118,9 +117,9 @@ class ObservationModel {
   void set_sigma(const ReadingSigma& sigma) { sigma_ = sigma; }
   /// Standard deviations of one row: position [m], orientation [rad].
   ReadingSigma row_sigma(int row) const;
-  /// Makes the components of a row white where the campaign states covariances. `of_row`: residual
-  /// or derivatives, 3 or 6 x columns, each component divided by its standard deviation. With k_p
-  /// and k_o the factors from stated standard deviations to sigma(), the covariance of a row is
+  /// Multiplies `of_row` by Campaign::whitening, if the campaign has it. `of_row`: residual or
+  /// derivatives, 3 or 6 x columns, each component divided by its standard deviation. With k_p and
+  /// k_o the factors from stated standard deviations to sigma(), the covariance of a row is
   /// L diag(k_p^2, k_o^2) L^T, where L L^T is the one that it states.
   void whiten(int row, Eigen::Ref<Eigen::MatrixXd> of_row) const;
   /// The residual of a row, see At::residual(), divided by row_sigma() and white.
@@ -179,16 +178,16 @@ class ObservationModel::At {
   /// model in the first columns, the residual in the last.
   void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;
 
-  /// The same of rows one after the other, from `first` on, a residual or a block for each;
+  /// The same for consecutive rows from `first` on, a residual or a block for each;
   /// `out` of blocks has row_size() rows of each, in that order. Several rows are computed at once,
   /// see ChainEvaluator::poses(): they equal residual() and block() but for rounding.
   void residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const;
   void blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
 
   /// The blocks of predictions, from number `first` on, see rows_by_prediction(): the residual is
-  /// that of the first row. The derivatives J of replicates are those at no residual of
-  /// orientation, by which J^T r is the gradient of each reading: with those at its residual r it
-  /// is J^T Jr^-T r, and Jr^-T r = r.
+  /// that of the first row. The derivatives J of replicates are those at an orientation residual of
+  /// zero. J^T r is then the gradient of each reading: at its residual r it is J^T Jr^-T r, and
+  /// Jr^-T r = r.
   void blocks_of_predictions(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
 
  private:

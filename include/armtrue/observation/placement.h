@@ -32,9 +32,8 @@ std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign&
 /// The 24 turns that map axes onto axes: starts of a fit whose rotation is not known.
 std::vector<Eigen::Matrix3d> turns_of_a_cube();
 
-/// The rotation near most of `turns`, and the median angle to it [rad]. It starts with the one of
-/// the first nine with the smallest median angle, then takes the mean of those within twice this
-/// median.
+/// The mean of most of `turns`, and the median angle to it [rad]. Of the first nine, the one with
+/// the smallest median angle to all is the start; the mean is of those within twice this median.
 std::pair<Eigen::Matrix3d, double> common_turn(const std::vector<Eigen::Matrix3d>& turns);
 
 /// The robot with that base, and with the tool that best fits the places of the targets. The

@@ -13,9 +13,8 @@ namespace armtrue {
 inline constexpr double kMinSigma = 1e-9;  // m, rad: noise-free simulations must not divide by zero
 
 /// Student's t as the law of the readings: with few degrees of freedom a blunder hardly counts,
-/// with infinitely many it is least squares. Chosen because its weights fall smoothly: no reading
-/// is rejected, and a remaining systematic error of the model only lowers the weight of the worst
-/// rows.
+/// with infinitely many it is least squares. Its weights fall smoothly: no reading is rejected, and
+/// a remaining systematic error of the model only lowers the weight of the worst rows.
 ///
 /// With s the squared norm of the whitened residual of a row, d its dimension, v the variance of
 /// the row in units of the campaign's, and nu the degrees of freedom:
@@ -73,9 +72,9 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
                                        const Eigen::Array2d& correction, bool robust);
 
 /// Sigma if there are hardly more readings than unknowns. Prior: u = ln(sigma / expected) is normal
-/// with deviation 2, and that of orientation goes with that of position (correlation rho), because
-/// what a model lacks moves both. Apart, one could go to zero while the other takes all the misfit.
-/// With S the sum of squares (estimate sigma^2 f with f degrees of freedom),
+/// with deviation 2, and those of position and orientation have the correlation rho, because what a
+/// model lacks moves both. Without it, one sigma could go to zero while the other takes all the
+/// misfit. With S the sum of squares (estimate sigma^2 f with f degrees of freedom),
 ///     S / sigma^2 = f + (u - rho u of the other) / (4 (1 - rho^2)).
 /// With many degrees of freedom it changes nothing.
 ReadingSigma sigma_by_prior_too(const ReadingSigma& sigma, const Eigen::Array2d& freedom,

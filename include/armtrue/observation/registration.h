@@ -8,12 +8,11 @@
 
 namespace armtrue {
 
-/// The measured points as the robot without effects predicts them, in the R_A of
-/// `robot.chain.base`, one column per row.
+/// The points that the robot without effects predicts, in the R_A of `robot.chain.base` [m], one
+/// column per row.
 Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign);
 
-/// The rigid motion that best takes one set of points to another, in the least-squares sense
-/// (Umeyama 1991).
+/// The rigid motion that takes points to others with least squares, 3 x n each (Umeyama 1991).
 Pose rigid_fit(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
 /// Spheres through points p, linear in their centre c: with p and c from the middle of the points,
@@ -38,11 +37,10 @@ SphereEquations sphere_equations(const Eigen::Matrix3Xd& points);
 Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as in the first session of the campaign, with a base for
-/// each session. `kept`: the parameters that are identified, by their indices.
-/// If the median error with a base among them is 80 mm or more,
-/// registered_base() replaces the base, if its error is smaller. If the error is still above 20 mm
-/// (or 0.3 rad) and the tool is among them, too, both are replaced by those of
-/// place_base_and_tool(). with_contacts_fitted() places contacts among them.
+/// each session. `kept`: indices of the identified parameters. If the base is among them and the
+/// median error is 80 mm or more, registered_base() replaces the base, if its error is smaller. If
+/// the error is still above 20 mm (or 0.3 rad) and the tool is among them, too, both are replaced
+/// by those of place_base_and_tool(). with_contacts_fitted() places contacts among them.
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept);
 
 }  // namespace armtrue

@@ -12,8 +12,8 @@ namespace armtrue {
 
 /// The readings of several sessions against one robot, with a base, and zero offsets if asked for,
 /// of its own in each: one ObservationModel per group, all in the R_A of `robot.chain.base`, so
-/// that a base that gives way does so along the same axes of the robot in every session. Anchors
-/// keep their places in the own R_A of each session: they are carried with the instrument.
+/// that a compliant base moves along the same axes of the robot in every session. Anchors keep
+/// their places in the own R_A of each session: they are carried with the instrument.
 ///
 /// The unknowns x are those of the first session (geometric parameters as far as they are asked
 /// for, then coefficients), then the own parameters of each further session.
@@ -46,7 +46,7 @@ class SessionModels {
   int session_of(int group) const { return session_of_[group]; }
   /// The robot's target of a group; -1 if not split by target.
   int target_of(int group) const { return target_of_[group]; }
-  /// Of the models: where they are not split by target, the groups are the sessions.
+  /// Number of sessions; if not split by target, the groups are the sessions.
   int sessions() const { return static_cast<int>(names_.size()); }
   const std::string& name(int session) const { return names_[session]; }
   /// The R_A that the models share, from that of a session.
@@ -60,8 +60,8 @@ class SessionModels {
   /// equal or do not overlap. One run if there is only one group.
   const std::vector<Run>& runs(int group) const { return runs_[group]; }
   Eigen::VectorXd unknowns_of(int group, const Eigen::VectorXd& x) const;
-  /// All unknowns, those that the same groups have together: what a session has of its own, the
-  /// place of a target, what is common to all.
+  /// All unknowns, divided by the groups that have them: those of one session, the place of one
+  /// target, those common to all.
   std::vector<std::vector<Eigen::Index>> unknowns_by_groups() const;
   /// For each unknown of a group's model that of the first session in its place: itself, or, of the
   /// own parameters of a further session, the same parameter; -1 where the first has none.
@@ -96,7 +96,7 @@ class SessionModels {
   const ReadingSigma& sigma() const { return sigma_; }
   void set_sigma(const ReadingSigma& sigma);
 
-  /// The law of the readings for one group's rows.
+  /// The law of the readings, with the variances of one group's rows.
   ReadingLaw law_of(int group, const ReadingLaw& law) const;
   /// Squared norms of the whitened residuals, by row of the campaign: position, orientation.
   std::vector<Eigen::Vector2d> squared_norms(const Eigen::VectorXd& x) const;

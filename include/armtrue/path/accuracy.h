@@ -13,18 +13,20 @@ namespace armtrue {
 /// Largest RMS form error of a machined part [m], from the application in the seed paper.
 inline constexpr double kFormGoal = 0.050e-3;
 
-/// Intersections of a pass with the planes normal to the command path.
+/// Intersections of a pass with the planes normal to the commanded path.
 struct PlaneCrossings {
-  std::vector<Eigen::Index> sample;  ///< of the command path whose planes are met, increasing
+  std::vector<Eigen::Index> sample;  ///< samples of the commanded path whose planes are met,
+                                     ///< increasing
   Eigen::Matrix3Xd deviation;        ///< in the plane, from that sample to the pass [m]
 };
 
 /// Intersects a measured pass, a polygon in the clock of `command`, with the plane through each
 /// sample of `command` normal to its tangent. Among several intersections the nearest in time
 /// counts, within 0.5 s. An intersection that is nearer to `command` at its own time than to the
-/// sample is of another leg and does not count; so |deviation| is at most 1.04 of the distance at
-/// equal times. A sample at standstill has no plane; at a corner the tangent is the mean of both
-/// sides. Throws std::invalid_argument if either path has fewer than two samples.
+/// sample belongs to another part of the path and does not count; so |deviation| is at most 1.04
+/// times the distance at equal times. A sample at standstill has no plane; at a corner the tangent
+/// is the mean of both sides. Throws std::invalid_argument if either path has fewer than two
+/// samples.
 PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 
 /// Path accuracy and repeatability, ISO 9283:1998, 8.2 and 8.3, position. In plane i let p_ij be
@@ -35,8 +37,8 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 struct PathAccuracy {
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
-  /// Of a pass about the barycentre, per axis of a plane, of all planes together: the root of
-  /// sum_ij l_ij^2 over 2 (n - 1) planes [m]; 0 for one pass.
+  /// Standard deviation of a pass about the barycentre, per axis of a plane, of all planes
+  /// together: sqrt(sum_ij l_ij^2 / (2 (n - 1) planes)) [m]; 0 for one pass.
   double scatter = 0;
   int planes = 0;  ///< met by all passes; the others do not count
 };
@@ -51,8 +53,7 @@ struct PathErrors {
   ErrorSummary whole;
 };
 
-/// `deviation` 3 x n, usually that of PlaneCrossings. form_error() tells whether a form goal is
-/// held.
+/// `deviation` 3 x n [m], usually that of PlaneCrossings. For a form goal see form_error().
 PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
 
 /// Accuracy of passes against their program.

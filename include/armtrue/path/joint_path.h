@@ -24,8 +24,8 @@ struct JointPathOptions {
 /// Encoder angles along a programmed path, by inverse kinematics of the chain. Each sample starts
 /// from the angles of the one before, which keeps the branch. The first sample starts from `start`,
 /// else from the angles of the path, else the whole travel is searched. The orientation is that of
-/// the path, else that of the options, else that at the angles of the path, else that at `start`. A
-/// corrected path may have the angles of the path before its correction. Throws UnreachableSample,
+/// the path, else that of the options, else that at the angles of the path, else that at `start`.
+/// The angles of a corrected path may be those before its correction. Throws UnreachableSample,
 /// with the remedy: for a pose out of reach or of travel, for a missing orientation, and if the
 /// tool at the angles of the path is more than 10 mm from its position in the path.
 JointMatrix joint_path(const Path& programmed, const KinematicChain& chain,

@@ -6,7 +6,8 @@
 
 namespace armtrue {
 
-/// If neighbouring samples differ by no more than this [m], the tool stands still: it is rounding.
+/// If neighbouring samples differ by no more than this [m], the tool stands still, and the rest is
+/// rounding.
 inline constexpr double kStandstill = 1e-9;
 
 /// A tool path sampled in time, as programmed or as an instrument recorded it. One column for each

@@ -10,7 +10,7 @@
 
 namespace armtrue {
 
-/// A cut and its force on the tool; the deviation of the tool does not change the force. Defaults:
+/// A cut and its force on the tool, which does not depend on the deviation of the tool. Defaults:
 /// the 8 mm pass of the seed paper. There k = 0.022 mm/N and a mean deviation of 0.91 mm give 41 N;
 /// direction and variation along the path are those of table 5.
 struct Cut {
@@ -22,7 +22,8 @@ struct Cut {
   std::optional<std::array<double, 2>> engaged;
   double ramp = 5e-3;      ///< length of entry and exit [m]; here the radius of the paper's cutter
   double variation = 0.1;  ///< RMS of the variation of the force, relative to the force
-  std::uint64_t part_seed = 1;  ///< of the variation, which is the same in every pass over one part
+  std::uint64_t part_seed = 1;  ///< seed of the variation, which is the same in every pass over one
+                                ///< part
 };
 
 /// The instrument that records the pass. Its clock shows

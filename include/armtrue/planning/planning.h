@@ -53,7 +53,8 @@ class PosePlanner {
   PlanQuality quality(const std::vector<PlannedPose>& poses) const;
 
   /// Returns the smallest number of poses that determines all unknowns, more than `too_few`;
-  /// nothing if no number does. Which poses they are does not matter, so random ones tell.
+  /// nothing if no number does. Random poses are tried, because the choice of poses hardly matters
+  /// for this.
   std::optional<int> fewest_that_determine(int too_few, std::uint64_t seed) const;
 
  private:

@@ -13,20 +13,20 @@
 
 namespace armtrue {
 
-/// Limits of the planned poses, and what is measured at them.
+/// Limits of the planned poses, and what is measured at them. With given poses, `orientation`,
+/// `touches`, `images` and `beams` are ignored: planned poses are read as the given ones.
 struct CloudOptions {
-  bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
-                            ///< targets and anchors come without
+  bool orientation = true;  ///< is read; false: positions only. Not read with targets or anchors
   std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
   /// Height in R_0 that no link origin of the arm and no point of the tool passes [m]; absent: that
   /// of the robot. The origin of a slider's frame does not count: a slider has a direction, and no
   /// place.
   std::optional<double> floor;
-  /// Whether the poses touch the contacts of the robot. Given poses decide for themselves.
+  /// Whether the poses touch the contacts of the robot.
   bool touches = false;
-  /// Whether cameras of the robot see its boards there. Given poses decide for themselves.
+  /// Whether cameras of the robot see its boards there.
   bool images = false;
-  /// Whether beams of the robot read its planes there. Given poses decide for themselves.
+  /// Whether beams of the robot read its planes there.
   bool beams = false;
   std::uint64_t seed = 1;
 };
@@ -35,7 +35,7 @@ struct CloudOptions {
 struct PlannedPose {
   JointVector q;        ///< [rad or m]
   std::string contact;  ///< that is touched or read there, as in a campaign; empty: an instrument
-                        ///< reads it
+                        ///< reads the pose
   std::string target;   ///< that touches it; empty: the point of the tool
 
   bool operator==(const PlannedPose&) const = default;
@@ -57,7 +57,7 @@ struct PoseCloud {
   Robot robot;
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
-  ReadingSigma noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
+  ReadingSigma noise;  ///< the robot's; 0.1 mm, 0.1 mrad, 0.2 px where it states none
   std::vector<PlannedPose> poses;
   std::vector<PlannedPose> touches;  ///< what can be touched, without configurations
   std::vector<int> unknowns;         ///< choose_identifiable() of the cloud and the given poses
@@ -66,9 +66,9 @@ struct PoseCloud {
 inline constexpr int kCloudSize = 2000;
 
 /// `given`: uses configurations, targets, sigmas and the values of drivers. Throws
-/// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
-/// floor, hardly any touches a contact, shows a board or lets a beam read a plane, or no allowed
-/// parameter is identifiable.
+/// std::invalid_argument if the box cannot be reached or is combined with touches, images or beams,
+/// hardly any configuration stays above the floor, hardly any touches a contact, shows a board or
+/// lets a beam read a plane, `given` has line profiles, or no allowed parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
 
 /// Returns random poses under the limits of the cloud.
@@ -80,12 +80,12 @@ std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 /// The predicted points of every target, once for each anchor; without noise and context.
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
-/// What would be read there: points, or distances from the anchors, and orientations, or touches,
-/// or pixels; of which only the derivatives count.
+/// The readings there, of which only the derivatives count: points, or distances from the anchors,
+/// and orientations, or touches, or pixels.
 Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses);
 
-/// Rows of derivatives of such readings with as many for each pose: those of a pose that reads less
-/// than the others are filled up with zeros.
+/// Rows of derivatives of such readings, equally many for each pose: zeros fill up poses with
+/// fewer.
 Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& rows);
 
 /// A triangle R with R^T R = J^T J, J the whitened derivatives of the given poses with respect to

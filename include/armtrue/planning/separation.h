@@ -10,9 +10,10 @@ namespace armtrue {
 
 /// Two effects that a campaign cannot separate; the first is assumed to be true.
 struct SeparatedPair {
-  Effect truth;  ///< with the size that it needs to explain what the found effect explains
+  Effect truth;  ///< of the size at which it explains what the found effect explains
   Effect rival;  ///< fitted to the readings of `truth`, with the geometry and all other effects
-  std::vector<std::string> readings;  ///< that would separate them if poses cannot, in words
+  std::vector<std::string> readings;  ///< in words: readings that would separate them if poses
+                                      ///< cannot
   /// Whether poses can separate them: with all candidates of the cloud the power is above 0.5.
   bool by_poses = true;
   /// Power: probability that the rival is rejected at 5 % if `truth` is true. With the given poses
@@ -20,6 +21,7 @@ struct SeparatedPair {
   double power_given = 0, power_planned = 0, power_random = 0;
 };
 
+/// The result of plan_separation().
 struct SeparationPlan {
   std::vector<PlannedPose> poses;  ///< to be visited in this order; empty if no pair is by_poses
   std::vector<SeparatedPair> pairs;
@@ -50,9 +52,8 @@ struct SeparationPlan {
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
                                int count, const CloudOptions& options, const Campaign& given = {});
 
-/// Effects that no poses separate, a sentence for each set of them, with the readings that do. Each
-/// such pair, whichever of the two is true, is in one of the sets: a set starts from a pair and
-/// takes in every effect that no poses separate from any of its members.
+/// A sentence for each set of effects that no poses separate, with the readings that do. A set
+/// starts from a pair and takes in every effect that no poses separate from any of its members.
 std::vector<std::string> inseparable_in_words(const SeparationPlan& plan);
 
 }  // namespace armtrue

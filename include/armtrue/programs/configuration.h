@@ -23,8 +23,8 @@ struct Configuration {
   JointVector high = JointVector::Constant(kProgramAxes, std::numeric_limits<double>::infinity());
   /// True for a straight or circular move: the arm stays on its branch, whatever the target states.
   bool continues = false;
-  /// True for a straight or circular move from an unknown place: its controller reads none of this,
-  /// so it counts only if a posture has it.
+  /// True for a straight or circular move from an unknown place: its controller ignores the
+  /// configuration, so it counts only if some posture has it.
   bool is_weak = false;
   /// If true, the sides are ignored if no posture in the ranges has them.
   bool sides_are_weak = false;

@@ -13,16 +13,17 @@ class CorrectedAlready : public InputError {
   using InputError::InputError;
 };
 
-/// What to give compensate in place of a program that a corrector has changed.
+/// The remedy in words: what to give `compensate` in place of a program that a corrector has
+/// changed.
 const std::string& instead_of_corrected(Corrector by);
 
-/// Throws CorrectedAlready if a text has the mark of a corrector. `instead`: what to give.
+/// Throws CorrectedAlready if a text has the mark of a corrector. `instead`: the remedy.
 void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std::string& instead);
 /// The same if its numbers have check digits.
 void refuse_check_digits(const RobotProgram& program, Corrector by, const std::string& instead);
 
-/// The same of what either corrector marks: of texts, and of a program's numbers and those texts of
-/// others that declare its points.
+/// The same for both correctors: marks of texts; check digits of a program's numbers, and marks of
+/// the texts of others that declare its points.
 void refuse_corrected_texts(const std::vector<ProgramText>& texts);
 void refuse_corrected_points(const RobotProgram& program);
 

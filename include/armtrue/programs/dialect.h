@@ -21,15 +21,15 @@ struct Routine;    // programs/routine_copies.h
 
 /// Legal names of programs: of letters, digits and underscores.
 struct NameRule {
-  /// Characters; 0: any name is legal, as the controller takes it from the text, whatever the file
-  /// is called.
+  /// Largest number of characters; 0: any file name is legal, because the controller takes the name
+  /// from the text.
   size_t longest = 0;
   std::string others;  ///< other characters
   bool may_begin_with_digit = false;
   bool are_capitals = false;  ///< a name is written in capitals
 };
 
-/// What is the same for all programs of a maker.
+/// Facts that hold for all programs of a maker.
 struct DialectFacts {
   std::string name;                  ///< in options: `krl`
   std::string maker;                 ///< `KUKA`
@@ -50,39 +50,39 @@ struct DialectFacts {
 
   bool has_external_axes = false;       ///< targets state E1 to E6
   bool counts_axis_3_from_arm = false;  ///< see program_joints()
-  std::string fixed_turns;  ///< what states turns that a correction cannot change; else empty
-  std::string own_model;    ///< names the calibrated model of its controller, a program may use
+  std::string fixed_turns;  ///< what states turns, if a correction cannot change them; else empty
+  std::string own_model;    ///< variable of the controller's calibrated model; else empty
 
-  /// Words that begin a part of a text in its line, and those that end it: DEF and END.
+  /// Words that begin and end a part of a text, as first words of a line: DEF and END.
   std::vector<std::pair<std::string, std::string>> parts;
 
   // A data list beside a program, which has its points: part.dat of part.src.
   std::string data_list;                      ///< its ending in capitals; empty: there is none
   std::vector<std::string> with_data_list;    ///< endings of texts that have one
-  std::vector<std::string> controller_texts;  ///< file names that are nobody's program, in capitals
+  std::vector<std::string> controller_texts;  ///< names of the controller's own files, in capitals
   std::string controller_mark;  ///< a text that each controller has once, in capitals; or empty
 };
 
 /// Check digits of a changed number.
 struct NumberCheck {
-  int decimals = 0;  ///< that it has with two of them at the end; 0: there is no room
-  int rounded = 0;   ///< decimals to which it may be rounded and is checked still; 0: none
+  int decimals = 0;  ///< of the number with its two check digits; 0: there is no room
+  int rounded = 0;   ///< decimals to which it may be rounded and still be checked; 0: none
 };
 
-/// A point of a move, or what stands in its place, written out as text.
+/// A point of a move, or an expression in its place, written out as text.
 struct WrittenPoint {
   std::vector<std::string> numbers;        ///< one text for each number
   std::vector<std::string> configuration;  ///< empty where it stays
-  std::vector<std::string> external;       ///< of those that are added or changed
+  std::vector<std::string> external;       ///< of the external axes that are added or changed
 };
 
-/// A part of a text that begins and does not end: DEF without END.
+/// A part of a text without its end: DEF without END.
 struct OpenPart {
   size_t at = 0;    ///< in the text, in the line that begins it
   std::string end;  ///< the word that is missing
 };
 
-/// The texts of a folder, read once, with what they are to the programs among them.
+/// The texts of a folder, read once, to find what a program among them needs of the others.
 class FolderTexts {
  public:
   FolderTexts() = default;
@@ -90,15 +90,15 @@ class FolderTexts {
   FolderTexts& operator=(const FolderTexts&) = delete;
   virtual ~FolderTexts() = default;
 
-  /// What of the folder counts for a program, whose own texts `own` are among those of the folder:
-  /// the texts of others that declare names which it uses, whole, and a short text of what others
-  /// do that matters to it.
+  /// Texts of the folder that a program needs: the whole texts of others that declare names which
+  /// it uses, and a short text of what others do to these names. `own`: the program's own texts,
+  /// which are in the folder.
   virtual std::vector<ProgramText> for_program(
       const std::vector<const ProgramText*>& own) const = 0;
 };
 
 /// The language of the robot programs of one maker. Each has a folder in src/programs and a line in
-/// dialects.cc; all that another room or a command asks of a maker, it asks here.
+/// dialects.cc; other rooms and commands ask a maker only through this class.
 class Dialect {
  public:
   explicit Dialect(DialectFacts facts) : facts_(std::move(facts)) {}
@@ -121,7 +121,7 @@ class Dialect {
   /// The pose of the numbers of a point: by default x, y, z [mm] and the angles about the fixed
   /// axes x, y, z [deg], R = Rz Ry Rx.
   virtual Pose pose_of_numbers(const std::vector<double>& numbers) const;
-  /// The numbers of a pose. Of those that give the same rotation, the ones next to `written`.
+  /// The numbers of a pose. Of angles that give the same rotation, those nearest to `written`.
   virtual std::vector<double> numbers_of_pose(const Pose& pose,
                                               const std::vector<double>& written) const;
   /// The encoder angles [rad] of the model, and back; see counts_axis_3_from_arm.
@@ -130,15 +130,15 @@ class Dialect {
   /// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
   virtual int decimals(TargetKind kind, size_t component) const = 0;
   virtual NumberCheck check(TargetKind kind, size_t component) const;
-  /// The most by which check digits move a number, in its unit.
+  /// Largest change of a number by its check digits, in its unit.
   double moved_by_check(TargetKind kind, size_t component) const;
 
   // The branch that a Cartesian point states.
 
   /// Whether a point states the turns of the joints, and a correction changes them.
   virtual bool states_turn(const ProgramPoint& point) const;
-  /// A text for each number of ProgramPoint::configuration, as the corrected joints need it; empty
-  /// where it stays. A number or bit that contradicts the programmed joints stays.
+  /// A text for each number of ProgramPoint::configuration, by the corrected joints; empty where it
+  /// stays. A number or bit that contradicts the programmed joints stays.
   virtual std::vector<std::string> configuration_texts(const ProgramPoint& point,
                                                        const ProgramCommand& command) const;
   /// The edits that make a point state the branch of the joints `q`.
@@ -153,9 +153,9 @@ class Dialect {
                                   const WrittenPoint& texts) const;
   /// Writes points and moves into the text of a program.
   virtual std::unique_ptr<MoveWriter> move_writer(const RobotProgram& program) const;
-  /// Throws InputError if the controller would not load the program with so many moves more.
+  /// Throws InputError if the controller would not load the program with `inserted` more moves.
   virtual void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) const;
-  /// Adds a comment to a text, behind the line that begins the program.
+  /// Adds a comment to a text, after the line that begins the program.
   virtual void add_comment(const std::string& comment, std::string& text) const;
 
   /// The first part of a text that does not end, as in a copy that was cut off; nothing in a text
@@ -182,19 +182,19 @@ class Dialect {
       const std::vector<ProgramText>& project, const KnownFrames& known) const;
 
  protected:
-  /// The word with which the line of a text begins that begins the program; none: the comment
-  /// stands at its beginning.
+  /// Whether a line with this first word begins the program; if no line does, add_comment() writes
+  /// at the beginning of the text.
   virtual bool begins_program(const std::string& word) const;
 
  private:
   DialectFacts facts_;
 };
 
-/// All of them; the first one is that of a program whose name does not show it.
+/// All dialects; the first one is the default for a program whose file name shows none.
 const std::vector<const Dialect*>& dialects();
-/// That with a name in options; null if there is none.
+/// The dialect with a name in options; null if there is none.
 const Dialect* find_dialect(const std::string& name);
-/// That of a file by its ending; null if none has it.
+/// The dialect of a file by its ending; null if none has it.
 const Dialect* dialect_of_file(const std::string& path);
 /// The same, or the first one.
 const Dialect& likely_dialect(const std::string& path);

@@ -13,16 +13,17 @@ struct DisplacementOptions {
   /// blends over half a move; 1 mm is three cycles of 12 ms at 27 mm/s. A step of the correction is
   /// spread over this length.
   double spacing = 1e-3;
-  /// Largest distance of the moves from the corrected path without an inserted point [m]: a tenth
-  /// of kFormGoal.
+  /// A point is inserted where a move would be farther from the corrected path [m]: a tenth of
+  /// kFormGoal.
   double tolerance = 5e-6;
   std::optional<Corrector> by;  ///< as of rewrite()
 };
 
-/// A point of a program lies on the path if it is no further off than this [m]: less is the
-/// rounding on the way from the program to the path.
+/// A point of a program lies on the path if it is no farther from it [m]: rounding moves it by
+/// less.
 inline constexpr double kPathMatchTolerance = 1e-4;
 
+/// The result of displace_program().
 struct DisplacedProgram {
   RewrittenProgram text;
   int corrected = 0;   ///< targets that lie on the path, auxiliary points of arcs among them
@@ -30,15 +31,15 @@ struct DisplacedProgram {
   std::vector<std::string> warnings;
 };
 
-/// Whether more points of the program lie on the corrected path, and not on the programmed one, than
-/// the other way round: then the program is corrected already.
+/// Whether more points of the program lie on the corrected path alone than on the programmed path
+/// alone: then the program is corrected already.
 bool lies_on_corrected(const RobotProgram& program, const Eigen::Matrix3Xd& programmed,
                        const Eigen::Matrix3Xd& corrected);
 
 /// Displaces the Cartesian targets of a program as the correction displaces the path: `programmed`
-/// in the frame of the program becomes `corrected` (3 x samples, [m]). Targets are looked for on
-/// the path in the order of the text (places_in_order()). Orientations and external axes stay; a
-/// target off the path keeps its text; a relative move ends where it did.
+/// in the frame of the program becomes `corrected` (3 x samples, [m]). Targets are found on the
+/// path in the order of the text (places_in_order()). Orientations and external axes stay; a target
+/// off the path keeps its text; a relative move ends where it did.
 ///
 /// Where the correction bends the path along a straight or circular move, points are inserted, as
 /// rewrite() does; their orientation and external axes lie between those of the ends. Where the

@@ -12,7 +12,7 @@ enum class MotionKind {
 
 /// How the tool turns along an arc, from its orientation at the start to that at the end.
 enum class ArcTurning {
-  in_frame,   ///< evenly, about one axis
+  in_frame,   ///< at constant rate, about one axis
   with_path,  ///< the same relative to the tangent of the arc, which turns itself
   /// The auxiliary point may count: known only if it lies where `in_frame` has it.
   perhaps_through_via

@@ -17,14 +17,14 @@ namespace armtrue {
 /// The texts in which a controller looks up names that a program does not declare itself. KUKA:
 /// $config.dat and the PUBLIC data lists of the same controller, which is the nearest folder around
 /// the program with a $config.dat in it; of all, if there is none. ABB: the other modules of the
-/// same task (TASK1), or of the same folder. FANUC: listings of registers, frames and tools. And a
-/// short text of what other programs do to the names of the program: each folder is read once.
+/// same task (TASK1), or of the same folder. FANUC: listings of registers, frames and tools. Also a
+/// short text of what other programs do to the names of the program. Each folder is read once.
 class TextsOfOthers {
  public:
   /// `project`: all texts, their names with '/' between folders. Both must outlive this.
   TextsOfOthers(const Dialect& dialect, const std::vector<ProgramText>& project);
 
-  /// Of the program `path`, which is one of the texts.
+  /// The texts of others for the program `path`, which is one of the texts.
   std::vector<ProgramText> of(const std::string& path);
   /// The program and its data lists.
   std::vector<const ProgramText*> own(const std::string& path) const;
@@ -40,7 +40,7 @@ class TextsOfOthers {
   std::map<Folder, std::unique_ptr<FolderTexts>> folders_;
 };
 
-/// The same of a program whose texts `own` belong together with `others`, wherever they lie.
+/// The same for a program whose texts `own` belong together with `others`, in any folder.
 std::vector<ProgramText> what_others_declare(const Dialect& dialect,
                                              const std::vector<ProgramText>& own,
                                              const std::vector<ProgramText>& others);
@@ -49,15 +49,15 @@ std::vector<ProgramText> what_others_declare(const Dialect& dialect,
 std::vector<std::string> controller_marks(const Dialect& dialect,
                                           const std::vector<ProgramText>& project);
 
-/// What calls between programs hand on, by the names of the programs that call others or that
-/// others call. KUKA: $BASE, $TOOL and whether the tool stands in the room; a program that others
-/// call begins with what its callers have, and they go on with what it leaves. Nothing is known of
-/// who else may start it.
+/// Frames and tools that calls hand on between programs, by the names of programs that call others
+/// or that others call. KUKA: $BASE, $TOOL and whether the tool stands in the room; a called
+/// program begins with those of its callers, and they go on with those at its end. Other starts of
+/// a program are not known.
 std::map<std::string, ProgramNeighbours> neighbours_in(const Dialect& dialect,
                                                        const std::vector<ProgramText>& project,
                                                        const KnownFrames& known);
 
-/// Whether a text came with the controller and is nobody's program: bas.src of KUKA.
+/// Whether a text came with the controller and is no user's program: bas.src of KUKA.
 bool is_of_controller(const std::string& path);
 
 /// A program with the commands for its targets.
@@ -74,6 +74,7 @@ struct SharedPoint {
   bool is_written = false;            ///< where it is declared; else in the moves that use it
 };
 
+/// The result of rewrite_project().
 struct RewrittenProject {
   std::map<std::string, std::string> texts;  ///< those that change, by their names
   std::vector<RewrittenProgram> programs;    ///< their own texts do not hold the changes of others

@@ -36,14 +36,14 @@ struct ProgramPoint {
   int line = 0;               ///< of the numbers, in their text
   int text = 0;               ///< index in RobotProgram::texts
   size_t begin = 0, end = 0;  ///< in that text: of the point with its brackets or its name
-  /// Others than the moves of this program use it, or may, and it must stay.
+  /// Something besides the moves of this program uses it, or may: it must stay.
   bool is_shared = false;
   /// Texts of others declare it, or use it, too: it stays, unless they are corrected with this
   /// program.
   bool is_of_others = false;
   /// The point is an expression of one move, and [begin, end) is its text: a declared point that is
-  /// displaced by constants (RAPID Offs, RelTool; KUKA `XP1:{Z 50,..}`). Its numbers are what comes
-  /// out, and not written. A correction writes the point out in the move.
+  /// displaced by constants (RAPID Offs, RelTool; KUKA `XP1:{Z 50,..}`). Its numbers are the
+  /// result, and stand nowhere in the text. A correction writes the point out in the move.
   bool is_expression = false;
   int starts_from = -1;  ///< in RobotProgram::points: the declared point of an expression; -1: none
   std::string before, behind;  ///< an expression: what stands beside the point that is written out
@@ -85,13 +85,13 @@ struct ProgramTarget {
   /// of them is not known.
   std::vector<size_t> starts;
   bool is_in_loop = false;
-  /// Its text states how far it is from where the arm comes from. `pose` is where it ends.
+  /// A relative move: its text states the displacement from the target before. `pose` is its end.
   bool is_relative = false;
-  /// No way through the text leads here: behind RETURN or a jump, in a local routine that nothing
-  /// calls.
+  /// No path through the program leads here: after RETURN or a jump, or in a local routine that
+  /// nothing calls.
   bool never_runs = false;
   bool ends_elsewhere = false;  ///< a circle whose angle says where it ends
-  bool is_room_tool = false;    ///< the tool stands in the room, and the robot holds the part
+  bool is_room_tool = false;    ///< the tool is fixed in the room, and the robot holds the part
   /// With a tool in the room: `pose` is the inverse of what is written, `base` the tool and `tool`
   /// the frame of the part, which the robot holds: flange part = room tool * inverse(written).
   bool is_inverse = false;
@@ -111,8 +111,7 @@ struct ProgramTarget {
   Pose before, behind;
   bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
   std::vector<double> external;  ///< E1 to E6, as written; NaN: not known; or none
-  /// Axes beside the arm that a correction of this dialect cannot change, such as eax_a, as
-  /// written.
+  /// External axes that corrections of this dialect cannot change, such as eax_a, as written.
   std::map<std::string, double> other_axes;
   /// Of joints: encoder angles of the model [rad].
   JointVector q = JointVector::Zero(kProgramAxes);
@@ -129,7 +128,7 @@ struct ProgramName {
 /// A copy of a routine for calls that hand on another tool or frame than other calls of it. It is
 /// written only if its numbers differ from those of the routine.
 struct RoutineCopy {
-  /// The call of the copy, and what stood there.
+  /// The call of the copy, and the original text of the call.
   struct Call {
     size_t begin = 0, end = 0;
     std::string was;
@@ -144,10 +143,10 @@ struct RoutineCopy {
 /// A frame or a tool that a call hands on between programs of a project.
 struct HandedFrame {
   enum class Kind {
-    as_before,  ///< that of whoever calls the caller; behind a call: what it was before
+    as_before,  ///< that of the caller's own caller; after a call: what it was before
     stated,
     calculated,  ///< as the program runs
-    several      ///< nobody knows which
+    several      ///< one of them; which one is not known
   } kind = Kind::as_before;
   std::string name;          ///< as of ProgramFrame
   std::optional<Pose> pose;  ///< if it is known
@@ -155,12 +154,14 @@ struct HandedFrame {
 bool operator==(const HandedFrame& a, const HandedFrame& b);
 using HandedFrames = std::vector<HandedFrame>;  ///< in the order of the dialect
 
-/// What a program has of others of its project, which call it or which it calls. All routines are
-/// named in capitals.
+/// What a program and the others of its project that call it, or that it calls, hand on. All
+/// routines are named in capitals.
 struct ProgramNeighbours {
-  std::map<std::string, HandedFrames> begins;  ///< routines of it that others call
-  std::map<std::string, std::string> callers;  ///< of these: `a.src:12, b.src:7`
-  std::map<std::string, HandedFrames> leaves;  ///< routines of others that it calls
+  std::map<std::string, HandedFrames> begins;  ///< by its routines that others call: what they
+                                               ///< begin with
+  std::map<std::string, std::string> callers;  ///< of its routines: `a.src:12, b.src:7`
+  std::map<std::string, HandedFrames> leaves;  ///< by routines of others that it calls: what they
+                                               ///< leave
   /// Global variables that several programs set.
   struct SharedVariables {
     std::map<std::string, std::set<std::string>> set_by;  ///< calls of routines of others
@@ -178,8 +179,8 @@ struct ProgramCall {
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   const Dialect* dialect = nullptr;
-  /// The program, and its data list if there is one (KUKA .dat); behind `own_texts` those of
-  /// others, in which names are looked up that the program does not declare itself.
+  /// The program, and its data list if there is one (KUKA .dat); after `own_texts` of them, those
+  /// of others, for names that the program does not declare itself.
   std::vector<ProgramText> texts;
   size_t own_texts = 1;
   ProgramNeighbours neighbours;
@@ -194,7 +195,7 @@ struct RobotProgram {
   /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set
   /// before the call.
   std::vector<ProgramCall> calls_not_given;
-  int left_alone = 0;              ///< moves that the parser does not understand, and that may run
+  int left_alone = 0;              ///< moves that may run and that the parser does not understand
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
 };
@@ -210,8 +211,8 @@ class NoTargets : public InputError {
   std::vector<std::string> why_left_alone;  ///< of each of its moves
 };
 
-/// What must be known of a Cartesian target: of a position, its orientation or its place in the
-/// room may be unknown.
+/// What must be known of a Cartesian target. For `position`, its orientation or its frame may be
+/// unknown.
 enum class TargetParts { pose, position };
 
 /// Reads a program. `texts`: the program and its data list if there is one (KUKA .dat). `others`:
@@ -228,8 +229,8 @@ RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> text
 /// controller loads it, and a copy that was cut off lacks moves.
 void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& texts);
 
-/// Leaves the moves to targets alone: an arc with either of its points. `why`: by the index of the
-/// target. They are no targets any more; what they use of declared points stays as it is.
+/// Removes targets, with the reasons `why` by index, and leaves their moves as they are; an arc
+/// goes with either of its points. Declared points that they use stay as they are.
 void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why);
 
 /// The command that replaces a target.
@@ -241,12 +242,12 @@ struct ProgramCommand {
   std::vector<double> external;  ///< as ProgramTarget::external; empty: as programmed
 };
 
-/// A number of a point as it is written, and that of another pose or posture in its place.
+/// A number of a point as written, and the number of another pose or posture at its place.
 struct NumberBeside {
-  int component = 0;  ///< of the point; of joint angles counted on
+  int component = 0;  ///< in ProgramPoint::numbers of a pose; those of joint angles come after
   double written = 0, beside = 0;  ///< in the unit of the dialect
-  int decimals = 0;                ///< that a correction of it has, or more
-  double moved = 0;                ///< by which its check digits may have moved it
+  int decimals = 0;                ///< fewest decimals of a correction of it
+  double moved = 0;                ///< largest change by its check digits
   size_t target = 0;
 };
 
@@ -260,18 +261,19 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
 /// program, and its auxiliary point, the last of the move, takes the place of the program's.
 struct ProgramPointBetween {
   size_t target = 0;  ///< the end of the move, or its auxiliary point
-  Pose pose;          ///< what is commanded there
+  Pose pose;          ///< the commanded pose
   /// Of the controller's model there [rad]; nothing: on the branch of the target, with its turns.
   std::optional<JointVector> q;
   double blend = 0;                      ///< radius within which it may be passed [m]
   MotionKind motion = MotionKind::line;  ///< line, via, arc; a line may be a piece of an arc
   std::vector<double> external;          ///< as ProgramTarget::external
-  bool is_left_out = false;  ///< via: the rest of the arc is a line, without auxiliary point
+  bool is_left_out = false;  ///< via: no auxiliary point, because the rest of the arc is a line
 };
 
-/// How many moves the points stand for: all but the auxiliary points.
+/// Number of moves to the points: one for each that is no auxiliary point.
 int moves_of(const std::vector<ProgramPointBetween>& between);
 
+/// The result of rewrite().
 struct RewrittenProgram {
   std::vector<std::string> texts;
   int changed = 0;   ///< points with another number
@@ -285,27 +287,27 @@ struct RewrittenProgram {
 /// change, and only of numbers that differ after rounding to Dialect::decimals(), or finer where
 /// more decimals were written. A declared point changes where it is declared, if all its moves need
 /// the same numbers and nothing else uses it; otherwise each move that needs other numbers gets a
-/// point of its own, written out in the move, of FANUC as a new position. What a point leaves out
-/// is added where the point before no longer gives it. An inserted point is written as the end of
-/// its move is, with other numbers; its move has the speed of that move and is passed without a
-/// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
-/// is written out too. No point is inserted in a move one of whose ends is not corrected. With
-/// `by`, what changes has check digits, two decimals more, but not of FANUC, whose files have
-/// three; numbers of poses, but for quaternions, are checked also if they are rounded to three
-/// decimals (six of UR), for which they move by up to kMostMovedIfRounded. Throws InputError if the
-/// controller would not load the program.
+/// point of its own, written out in the move, of FANUC as a new position. Numbers that a point
+/// leaves out are added if the point before no longer gives them. An inserted point is written as
+/// the end of its move is, with other numbers; its move has the speed of that move and is passed
+/// without a stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a
+/// divided arc is written out too. No point is inserted in a move one of whose ends is not
+/// corrected. With `by`, changed numbers have check digits: two more decimals, except for FANUC,
+/// whose files have three decimals; numbers of poses, but for quaternions, are checked also if they
+/// are rounded to three decimals (six of UR), for which they move by up to kMostMovedIfRounded.
+/// Throws InputError if the controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {},
                          std::optional<Corrector> by = std::nullopt);
 
-/// Marks each own text of a program that a correction has changed: one line of comment more, behind the
-/// line that begins the program, or of FANUC behind its last instruction; elsewhere at the
-/// beginning. Call it before rename().
+/// Marks each own text of a program that a correction has changed: adds a line of comment after the
+/// line that begins the program, for FANUC after its last instruction; at the beginning if no line
+/// begins it. Call it before rename().
 void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts);
-/// The same of one text.
+/// The same for one text.
 void mark_corrected(const Dialect& dialect, Corrector by, std::string& text);
 
-/// The mark of a text, whatever became of its case and blanks.
+/// The mark of a text; case and blanks do not count.
 struct CorrectionMark {
   std::string text;  ///< name of the text
   int line = 0;

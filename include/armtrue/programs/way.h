@@ -19,7 +19,7 @@ struct Arc {
 
   /// centre + radius (x cos(t angle) + y sin(t angle)).
   Eigen::Vector3d at(double t) const;
-  /// t of the foot of the perpendicular from a point, in [0, 2 pi / angle).
+  /// t of the nearest point of the circle, in [0, 2 pi / angle).
   double foot(const Eigen::Vector3d& point) const;
   /// Distance of a point from the whole circle.
   double distance(const Eigen::Vector3d& point) const;
@@ -41,16 +41,17 @@ struct Way {
   double length() const;  ///< [m]
 };
 
-/// The external axes at t on the way between two targets; NaN where one does not know them.
+/// The external axes at t on the way between two targets; NaN where either target does not know
+/// them.
 std::vector<double> external_between(const ProgramTarget& start, const ProgramTarget& end,
                                      double t);
 
 /// Share of the way to the next point.
 inline constexpr double kPassingShare = 0.4;
 
-/// A radius within which a point may be passed without a stop [m]: 0.4 of the way to the nearer
-/// neighbour and at most 10 mm, outside of the radii `of_last` and `of_next` of the neighbours.
-/// `before`, `behind`: the ways to them.
+/// Radius within which a point may be passed without a stop [m]: kPassingShare of the way to the
+/// nearer neighbour, at most 10 mm, at least 0.01 mm, else outside of the radii `of_last` and
+/// `of_next` of the neighbours. `before`, `behind`: the ways to them.
 double passing_radius(double before, double behind, double of_last, double of_next);
 
 /// No piece of an arc that is divided is shorter [rad]. A circle through points almost in line is

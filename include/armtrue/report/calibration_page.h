@@ -11,7 +11,7 @@
 
 namespace armtrue {
 
-/// What the page of a calibration shows beside the fit.
+/// Input of calibration_page() beside the fit.
 struct CalibrationStory {
   std::vector<GrossPose> gross;       ///< poses that no fit used
   std::optional<Robot> nominal;       ///< with base and tool fitted to the readings

@@ -9,14 +9,15 @@
 
 namespace armtrue {
 
-/// What a page shows about the run beside its results. It has a date only if `about` states one, so
-/// the same input always gives the same page.
+/// Data of the run that a page shows beside its results. It has a date only if `about` states one,
+/// so the same input always gives the same page.
 struct PageHead {
   const Document& product;            ///< of the command; the page shows its values
   std::vector<std::string> warnings;  ///< of the command
   std::optional<About> about;         ///< who measured what, when and with what, if stated
   bool arm_in_doubt =
-      false;  ///< a warning doubts that the robot file is of the arm: no good verdict
+      false;  ///< a warning doubts that the robot file is of the arm: the page shows no good
+              ///< verdict
 };
 
 /// A picture as a file of its own.

@@ -10,8 +10,8 @@
 
 namespace armtrue {
 
-/// One effect among the random effects of an arm or a station. Its coefficients are c = root * u
-/// with u ~ N(0, tau^2) of its group: with tau = 1 it moves its parameter by a usual size.
+/// A random effect of an arm or a station. Its coefficients are c = root * u with u ~ N(0, tau^2
+/// I), tau that of its group: with tau = 1 it moves its parameter by a usual size.
 struct RandomEffect {
   Effect effect;         ///< without coefficients
   Eigen::MatrixXd root;  ///< coefficients x random numbers u [SI]
@@ -27,13 +27,14 @@ struct EffectGroup {
   std::vector<RandomEffect> effects;
 };
 
-/// What an arm and a station can do without a name, in groups. `campaign`: of the effects only
-/// those that its columns drive.
+/// The random effects of an arm and a station, in groups: what they do without a known cause. Only
+/// effects that the columns of `campaign` drive.
 std::vector<EffectGroup> effect_groups(const Robot& robot, const Campaign& campaign);
 
-/// The lasting errors of the instrument that the catalogue knows (see is_lasting_of_instrument), of
-/// the station, and a strain of the space in which it measures: none of the groups above, because a
-/// distortion of space could take the place of most of them. Empty if the catalogue has none.
+/// Groups of the station: the lasting errors of the instrument that the catalogue knows (see
+/// is_lasting_of_instrument), and a strain of the space in which it measures. They are not in
+/// effect_groups(), because a distortion of space could imitate most of those. Empty if the
+/// catalogue has none.
 std::vector<EffectGroup> errors_of_instrument(const Robot& robot, const Campaign& campaign,
                                               const Catalogue& catalogue);
 

@@ -13,8 +13,8 @@ namespace armtrue {
 struct TraceOptions {
   std::uint64_t seed = 1;
   int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
-  /// Significance level for adding an effect: `significance` where the p of the lack of fit against
-  /// the noise is at most 0.001, `significance_without_lack_of_fit` where it is 1 or no noise is
+  /// Significance level for adding an effect: `significance` where the p of the lack of fit in
+  /// position is at most 0.001, `significance_without_lack_of_fit` where it is 1 or no noise is
   /// known, log-interpolated between. If a p is near the lower level, ten times as many flips are
   /// drawn.
   double significance = 0.05, significance_without_lack_of_fit = 0.005;
@@ -25,7 +25,7 @@ struct TraceOptions {
   std::vector<Effect> start;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
   /// Whether lasting errors of the instrument may be found (see is_lasting_of_instrument). They are
-  /// rivals of what is found in any case.
+  /// rivals of found effects in any case.
   bool instrument_may_err = true;
   std::function<void(const std::string&)> progress;  ///< receives the name of each step
 };
@@ -39,8 +39,8 @@ struct RankedCandidate {
   double score = 0;              ///< fall of EBIC
 };
 
-/// The last scan, repeated on residuals whose signs are flipped pose by pose. It shows what the
-/// search finds where there is no effect.
+/// The last scan, repeated on residuals whose signs are flipped pose by pose: what the search would
+/// find without any effect.
 struct NullRun {
   int flips = 0;
   double false_add_rate = 0;  ///< share of the draws in which the search would have added an effect

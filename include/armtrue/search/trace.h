@@ -12,12 +12,12 @@
 
 namespace armtrue {
 
-/// Another effect that this campaign cannot tell from a found effect, because it can imitate most
-/// of what the found effect does to the readings.
+/// Another effect that this campaign cannot distinguish from a found effect, because it can imitate
+/// most of its part in the readings.
 struct Rival {
   Effect effect;
-  double correlation = 0;  ///< cosine of the angle between what the found effect explains and the
-                           ///< closest that the rival can do
+  double correlation = 0;  ///< cosine of the angle between the part of the found effect in the
+                           ///< readings and its projection on the columns of the rival
   double delta_ebic = 0;   ///< by how much EBIC is higher with the rival in place of the effect
   /// The geometric parameters that change when the rival takes the place of the effect: those whose
   /// change moves the readings most.
@@ -26,19 +26,19 @@ struct Rival {
   bool from_catalogue = false;
 };
 
-/// What an effect moves: the arm, what stands around it (the instrument, the base) or what is
-/// fastened to it (the tool, a target).
+/// What an effect moves: the arm, the station (instrument, base, anchor, contact, beam, board,
+/// camera) or what is fastened to the arm (tool, target).
 enum class Moved { arm, station, fastened };
 Moved moved_by(const Effect& effect);
 
-/// Whether a rival is another cause: one of the catalogue, or, of what goes with the clock or a
-/// thermometer alone, any that moves something else. A stand that sinks moves readings as a column
-/// does that grows, whether or not that has a name. The compliance of a joint, by its torque or by
-/// the weight of the tool, is one cause.
+/// Whether a rival is another cause: one of the catalogue with another name or parameter, but not
+/// one of the same name that follows the same driver of one joint. If both follow time, session or
+/// temperature alone, any rival with another moved_by() is another cause, with or without a name: a
+/// sinking stand moves readings as a growing column does.
 bool is_other_cause(const Effect& effect, const Rival& rival);
 
-/// Whether a rival without a name could take the place of a named effect: another joint turns or
-/// shifts along the same driver, as likely by the readings (odds below 20 to 1).
+/// Whether a rival without a name could take the place of a named effect: the zero offset of
+/// another joint follows the same driver, and the readings do not exclude it (odds below 20 to 1).
 bool is_unlisted_cause(const KinematicChain& chain, const Effect& effect, const Rival& rival);
 
 /// The figures by which an effect was added.
@@ -62,18 +62,19 @@ struct Cycle {
   std::array<double, 2> frequency_ci95{0, 0};  ///< Student's
 };
 
-/// Share of one effect in what all found effects together explain of the residual of the geometry,
-/// averaged over the orders in which they may enter (see variance_shares). The shares of all
-/// effects sum to 1.
+/// Share of one effect in the fall of the sum of squares, from the geometry alone to all found
+/// effects, averaged over the orders in which they may enter (see variance_shares). The shares of
+/// all effects sum to 1.
 struct VarianceShare {
   double value = 0;
   /// By Student's t, clustered by pose; takes the set of effects as given.
   std::array<double, 2> ci95{0, 0};
   /// Whether the effect could be the largest, given these poses: no other pair of parameter and
-  /// driver explains significantly more (95 %) than all effects of its own pair do.
+  /// driver explains significantly more (95 %) than the effects of its own pair.
   bool may_lead = false;
 };
 
+/// A found effect with its evidence.
 struct TracedEffect {
   Effect effect;                 ///< with its coefficients
   std::optional<Cycle> cycle{};  ///< only of a harmonic
@@ -98,13 +99,14 @@ struct TracedEffect {
 
 /// Whether the effect may be an error of the instrument and not of the arm. This is so if
 /// - an error of the instrument is indistinguishable from it;
-/// - no cause is known and the base or a length follows an angle of a joint, or a length jumps in
-///   time: no rigid arm does that;
-/// - it follows time alone, beside an effect of `robot` in which the instrument or the base follows
-///   time: no law describes such an event exactly, and what it leaves follows time too. Evidence of
-///   1000 to 1 (2 ln 1000 of EBIC) speaks against that.
+/// - no cause is known and the base or a length follows an angle of a joint, or a length has a step
+///   in time: no rigid arm does that;
+/// - it follows time or session alone and moves neither instrument nor base, while an effect of
+///   `robot` moves one of these by time or session: no law describes such an event exactly, and its
+///   residual follows time too. Evidence of 1000 to 1 (2 ln 1000 of EBIC) rules this out.
 bool may_be_instrument(const TracedEffect& traced, const Robot& robot);
 
+/// The result of trace().
 struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
@@ -117,12 +119,12 @@ struct TraceResult {
   double best_score = 0;  ///< of the last scan; 0 or less if nothing is left to explain
   NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
-  /// The family of which these readings show that it is there, but no member of it: all of them
-  /// stay in the model by their common prior. Empty: none.
+  /// Name of a family that these readings show without showing any member: all members stay in the
+  /// model by their common prior. Empty: none.
   std::string shown_family{};
   /// Parameters of the links that the robot file does not let a fit identify, though the readings
-  /// show them. Then there is no effect, because it would take their place; those that are found
-  /// beside all parameters stand in LeftOut::beside.
+  /// show them. Then no effect is found, because it would take their place; LeftOut::beside has
+  /// those that are found beside all parameters.
   std::optional<LeftOut> left_out{};
 };
 

@@ -10,18 +10,18 @@
 
 namespace armtrue {
 
-/// Results of the training poses: the search without gross poses, and all figures of its models
-/// that need these readings, to which it refers.
+/// Results of the training poses: the search without gross poses, and the figures of its models
+/// that need these readings. Refers to the readings, which must outlive it.
 struct Training {
   TraceResult trace;
-  std::vector<GrossPose> gross_poses;             ///< of the campaign as it was given
+  std::vector<GrossPose> gross_poses;             ///< of the given campaign
   std::unique_ptr<const Campaign> without_gross;  ///< null if there are none
-  const Campaign* sound = nullptr;  ///< the readings of `trace`: all that were given, or these
+  const Campaign* sound = nullptr;  ///< the readings of `trace`: the given ones, or `without_gross`
   Robot nominal;                    ///< with base and tool placed
   std::vector<PoseErrors> errors;   ///< of `nominal`, then of each of `trace.stages`
   FitQuality quality;               ///< of the last model
-  /// For each found effect, the last model without it, with all else fitted again, to first order
-  /// where the readings do not fit much worse; see Then.
+  /// For each found effect, the last model without it, with all else refitted (to first order where
+  /// the readings do not fit much worse); see Then.
   std::vector<Robot> without_effect;
   std::optional<Uncertainty> if_complete;  ///< of the last model, if it lacks nothing; see Then
 };
@@ -30,11 +30,11 @@ struct Training {
 /// the training is reported alone.
 enum class Then { predict, report };
 
-/// Of a robot on the training poses, without gross poses and blunders.
+/// Errors of a robot on the training poses, without gross poses and blunders.
 PoseErrors training_errors(const Robot& robot, const Training& training);
 
-/// Takes the effects that were found, and those held beside them, out of a training: its result is
-/// the geometry, its first stage, which becomes its last stage too.
+/// Removes the found effects, and those held beside them: the result is the geometry, the first
+/// stage, which is then also the last.
 void fall_back_to_geometry(Training& training);
 
 /// Searches a campaign for effects. Throws std::invalid_argument as trace() does, and if a fit

@@ -19,7 +19,7 @@ double normal_below(double value);
 inline constexpr double kMedianOfNorm1 = 0.6745, kMedianOfNorm3 = 1.538;
 /// P(X >= count) of a binomial X.
 double binomial_at_least(int count, int trials, double probability);
-/// P(X >= count) of the number of marked ones among `drawn` of `all`, of which some are marked.
+/// P(X >= count) of the number X of marked ones among `drawn` of `all`, `marked` of them marked.
 double hypergeometric_at_least(int count, int drawn, int marked, int all);
 
 /// Half width of a 95 % interval in standard deviations: the 0.975 quantile of Student's t. Fewer

@@ -12,8 +12,8 @@ namespace armtrue {
 /// digits of all other numbers.
 inline constexpr double kMaxNumber = 1e15;
 
-/// The text of a number. Its type tells it from a name that looks like a number, such as the pose
-/// 0032: YAML must quote the name, but not the number.
+/// The text of a number. The type distinguishes it from a name that looks like a number, such as
+/// the pose 0032: YAML must quote the name, but not the number.
 class NumberText : public std::string {
  public:
   NumberText() = default;
@@ -23,11 +23,11 @@ class NumberText : public std::string {
 /// Throws InputError for inf and nan, which no product may contain.
 void require_finite(double value);
 
-/// The number that the whole text represents, a leading `+` allowed; it may be inf or nan. Empty if
+/// The number that the whole text represents; a leading `+` is allowed, and inf or nan. Empty if
 /// the text is no number.
 std::optional<double> read_number(std::string_view text);
 
-/// The same of a whole number that an int holds.
+/// The same for a whole number that an int holds.
 std::optional<int> read_whole_number(std::string_view text);
 
 /// The shortest decimal that reads back as exactly this number. The number must be finite, as in

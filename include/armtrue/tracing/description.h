@@ -18,11 +18,12 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
 /// The verdict as one sentence: the error before and after, and what remains.
 std::string verdict_in_words(const LoopResult& result);
 
-/// That the effects found are no part of the result, and why; empty if none was rejected.
+/// A sentence on rejected effects: that they are no part of the result, and why; empty if none was
+/// rejected.
 std::string rejection_in_words(const LoopResult& result);
 
-/// That nothing says how large the noise is, with the error that is left, and the remedy; empty if
-/// the noise is known, or no instrument would read what is left.
+/// A sentence if the noise is unknown, with the remaining error and the remedy; empty if it is
+/// known, or the remaining error is below what instruments read.
 std::string unknown_noise_in_words(const LoopResult& result);
 
 /// One sentence on an effect and its rival: what would change if the rival took its place, by how

@@ -22,8 +22,8 @@ struct CurvePoint {
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
                                      size_t effect, const Eigen::MatrixXd& bootstrap_draws);
 
-/// What the zero offset of a joint follows of its own angle in the arm that is applied: all effects
-/// with a name and all without one.
+/// Change of the zero offset of a joint with its own angle in the applied arm: named effects and
+/// those without a name.
 struct JointCurve {
   int joint = 0;
   std::vector<CurvePoint> points;
@@ -40,7 +40,7 @@ struct StrongestCycle {
 
 /// Fits a straight line and one sine, with two cycles or more over the length of the curve, and
 /// returns the sine that explains most. Nothing if it explains less than 5 % of the variance, or if
-/// the curve has no points. The driver is a joint angle [rad].
+/// the curve has fewer than 8 points. The driver is a joint angle [rad].
 std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& curve);
 
 }  // namespace armtrue

@@ -15,7 +15,7 @@
 
 namespace armtrue {
 
-/// A mean error that is higher by this factor is worse.
+/// A mean error counts as worse if it is higher by this factor.
 inline constexpr double kMatters = 1.05;
 
 /// One model of the sequence from the nominal robot to the final one.
@@ -36,35 +36,35 @@ struct HeldOutGain {
 /// Effects that are no part of the result, because held-out poses are clearly predicted worse with
 /// them than by the geometry alone.
 struct RejectedModel {
-  /// As describe(): those that were found, largest share first, then those that only a prior held.
+  /// describe() of each: found effects, largest share first, then those that only a prior held.
   std::vector<std::string> effects;
   double after = 0;                  ///< mean held-out position error with them [m]
   std::array<double, 2> gain_ci95{0, 0};  ///< of geometry minus model; both below zero [m]
   double p_value = 1;                     ///< of the first effect that was found
 };
 
-/// What one group of random effects does to the readings of the training poses.
+/// Size of one group of random effects in the readings of the training poses.
 struct GroupShare {
   std::string name;     ///< in words: "gravity", "curves of the joints"
   bool of_arm = true;   ///< else of the station
-  double of_noise = 0;  ///< RMS of what it moves them, in standard deviations of their noise
-  double position = 0;  ///< the same of positions [m]
+  double of_noise = 0;  ///< RMS, in standard deviations of the noise of the readings
+  double position = 0;  ///< RMS motion of positions [m]
 };
 
-/// What one cause, or one group of random effects, takes off the training readings.
+/// Part of one cause, or of one group of random effects, in the training readings.
 struct Part {
   std::string what;     ///< in words
   bool of_arm = true;   ///< programs are corrected for it; else of the station
   double position = 0;  ///< RMS [m]
 };
 
-/// The arm as it is applied: the model with all that the arm does without a name besides, as the
-/// posterior mean of random effects. None of these is a finding.
+/// The arm as it is applied: the model, with the posterior mean of the random effects of the arm,
+/// which have no name. None of these is a finding.
 struct AppliedArm {
   CalibrationResult fit;  ///< its effects: those of the model, then those without a name
   Stage stage;
   std::vector<GroupShare> groups;
-  bool instrument_errs = false;  ///< in a way that no law describes; see errors_of_instrument()
+  bool instrument_errs = false;  ///< by random effects beside its laws; see errors_of_instrument()
 };
 
 /// The held-out reading with the largest position error of the final model.
@@ -73,6 +73,7 @@ struct WorstReading {
   double error = 0;  ///< [m]
 };
 
+/// The result of close_loop().
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances
@@ -93,8 +94,8 @@ struct LoopResult {
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
-  /// Lines of held-out readings that are wrong, as the others of their pose contradict them. Errors
-  /// count them; the verdict does without.
+  /// Lines of held-out readings that the others of their pose contradict. Errors count them; the
+  /// verdict does not.
   std::vector<int> contradicted_rows;
   double after_sound = 0;                           ///< as `after_named`, without them [m]
   std::optional<WorstReading> worst;                ///< of those held out
@@ -108,13 +109,13 @@ struct LoopResult {
   double outside_p = 1;
   double before = 0, after = 0;  ///< mean held-out position error, geometric and as applied [m]
   double after_named = 0;        ///< that of the model of `trace` [m]
-  /// That of the arm alone, as programs are corrected with it: without what the station does, base
-  /// and tool placed anew on the training poses. Nothing where the station does nothing [m].
+  /// That of the arm alone, as it corrects programs: without effects of the station, base and tool
+  /// placed anew on the training poses. Nothing if the station has no effect [m].
   std::optional<double> after_arm;
-  /// That of the readings if all that was found is followed, with what is of this campaign alone:
-  /// time or order of visits, temperature, the way to a pose. How much of the readings is
-  /// understood; no program can follow it. Nothing without such effects, if it is not below
-  /// `after`, or if the held-out poses are not of the same record [m].
+  /// That of the model with the random effects of this campaign, too: time or order of visits,
+  /// temperature, the way to a pose. It says how much of the readings is understood; no program can
+  /// follow it. Nothing without such effects, if it is not below `after`, or if the held-out poses
+  /// are not of the same file [m].
   std::optional<double> after_readings;
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
@@ -125,11 +126,11 @@ struct LoopResult {
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
   std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
-  /// Empty if nothing without a name is worth applying, or if held-out poses are predicted worse
-  /// with it: then the model of `trace` is applied.
+  /// Empty if no random effect is worth applying, or if held-out poses are predicted worse with
+  /// them: then the model of `trace` is applied.
   std::optional<AppliedArm> applied;
-  /// Named effects, then groups of `applied`. Effects take their shares of the mean square that all
-  /// named ones take off.
+  /// Named effects, then groups of `applied`. Effects divide, by their shares, the mean square that
+  /// all named ones take off.
   std::vector<Part> parts;
   std::vector<JointCurve> joints;          ///< of `applied`; see joint_curves()
   std::optional<UnseenScale> scale;        ///< at the training poses
@@ -138,8 +139,8 @@ struct LoopResult {
 
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
 /// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
-/// effects together, the result is the geometry, and what has no name is applied only where the mean
-/// error falls.
+/// effects together, the result is the geometry, and random effects are applied only where the mean
+/// error does not rise (by 5 % at most where AppliedArm::instrument_errs).
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
@@ -154,9 +155,9 @@ struct FitToAll {
   Campaign sound;                      ///< all readings but theirs
 };
 
-/// Fits the model that was judged, with what it does without a name, to all poses: those of its
-/// training and those that were held out to judge it. More poses make the same model more exact.
-/// `given`: the robot of close_loop(); where something moved it is calibrated as calibrate() does.
+/// Fits the judged model, with its random effects, to all poses: training and held-out ones. More
+/// poses make the same model more exact. `given`: the robot of close_loop(); where
+/// LoopResult::moved, it is calibrated by calibrate().
 FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign& all,
                     const Catalogue& catalogue);
 

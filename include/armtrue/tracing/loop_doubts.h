@@ -8,11 +8,11 @@
 
 namespace armtrue {
 
-/// What speaks against the result of a loop.
+/// Reasons to doubt the result of a loop.
 struct LoopDoubts {
   std::vector<std::string> sentences;  ///< none is empty
-  /// False if the result must not be used: the fit did not converge, it leaves more than any arm
-  /// errs, or held-out poses are predicted worse than by the nominal robot. A sentence says why.
+  /// False if the result must not be used: the fit did not converge, its error is beyond any arm,
+  /// or held-out poses are predicted worse than by the nominal robot. A sentence says why.
   bool may_be_used = true;
 };
 

@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// Mean over the outer folds and its standard error, from how the folds differ. They share most of
-/// their training poses, so the true error is somewhat larger (Bengio, Grandvalet 2004).
+/// Mean over the outer folds and its standard error, from the scatter of the folds. These share
+/// most of their training poses, so the true error is somewhat larger (Bengio, Grandvalet 2004).
 struct FoldMean {
   double mean = 0, error = 0;
 };

@@ -10,7 +10,7 @@ namespace armtrue {
 
 struct TracedEffect;
 
-/// What close_loop concludes.
+/// The conclusion of close_loop().
 enum class Verdict {
   closed,              ///< effects were found, and nothing significant is left
   nothing_to_explain,  ///< no effect was found and the residual is noise
@@ -31,7 +31,7 @@ std::string to_string(Verdict verdict);
 struct Grounds {
   const std::vector<TracedEffect>& effects;
   std::optional<double> lack_of_fit;  ///< p, of the final model on the training poses
-  bool knows_noise = true;            ///< by repeats or a statement; false: `floor` is 0
+  bool knows_noise = true;            ///< by replicates or as stated; false: `floor` is 0
   double after = 0, floor = 0;        ///< mean held-out error, and that of a perfect model [m]
   /// A mean held-out error above this exceeds noise [m].
   double floor_high = 0;
@@ -40,27 +40,25 @@ struct Grounds {
   /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
-  bool is_explained = false;       ///< what is left has a cause, see explanation_of_rest()
+  bool is_explained = false;       ///< the residual has a cause, see explanation_of_rest()
   bool angles_read_early = false;  ///< see common_backlash()
   bool shown_family = false;       ///< see TraceResult::shown_family
 };
 
-/// The mean of the backlash of the joints [rad], if more than half of them, three at least, have it
-/// and all have the same within three standard deviations or a quarter. Gears have each their own:
-/// joint angles that were not read at standstill look so. Above zero: the joints went on the way
-/// that they came.
+/// The mean backlash of the joints [rad], if more than half of them, three at least, have backlash
+/// and all have the same within three standard deviations or a quarter. Each gear has its own
+/// backlash; joint angles read before standstill look like a common one. Above zero: the joints
+/// went on in the direction in which they came.
 std::optional<double> common_backlash(const KinematicChain& chain,
                                       const std::vector<TracedEffect>& effects);
 
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
-/// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a
-/// rival of the catalogue, if a family was found of which no member is shown, or all backlash is
-/// that of angles that were read early; a curve without a known cause does not count as another
-/// cause. Without a known noise `unknown_noise` takes the place of those that follow.
-/// `too_few_poses` if the held-out error exceeds `floor_high`: then it is not shown that nothing is
-/// left.
+/// then the residual is no noise, however large replicates say that noise is. Otherwise
+/// `not_separable` if an effect has a rival with is_other_cause(), if no effect but a family is
+/// shown, or if `angles_read_early`. Otherwise `unknown_noise` without a known noise. Otherwise
+/// `too_few_poses` if the held-out error exceeds `floor_high`: then something may be left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

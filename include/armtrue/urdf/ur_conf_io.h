@@ -22,8 +22,9 @@ Robot parse_ur_conf(const std::string& text, const std::string& file, const Robo
                     const std::string& about);
 
 /// The file with the geometry of `robot`; only the numbers of the four lines change. The file holds
-/// no base and no tool: R_0 is on axis 1 and R_7 on axis 6. What of both is not written stands in
-/// `base` and `tool_left_out`. Throws InputError if the robot is another arm than `nominal`.
+/// no base and no tool: R_0 is on axis 1 and R_7 on axis 6. The shifts of base and tool that are
+/// not written are `base` and `tool_left_out` of the result. Throws InputError if the robot is
+/// another arm than `nominal`.
 PatchedUrdf write_into_ur_conf(const Robot& robot, const std::string& document,
                                const std::string& file, const Robot& nominal,
                                const std::string& about);

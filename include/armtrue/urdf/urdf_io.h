@@ -29,10 +29,10 @@ struct UrdfEnds {
 /// and tool. Any other arm gets Khalil's frames from the common normals of its axes, with beta
 /// where two are nearly parallel: the frame of the base is R_A, that of the tip the frame of the
 /// last, fixed link, and tool is 0. R_0 has the axes of R_A and stands there, or beside it where
-/// link 1 does not lead from there to axis 1 (`base`). Where the way leads back through joints of
-/// one arm and on through those of another, `ground_link` is where both stand. Throws InputError
-/// for an invalid URDF, macros that are not expanded, an end that no branch or several branches
-/// have, or other driven joints.
+/// link 1 does not lead from there to axis 1 (`base`). If the path from base to tip leads down one
+/// arm and up another, `ground_link` is where both stand. Throws InputError for an invalid URDF,
+/// macros that are not expanded, an end that no branch or several branches have, or other driven
+/// joints.
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends = {});
 
 /// Links that are fixed to the base with a rotation or translation, on the way to the arm or beside
@@ -41,23 +41,22 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends);
 
-/// How far R_0 stands beside the base of a document, in its axes [m]; 0 of a document of
+/// Position of R_0 relative to the base of a document, in its axes [m]; 0 for a document of
 /// write_urdf().
 Eigen::Vector3d foot_beside_base(const std::string& text, const std::string& file,
                                  const UrdfEnds& ends);
 
-/// The link `tool0`, by any prefix, if it stands fixed behind the last joint elsewhere than the tip:
-/// descriptions after ROS-Industrial have the flange of the controller there. Else empty.
+/// The link `tool0`, with any prefix, if it is fixed after the last joint at another place than the
+/// tip: descriptions after ROS-Industrial have the flange of the controller there. Else empty.
 std::string tool0_beside_tip(const std::string& text, const std::string& file,
                              const UrdfEnds& ends);
 
-/// Links whose joint has limits of 0 and 0: nobody has entered its travel, which is read as
-/// unlimited.
+/// Links whose joint has limits of 0 and 0: its travel was not entered and is read as unlimited.
 std::vector<std::string> links_without_travel(const std::string& text, const std::string& file,
                                               const UrdfEnds& ends);
 
-/// What a user may have meant otherwise, a sentence each: frames beside the base and the flange,
-/// two arms as one chain, joints without travel. `robot`: parse_urdf() of the text.
+/// Sentences on what a user may have meant otherwise: frames beside the base and the flange, two
+/// arms as one chain, joints without travel. `robot`: parse_urdf() of the text.
 std::vector<std::string> doubts_of_urdf(const Robot& robot, const std::string& text,
                                         const std::string& file, const UrdfEnds& ends);
 
@@ -78,11 +77,12 @@ struct FrameShift {
   std::string of_link;  ///< where the frame is, if the name matters
 };
 
+/// The result of write_into_urdf() and its like.
 struct PatchedUrdf {
   std::string text;
   FrameShift base, tool;  ///< 0 if kept
-  /// Of a tool for which the document has no place because its tip turns with the last joint, and so
-  /// stands on the axis: the tool is kept, and this is not written.
+  /// Shift of a tool that the document cannot hold, because its tip turns with the last joint and
+  /// so lies on the axis: the tool is kept, and this shift is not written.
   FrameShift tool_left_out;
 };
 

@@ -196,8 +196,8 @@ void RapidData::forget_changed_frames(const std::vector<Statement>& statements) 
   }
 }
 
-// Assignments, and the points that other statements than moves use. What is no constant may be
-// changed where it is handed to a routine.
+// Assignments, and the points that other statements than moves use. A routine may change what is
+// handed to it, unless that is a constant.
 void RapidData::read_uses(const Statement& statement) {
   bool is_assignment = false, is_move = false, is_followed = false;
   each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
@@ -471,8 +471,8 @@ std::vector<RapidData::Use> RapidData::finish() {
   return others;
 }
 
-// The list of a tool or work object; null if this text does not say it. A routine may be called
-// with several.
+// The list of a tool or work object; null if this text does not state it. Calls of a routine may
+// hand on several.
 const RapidData::Datum* RapidData::value_of(const Statement& argument, const char* type,
                                             TargetKind kind, std::string& why_not) {
   int scope = 0;

@@ -28,14 +28,15 @@ class RapidData {
 
   void read(const std::vector<Statement>& statements);
 
-  /// The point of an argument; -1 and the reason if it cannot be followed.
+  /// The point that an argument stands for; -1 and the reason if it cannot be followed.
   int point_at(const Statement& argument, TargetKind kind, int line, std::string& why_not);
   /// A tool or a work object.
   struct Frame {
     int index = -1;               ///< in the frames
     std::optional<bool> is_held;  ///< by the robot, if the text says it
   };
-  /// That of an argument; the reason if it is not certain and a target of this kind needs it.
+  /// The tool or work object of an argument; the reason if it is not certain and a target of this
+  /// kind needs it.
   Frame tool_at(const Statement& argument, TargetKind kind, std::string& why_not);
   Frame work_object_at(const Statement& argument, TargetKind kind, std::string& why_not);
   /// Why a tool or a work object of a routine is not certain; empty if the target does not need it.

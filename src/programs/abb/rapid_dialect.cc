@@ -90,7 +90,7 @@ class RapidDialect : public Dialect {
     return edits;
   }
 
-  // Lines count for nothing in RAPID.
+  // Line ends have no meaning in RAPID.
   std::optional<OpenPart> open_part(const std::string& text) const override {
     static const std::map<std::string, std::string> kEnds{
         {"MODULE", "ENDMODULE"}, {"PROC", "ENDPROC"}, {"FUNC", "ENDFUNC"}, {"TRAP", "ENDTRAP"}};

@@ -32,8 +32,8 @@ struct Uses {
   }
 };
 
-// In a module that declares the name, and in one that does not: if a program has a name of its
-// own, a module that declares it means something else.
+// By modules that declare the name, and by modules that do not: if the program declares the name
+// itself, a module that declares it, too, means another datum.
 using UsesOfName = std::array<Uses, 2>;
 
 struct Module {
@@ -163,7 +163,7 @@ class RapidFolder : public FolderTexts {
     return whole;
   }
 
-  // A module that does as much as the others, without those that the program has whole.
+  // A module that changes the same data as all others, except those that the program has whole.
   std::string what_others_do_to(const Module& program, const std::set<size_t>& whole) const {
     const auto is_by_others = [&](const Places& places, const std::string& name) {
       const auto found = places.find(name);
@@ -195,7 +195,7 @@ class RapidFolder : public FolderTexts {
       uses[module.declared.contains(name)].add(found->second, -1);
   }
 
-  // Twice is as often as more often.
+  // Twice counts as any number of times.
   static std::string statements_of(const std::string& name, const Uses& uses) {
     std::string text;
     if (uses.named > 0) text += "MoveJ " + name + ";\n";

@@ -59,8 +59,8 @@ class RapidReader : MoveReader {
            is_plain_assignment(text_, statement.begin, statement.end);
   }
 
-  // Behind RETURN or a jump nothing runs until another way may come: a label, a branch. A local
-  // routine is called in its module or never.
+  // After RETURN or a jump nothing runs until a label or a branch. A local routine is called in its
+  // module or never.
   void follow_way(const std::string& word, size_t at, TextCursor cursor,
                   const Statement& statement) {
     const bool is_local = std::exchange(word_before_, word) == "LOCAL";
@@ -242,8 +242,8 @@ class RapidReader : MoveReader {
       why_not = "the robot holds the work object, and its tool is not known to stand in the room";
   }
 
-  // The tool stands in the room, and the robot holds the part. Then the tool stands still where
-  // otherwise the work object does, and the part moves where otherwise the tool does.
+  // The tool is fixed in the room, and the robot holds the part: tool and work object have
+  // exchanged roles.
   void set_room_tool(const RapidData::Frame& object, ProgramTarget& target, std::string& why_not) {
     if (object.is_held != true || parts_ != TargetParts::pose) {
       why_not = "its tool stands in the room";

@@ -10,9 +10,9 @@
 
 namespace armtrue {
 
-/// What a program of a FANUC controller says about its frames as it runs: which user frame and tool
-/// are active (UFRAME_NUM, UTOOL_NUM), which it changes (UFRAME[..]=, UTOOL[..]=), and where moves
-/// are displaced (Touch Offset).
+/// Frames of a FANUC program as it runs: which user frame and tool are active (UFRAME_NUM,
+/// UTOOL_NUM), which it changes (UFRAME[..]=, UTOOL[..]=), and where moves are displaced (Touch
+/// Offset).
 class FanucFrames {
  public:
   /// `text`: by masked(), with the moves; `statements`: its lines behind their numbers.

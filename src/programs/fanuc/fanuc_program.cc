@@ -183,8 +183,8 @@ class FanucReader : MoveReader {
     double id = 0;
   };
 
-  // What a displacement comes to, if its register is listed and turns nothing: how the controller
-  // composes turns, no manual says.
+  // The displacement, if its register is listed and has no rotation: no manual says how the
+  // controller composes rotations.
   std::optional<Pose> pose_of(const Displacement& displacement) const {
     const FanucRegister* const found = registers_->find(displacement.id);
     if (!found || found->is_joints) return std::nullopt;
@@ -271,8 +271,8 @@ class FanucReader : MoveReader {
   }
 
   // Why a move that is coordinated with a positioner (COORD) cannot be followed; empty if it can.
-  // The positioner carries the frame, which stands still only if the positioner does. Where it
-  // stands then, no listing of user frames says.
+  // The positioner carries the frame, which is fixed only if the positioner is. No listing of user
+  // frames says where it is then.
   std::string why_not_coordinated(const std::vector<PointOfMove>& points, size_t at) {
     if (positioner_moves())
       return "its motion is coordinated with a positioner (COORD), which carries its frame and "

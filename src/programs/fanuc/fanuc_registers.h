@@ -25,8 +25,7 @@ bool is_fanuc_listing(const std::string& text);
 /// PR[1], PR[GP1:1,3:name].
 std::set<std::string> fanuc_registers_set_in(std::string_view program);
 
-/// The position registers of a controller, PR[1] and on, as far as nothing gives them values as the
-/// program runs, and its user frames and tools.
+/// The position registers of a controller that no program assigns, its user frames and tools.
 class FanucRegisters {
  public:
   /// `texts`: listings, $POSREG, $MNUFRAME and $MNUTOOL, and programs. `program`: the text of the

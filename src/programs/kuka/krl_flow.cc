@@ -58,7 +58,7 @@ void KrlFlow::drop_blocks() {
   at_ = kElsewhere;
 }
 
-// A block that ends as another kind than it began is no KRL: then nothing is certain.
+// A block whose end does not match its beginning is no KRL: then nothing is certain.
 void KrlFlow::close(bool is_loop, std::string_view word) {
   if (blocks_.empty() || blocks_.back().is_loop != is_loop) {
     drop_blocks();

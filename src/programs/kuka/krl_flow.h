@@ -18,7 +18,7 @@ struct KrlNode {
 /// another one (KUKA, KSS 8.x operating and programming instructions, program execution control).
 class KrlFlow {
  public:
-  /// The node from which the arm comes from nobody knows where.
+  /// The node for an unknown place from which the arm comes.
   static constexpr int kElsewhere = 0;
 
   /// A statement that is no move and begins with `word`. `stays`: it calls nothing that may move

@@ -16,8 +16,8 @@ namespace {
 
 enum class Gives { nothing, global, all };  // declarations that others see
 
-// DEFDAT $CONFIG, DEFDAT NAME PUBLIC. Nobody names all that counts of $config.dat: TOOL_DATA[1] of
-// an inline form.
+// DEFDAT $CONFIG, DEFDAT NAME PUBLIC. A program need not name what it uses of $config.dat, such as
+// TOOL_DATA[1] of an inline form.
 Gives gives_to_others(const ProgramText& list) {
   if (name_in_folder(list.name) == "$CONFIG.DAT") return Gives::all;
   for (size_t begin = 0; begin < list.text.size();) {

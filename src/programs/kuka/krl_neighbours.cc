@@ -61,9 +61,9 @@ KrlSource source_of(const ProgramText& text) {
   return source;
 }
 
-// The sources of one controller. What a routine leaves is found from those that call nothing up,
-// and what it begins with from those that nothing calls down. Sources that call each other in a
-// ring are not followed.
+// The sources of one controller. The frames at the end of a routine are found from those that call
+// nothing upwards, the frames at its beginning from those that nothing calls downwards. Sources
+// that call each other in a ring are not followed.
 class KrlController {
  public:
   KrlController(TextsOfOthers& others, const KnownFrames& known, std::vector<KrlSource> sources,

@@ -88,7 +88,7 @@ class KrlRoutineReader {
     routines_[called->second].calls.push_back(std::move(call));
   }
 
-  // What names it beside its calls may call it at any time: INTERRUPT DECL .. DO NAME( ).
+  // Any other statement that names it may call it at any time: INTERRUPT DECL .. DO NAME( ).
   void finish(size_t index) {
     Routine& routine = routines_[index];
     const size_t next = index + 1 < routines_.size() ? routines_[index + 1].begin : text_.size();

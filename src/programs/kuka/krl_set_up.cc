@@ -157,7 +157,7 @@ HandedFrame KrlSetUps::as_handed(int value, size_t part) const {
   if (value == kStart[part]) return {};
   const ProgramFrame& frame = frames_[value];
   if (frame.is_known) return {stated, frame.name, frame.pose};
-  // What is calculated has another value whenever it is.
+  // A calculated value may differ at each calculation.
   if (is_of_controller_list(frame.name)) return {stated, frame.name, {}};
   return {calculated, "", {}};
 }
@@ -179,7 +179,7 @@ HandedFrames KrlSetUps::left_by(const std::string& routine) const {
 
 HandedFrames KrlSetUps::any_frames() { return {{}, {}, {HandedFrame::Kind::stated, "", {}}}; }
 
-// What a subprogram begins with that nothing here calls, or that an interrupt calls.
+// The frames with which a subprogram begins that nothing here calls, or that an interrupt calls.
 KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
   TextCursor cursor(src_, definition.begin, definition.end);
   std::string name = cursor.take_name();

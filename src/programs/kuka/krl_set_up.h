@@ -47,8 +47,8 @@ class KrlSetUps {
   SetUp before(size_t statement) const { return at(statement - 1); }
   /// What a statement that calls another program hands on.
   HandedFrames handed_on(size_t statement) const;
-  /// What a routine that others call leaves them, of ProgramNeighbours::begins; where they begin
-  /// with any_frames(): what it keeps is as before.
+  /// The frames that a routine of ProgramNeighbours::begins leaves to its callers. If they begin
+  /// with any_frames(), frames that it keeps are `as_before`.
   HandedFrames left_by(const std::string& routine) const;
   static HandedFrames any_frames();
 

@@ -13,8 +13,8 @@ struct KrlSourceText {
   bool is_submit = false;  ///< .sub: it runs beside the others
 };
 
-/// What calls in each of the sources may set of the variables that two of them set or hand to a
-/// routine, and what may be set at any time.
+/// Of the variables that two sources set or hand to a routine: those that calls in each source may
+/// set, and those that may be set at any time.
 std::vector<ProgramNeighbours::SharedVariables> krl_shared_variables(
     const std::vector<KrlSourceText>& sources);
 

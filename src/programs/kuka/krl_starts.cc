@@ -39,8 +39,8 @@ bool is_same(const KrlValues& a, const KrlValues& b) {
 
 }  // namespace
 
-// The first round takes a loop as if it had one turn, and each other one drops what the turns
-// before do not confirm.
+// The first round takes a loop as if it ran once; each further round drops what the rounds before
+// do not confirm.
 KrlStarts::KrlStarts(const KrlSyntax& syntax, const KrlSetUps::List& set_ups, TargetParts parts)
     : syntax_(syntax),
       set_ups_(set_ups),

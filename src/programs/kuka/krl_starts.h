@@ -16,11 +16,12 @@ class KrlStarts {
   /// `parts`: what must be known of a point; else its move is left alone. All must outlive it.
   KrlStarts(const KrlSyntax& syntax, const KrlSetUps::List& set_ups, TargetParts parts);
 
-  /// What holds before a move, in its frame and with its tool: what its first point leaves out.
+  /// The pose before a move, in its frame and with its tool: it completes what the first point
+  /// leaves out.
   const KrlValues& before(size_t move) const { return starts_[move].values; }
   /// The same of its last point: of a circle what the auxiliary point does not change.
   KrlValues before_end(size_t move) const { return before_end(move, before(move)); }
-  /// What the end of a move has then, all that it leaves out among it.
+  /// The complete pose at the end of a move, with all that its point leaves out.
   KrlValues reached(size_t move) const;
   /// The moves after which the arm comes to a move; none if one of them is not known.
   const std::vector<int>& moves_before(size_t move) const { return starts_[move].moves; }

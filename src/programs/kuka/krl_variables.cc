@@ -20,8 +20,8 @@ bool is_whole(const KrlValue& value) {
 
 }  // namespace
 
-// From what is certain only certain values follow, so each round may be the last. A round finds the
-// values that depend on those of the round before.
+// Certain values give certain values, so any round may be the last. A round finds the values that
+// depend on those of the round before.
 void KrlVariables::follow() {
   constexpr int kRounds = 8;  // more variables in a chain, of no real program, would take long
   bool is_changed = true;

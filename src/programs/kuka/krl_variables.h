@@ -55,15 +55,15 @@ class KrlVariables {
   /// Follows the values of all variables through the program.
   void follow();
 
-  /// What a product of points comes to, XP1:fUp:{Z 50,..}, if all of them are known at a place with
-  /// six numbers each. It is a frame: it states no S and T (KSS 8.x, geometric operator). A point
-  /// with S, T or external axes behind the first factor would give them.
+  /// The product of points, XP1:fUp:{Z 50,..}, if all of them are known at a place with six numbers
+  /// each. It is a frame: it states no S and T (KSS 8.x, geometric operator). A point with S, T or
+  /// external axes behind the first factor would give them.
   static std::optional<Pose> product_of(const std::vector<std::optional<KrlValue>>& factors);
 
   /// The value at a place; nothing if it is not known.
   std::optional<KrlValue> value_at(const std::string& name, size_t place) const;
-  /// Whether a value leaves out what others of the variable may state: perhaps the variable keeps
-  /// it. Of E1 to E6, and `with_turn` of S and T.
+  /// Whether a value leaves out components that other values of the variable state: the variable
+  /// may keep them. Of E1 to E6, and `with_turn` of S and T.
   bool may_keep_more(const std::string& name, const KrlValue& value, bool with_turn) const;
 
  private:

@@ -65,8 +65,8 @@ bool UrValues::has_several_values(const Statement& argument) {
   return cursor.done() && variable && variable->values > 1;
 }
 
-// Of a frame whose pose is not known: an expression, or a name that does not stand for one value.
-// What this program does not give a value at all, the installation may hold.
+// For a frame whose pose is not known: an expression, or a name without a unique value. A name that
+// this program never assigns may be a variable of the installation.
 bool UrValues::is_calculated(const Statement& frame) {
   TextCursor cursor(text_, frame.begin, frame.end);
   const Variable* const variable =
@@ -187,7 +187,7 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
 }
 
 // pose_add(pose, shift): positions are added, so it is the pose in a frame that is shifted. A shift
-// that turns would turn about the axes of the pose.
+// with a rotation would rotate about the axes of the pose.
 std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments, int depth) {
   auto value = value_of(arguments[0], depth + 1);
   if (!value || value->kind != TargetKind::cartesian || value->base >= 0 || value->near)

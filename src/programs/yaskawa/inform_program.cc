@@ -105,8 +105,8 @@ class InformReader : MoveReader {
     bool is_called = false;
   };
 
-  // Variables are those of all jobs, so any of them may set one; a frame counts where this job or
-  // one that it calls sets it. Of a job that is not there nobody knows what it sets.
+  // Variables are common to all jobs, so any job may set one; frames count if this job or one that
+  // it calls sets them. A called job without a text may set anything.
   void read_others(const std::vector<Statement>& statements) {
     std::multimap<std::string, OtherJob> others;  // by their names
     for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
@@ -134,7 +134,7 @@ class InformReader : MoveReader {
       }
   }
 
-  // What else than a followed move uses must stay.
+  // Positions that anything but a followed move uses must stay.
   void keep_positions(const Statement& statement) {
     each_word(text_, statement, [&](const std::string& word, size_t, const TextCursor&) {
       if (std::string name = inform_position_name(word); !name.empty())
@@ -247,7 +247,7 @@ class InformReader : MoveReader {
     return word.size() > 2 && word.starts_with(begin) && is_digit(word.back());
   }
 
-  // One of its points is left alone: those behind its start are, too.
+  // If one of its points is left alone, all points after its start are, too.
   void leave_arc() {
     const size_t first = std::min<size_t>(starts_arc_ ? 0 : 1, arcs_.size());
     for (size_t i = first; i < arcs_.size(); ++i) {

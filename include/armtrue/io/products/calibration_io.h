@@ -26,7 +26,7 @@ struct CalibrationFindings {
 /// parameter with the parameters that absorb it.
 Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
                            const Provenance& provenance, const CalibrationFindings& findings);
-/// `evaluation`: evaluate(result.robot, campaign); handed over, because that of many readings is as
+/// `evaluation`: evaluate(result.robot, campaign), by value, because that of many readings is as
 /// large as they are.
 Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
                            Evaluation evaluation, const Provenance& provenance,

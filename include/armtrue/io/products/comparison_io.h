@@ -11,7 +11,7 @@
 
 namespace armtrue {
 
-/// What a run left: a calibrated robot, or the figures of a loop or an evaluation.
+/// The document of a run: a calibrated robot, or the figures of a loop or an evaluation.
 struct RunFile {
   enum class Kind { robot, loop, evaluation };
   Kind kind = Kind::robot;
@@ -26,8 +26,8 @@ struct RunFile {
 /// certificate with the command that compares it.
 RunFile read_run(const std::string& path);
 
-/// As a comparison sees it; it refers to `run`. The first input of a run is its robot, those that
-/// are no documents are its readings.
+/// The run as compare_runs() takes it; refers to `run`. The first input of a run is its robot;
+/// inputs that are no documents are its readings.
 ComparedRun compared_run(const RunFile& run);
 
 /// "a robot file", "the document of a loop", "an evaluation".
@@ -35,7 +35,7 @@ std::string kind_in_words(RunFile::Kind kind);
 
 /// Throws InputError, with the remedy, if the documents are of different kinds.
 void require_one_kind(const RunFile& before, const RunFile& after);
-/// The same if it is not that of a loop.
+/// Throws InputError if the document is not that of a loop.
 void require_loop(const RunFile& run);
 
 /// The document armtrue-comparison/1. `notes`: see notes_of_runs().

@@ -41,17 +41,18 @@ struct ProgramFile {
 ProgramFile read_program(const std::string& path,
                          const std::vector<JointName>& joints = six_axis_names());
 
-/// The same for the joints of a chain. Joint targets come into its travel (move_into_travel()), and
-/// their cells hold the angles that were moved. Joint angles beside poses stay: they may tell the
+/// The same for the joints of a chain. Joint targets are moved into its travel
+/// (move_into_travel()), also in their cells. Joint angles beside poses stay: they may state the
 /// turn of an axis.
 ProgramFile read_program(const std::string& path, const KinematicChain& chain);
 
+/// Which commands write_commands() writes.
 enum class CommandKind { joints, cartesian };
 
 /// The rows of `file` with commands of a kind. They replace the columns of that kind, or follow all
 /// columns if there are none. Then come the predictions and the notes. A target that is not
 /// corrected, and every other column, stays as it was read. Angles have nine decimals, lengths in
-/// mm seven, and corrections two check digits more, by which read_program() knows them again.
+/// mm seven, and corrections two more, the check digits by which read_program() recognises them.
 std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
                            CommandKind kind);
 

@@ -11,8 +11,8 @@ namespace armtrue {
 /// See armtrue-formats(5), PARAMETERS.
 std::string write_parameters(const Robot& nominal, const CalibrationResult& result, int poses);
 
-/// CSV: the correlations of the same, a row and a column for each. Cells of what has no variance
-/// are empty.
+/// CSV: the correlations of the rows of write_parameters(), a row and a column for each. Cells
+/// without a variance are empty.
 std::string write_correlations(const CalibrationResult& result);
 
 }  // namespace armtrue

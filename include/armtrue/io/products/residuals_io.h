@@ -22,8 +22,8 @@ struct Residuals {
 /// the campaigns follow one another.
 std::string write_residuals(const std::vector<Residuals>& campaigns);
 
-/// Those of a robot on a campaign that was split, then on poses of another file, which may have
-/// none: all of them held out.
+/// The residuals of a robot on a campaign that was split, then on the poses of another file, all
+/// held out; `test` may be empty.
 std::string write_residuals(const Robot& robot, const Campaign& all, const Split& split,
                             const Campaign& test);
 

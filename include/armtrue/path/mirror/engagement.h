@@ -6,17 +6,18 @@
 
 namespace armtrue {
 
-/// An instant that lies within time +- uncertainty [s].
+/// An instant within time +- uncertainty [s].
 struct Instant {
   double time = 0, uncertainty = 0;
 };
 
-/// A time in which the tool is in the material. Empty: before the start or after the end of the
-/// record.
+/// An interval in which the tool is in the material. An empty end lies before the start or after
+/// the end of the record.
 struct Engagement {
   std::optional<Instant> entry, exit;
 };
 
+/// The result of find_engagement().
 struct EngagementRecord {
   std::vector<Engagement> intervals;
   /// RMS of each axis in air, which is ForceRecord::force_noise before a low pass. Zero if nothing
@@ -31,8 +32,8 @@ struct EngagementRecord {
 /// level is the median magnitude in between. An entry lies between two times. The first is that of
 /// the last sample below m + 3 s, less the time for which a linear growth is hidden in the noise;
 /// the second is that of the first sample at half the engaged level. An exit is bounded likewise.
-/// This is right for the beginning of a slow entry, and for a sudden entry after a zero-phase low
-/// pass.
+/// These bounds hold for the beginning of a slow entry, and for a sudden entry after a zero-phase
+/// low pass.
 ///
 /// Nothing is found if the engaged level is below 2 m: the tool was always or never in the
 /// material, or the signal does not show it. In deviations other causes, such as a reversal, look

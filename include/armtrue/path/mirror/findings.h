@@ -12,7 +12,7 @@
 
 namespace armtrue {
 
-/// A mirror correction and what its passes show beside it.
+/// A mirror correction and the other figures of its passes.
 struct MirrorFindings {
   MirrorResult result;
   MirrorOptions options;
@@ -20,12 +20,12 @@ struct MirrorFindings {
   std::vector<std::vector<int>> lines;  ///< of the files, for each sample
   PassAccuracy accuracy;                ///< of these passes, noise of the instrument included
   FormError form;                       ///< of these passes
-  std::optional<PassAccuracy> before;   ///< of earlier passes, to compare with
+  std::optional<PassAccuracy> before;   ///< of earlier passes, for comparison
   std::optional<FormError> form_before;
   std::optional<PathDeviation> deviation_before;  ///< mean of the earlier passes; without a trend
   std::optional<ForceLaw> force;
   std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
-  double goal = kFormGoal;         ///< largest RMS form error that is wanted [m]
+  double goal = kFormGoal;         ///< largest allowed RMS form error [m]
 };
 
 /// The median of the largest of n lengths of the noise alone across the path, with s of one reading

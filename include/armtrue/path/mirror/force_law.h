@@ -57,6 +57,7 @@ struct ReversalStep {
   std::array<Estimate, 3> step;    ///< from negative to positive motion of the first, x, y, z [m]
 };
 
+/// The result of force_law().
 struct ForceLaw {
   std::array<ForceLine, 3> axis;  ///< deviation x on force x, y on y, z on z
   /// |deviation - offset - reversals| on |force|, through the origin. The interval takes offset,

@@ -15,12 +15,12 @@ namespace armtrue {
 struct FormError {
   double rms = 0;
   std::array<double, 2> ci95{0, 0};
-  /// RMS of what changes faster than the form and that the noise from sample to sample does not
-  /// explain: a vibration of the tool, or slower noise of the instrument; 0 if nothing stands out.
+  /// RMS of changes faster than the form that the noise from sample to sample does not explain: a
+  /// vibration of the tool, or slower noise of the instrument; 0 if not significant.
   double faster = 0;
 
-  /// Whether the tool deviates by at most `goal`; empty where the interval of the form holds the
-  /// goal, or what is faster may make the difference.
+  /// Whether the tool deviates by at most `goal` [m]; empty if the interval of the form contains
+  /// the goal, or `faster` may decide.
   std::optional<bool> holds(double goal) const {
     if (std::hypot(ci95[1], faster) <= goal) return true;
     if (ci95[0] > goal) return false;
@@ -31,13 +31,13 @@ struct FormError {
 /// The form error of some passes together, from their samples. `passes` are in the clock and the
 /// frame of `programmed`; each has the noise of its own record.
 ///
-/// Cosine transforms of stretches of a pass tell form from noise by frequency. With z the n
+/// Cosine transforms of stretches of a pass separate form and noise by frequency. With z the n
 /// coefficients of a stretch, K of them up to 3.125 Hz (or half of the highest frequency that the
 /// samples show, if that is lower) and S the mean of z z' from there to twice the frequency,
 ///     form^2 = (sum over the K of |z|^2 - K tr S) / n,
-/// all stretches together. So noise counts as it is near the frequencies of the form, whatever its
-/// colour above; noise that changes more slowly is not told from the form. The interval is that of
-/// this square, not_negative_ci95(), with the variance
+/// all stretches together. So noise counts with its power near the frequencies of the form,
+/// whatever its spectrum above; noise that changes more slowly cannot be distinguished from the
+/// form. The interval is that of this square, not_negative_ci95(), with the variance
 ///     (4 n form^2 tr(S R) / tr R + 2 K tr(S S) (1 + K / number of S)) / n^2,
 /// R the sum of z z' over the K. There S is scaled to the variance that both bands show together if
 /// the form is as large as the interval supposes (score interval). For `rms` a band of frequencies
@@ -46,20 +46,20 @@ struct FormError {
 /// bands below: noise of bands without form would bias the root of a small square.
 ///
 /// The noise from sample to sample is that of second differences, sum of |x_{i-1} - 2 x_i +
-/// x_{i+1}|^2 / 6. What the coefficients above the form show more than it (p < 0.001) is `faster`.
+/// x_{i+1}|^2 / 6. `faster` is the excess of the coefficients above the form over it (p < 0.001).
 ///
 /// Throws std::invalid_argument if fewer than two samples are in motion.
 FormError form_error(const Path& programmed, const std::vector<Path>& passes);
 
-/// The form with what the uncertainty of a fitted frame leaves open of it. The squares of both add
-/// below and above the square of the form; above, the part that the frame hides is added, too.
+/// The form with the uncertainty of a fitted frame. The half widths of both add in quadrature on
+/// either side of the square of the form; above, the part that the frame hides is added, too.
 FormError with_frame(const FormError& form, const FrameError& frame);
 
 /// 1 - after / before of two form errors of independent records.
 struct FormReduction {
   double share = 0;
-  /// In the logarithm the ends add in squares (Zou and Donner 2008, MOVER). Empty if the form
-  /// before may be zero.
+  /// On the log scale the half widths add in quadrature (Zou and Donner 2008, MOVER). Empty if the
+  /// form before may be zero.
   std::optional<std::array<double, 2>> ci95;
 };
 

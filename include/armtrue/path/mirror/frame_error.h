@@ -4,8 +4,8 @@
 
 namespace armtrue {
 
-/// What the uncertainty of a fitted frame leaves open across a path: the frame takes up a part of
-/// the deviation, and no record shows how much.
+/// Uncertainty of the deviation across a path by a fitted frame: the frame absorbs a part of the
+/// deviation, and no record shows how much.
 struct FrameError {
   double mean_square = 0;     ///< of the deviation that it hides or makes [m^2]
   double form_deviation = 0;  ///< standard deviation of the mean square of the deviation [m^2]

@@ -13,6 +13,7 @@
 
 namespace armtrue {
 
+/// The result of mirror_correct().
 struct MirrorResult {
   std::vector<Pass> passes;
   PathDeviation deviation;
@@ -21,15 +22,15 @@ struct MirrorResult {
   std::vector<Eigen::Index> points;  ///< samples of the program where the correction bends
   double cutoff = 0;                 ///< [Hz]
   double gain = 1;
-  int clipped = 0;  ///< samples whose correction was cut to `max`
+  int clipped = 0;  ///< samples whose correction was limited to `max`
   /// Samples in motion before or after the record; they keep the path that was run.
   int unrecorded = 0;
   ErrorSummary before;  ///< length of the trend while the tool moves [m]
   /// Expected mean distance from the programmed path in the next pass [m], under the condition that
   /// expected_if() names. With s the mean distance that stays uncorrected (because of the gain,
-  /// `max` or the engagement), B the mean square of what each of n passes has for itself (0 for a
-  /// single pass), F the mean square of `frame`, and M the mean square error of the trend, B / n
-  /// included,
+  /// `max` or the engagement), B the mean square of the deviation of each of n passes from their
+  /// common one (0 for a single pass), F the mean square of `frame`, and M the mean square error of
+  /// the trend, B / n included,
   ///     sqrt(max(0, s^2 - (pi / 4) (1 - gain)^2 B / n) + (pi / 4) (gain^2 M + B + F)).
   double expected_after = 0;
   /// The condition of expected_after; a single pass does not show how passes differ.
@@ -38,8 +39,7 @@ struct MirrorResult {
                              : "the next pass meets the same forces and reversals";
   }
   FrameError frame;  ///< zero unless the frame was fitted
-  /// Only with `executed`: mean distance that these passes would have had without the earlier
-  /// correction [m].
+  /// Only with `executed`: mean distance of these passes without the earlier correction [m].
   std::optional<double> uncorrected;
 };
 
@@ -50,9 +50,9 @@ struct MirrorResult {
 ///     corrected = p + N (e - p - gain * trend).
 /// At corners the corrected sides are extended until they meet. Outside the records the executed
 /// path stays. Where a record begins or ends in motion, and with `engaged_only` where the tool
-/// enters or leaves the material, the new correction grows in proportion to the time from 0 to its
-/// whole within 1 / cut-off, so that the path has no step. Throws std::invalid_argument as
-/// fit_clock() does and if the cut-off does not suit the record, and TooManyBadSamples.
+/// enters or leaves the material, the new correction grows linearly in time from 0 to its full size
+/// within 1 / cut-off, so that the path has no step. Throws std::invalid_argument as fit_clock()
+/// does and if the cut-off does not suit the record, and TooManyBadSamples.
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options);
 

@@ -36,15 +36,15 @@ bool deviates_against_force(const Path& programmed, const MirrorResult& result,
 bool hardly_deviates(const MirrorResult& result);
 
 /// The step s of the coordinates of a record [m] if they are rounded to 1, 0.1 or 0.01 mm and their
-/// noise, rounding included, is below s / 2. Noise above that takes part of the samples across each
-/// step, and their mean shows what lies between; below, the record hides up to s / 2, which then
-/// stands neither in its noise nor in a forecast. `noise`: standard deviation of a sample, per axis
+/// noise, rounding included, is below s / 2. With more noise, some samples cross each step, and
+/// their mean shows values between the steps. With less, the record hides up to s / 2, which
+/// neither its noise nor a forecast contains. `noise`: standard deviation of a sample, per axis
 /// [m].
 std::optional<double> step_that_hides(const Path& record, double noise);
 
-/// Whether the passes deviate as if the correction `executed` had not been run: the deviation c
-/// that it was made against, d = -c times 0.7 to 1.3, with less than a quarter of |d|^2 left. A
-/// pass that ran it shows what it left over.
+/// Whether the passes deviate as if the correction `executed` had not been run: the deviation is
+/// 0.7 to 1.3 times the one that the correction was made against, with less than a quarter of its
+/// square left. A pass that ran the correction shows only its residual.
 bool deviates_as_before(const Path& programmed, const MirrorResult& result,
                         const Eigen::Matrix3Xd& executed);
 

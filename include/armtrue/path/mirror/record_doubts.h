@@ -30,7 +30,7 @@ struct UnfollowedShape {
   double followed;           ///< share of that shape that the record has
 };
 
-/// How much later than by its clock a record passes the places of the program.
+/// Time by which a record passes the places of the program later than its clock says.
 struct TimeLag {
   double median;    ///< of the samples in motion [s]
   double earliest;  ///< median of the quarter of these samples that is earliest [s]
@@ -42,8 +42,8 @@ struct TimeLag {
   double spread() const { return (latest - earliest) * speed; }
 };
 
-/// A turn of the whole record about the part, which round parts hide: their form stays, and each
-/// place of it stands farther along the path.
+/// A rotation of the whole record about the part, which round parts hide: their form stays, and
+/// each place of it moves along the path.
 struct TurnedRecord {
   double turned;  ///< [rad]
   double along;   ///< median along the path [m]
@@ -60,9 +60,9 @@ struct RecordDoubts {
   /// with the same error all along the path looks the same.
   std::optional<RigidDeviation> rigid;
   /// Present if the tool stands at both ends of the record, and one motion of the whole record, turned
-  /// by more than 0.3 deg, leaves a third of its deviation along the path, the standing ends included:
-  /// there no clock and no lag moves it. Arms err by 1 to 2 mm in a metre, which turns a part by 0.1
-  /// deg. Not if `rigid` says it.
+  /// by more than 0.3 deg, leaves a third of its deviation along the path, also at the standing
+  /// ends, where neither clock nor lag moves it. Arms err by 1 to 2 mm in a metre, which turns a
+  /// part by 0.1 deg. Empty if `rigid` is present.
   std::optional<TurnedRecord> turned;
   /// Takes halves and quarters of the samples. There p and m are the differences of the program and
   /// of the record from their best straight motion with constant velocity. Present if p is above 2

@@ -62,13 +62,13 @@ struct ClockOptions {
 /// deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
-/// The clocks of passes that one instrument recorded without being set up anew, each as by
-/// fit_clock(). A fitted frame is one for all of them, see share_frame().
+/// The clocks of passes that an instrument recorded in one set-up, each as by fit_clock(). A fitted
+/// frame is one for all of them, see share_frame().
 std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
                                  const ClockOptions& options = {});
 
-/// Gives passes with fitted frames F_k one frame, so that what differs from pass to pass stays a
-/// deviation of the tool: their mean, weighted by their information. The deviation that all passes
+/// Gives passes with fitted frames F_k one frame, so that differences between passes stay
+/// deviations of the tool: their mean, weighted by their information. The deviation that all passes
 /// have in common misleads all alike, so the covariance is their mean, n (sum of C_k^-1)^-1. The
 /// clocks are fitted again in this frame. Throws std::invalid_argument if a pass lies more than 2
 /// mm (rms) from where the common frame has it: then the instrument was moved.
