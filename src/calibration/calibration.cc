@@ -364,7 +364,7 @@ NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign)
     result.parameters.push_back(k);
     if (share > kShareBeyondHelp) most = std::max(most, (1 - share) / share);
   }
-  result.poses = static_cast<int>(std::ceil(most * campaign.poses()));
+  result.poses = static_cast<int>(std::ceil(std::max(0.0, most - 1) * campaign.poses()));
   return result;
 }
 

@@ -496,4 +496,11 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
   return quality;
 }
 
+double rest_of_model(const FitQuality& quality) {
+  constexpr double kSignificance = 0.01;
+  const bool is_noise = quality.lack_of_fit && *quality.lack_of_fit >= kSignificance;
+  const double left = quality.left.position, pure = quality.pure.position;
+  return is_noise || left <= pure ? 0 : std::sqrt(left * left - pure * pure);
+}
+
 }  // namespace armtrue

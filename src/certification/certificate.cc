@@ -143,13 +143,13 @@ void add_figures(const SetFigures& set, double expanded, const std::string& pref
 }
 
 // Values of equal names, not judged yet.
-std::vector<Difference> differences(const std::vector<CertifiedValue>& before,
+std::vector<CertifiedChange> differences(const std::vector<CertifiedValue>& before,
                                     const std::vector<CertifiedValue>& now) {
-  std::vector<Difference> list;
+  std::vector<CertifiedChange> list;
   for (const CertifiedValue& value : now) {
     const auto old = std::ranges::find(before, value.name, &CertifiedValue::name);
     if (old == before.end()) continue;
-    Difference difference{value.name, old->value, value.value, value.value - old->value, {}};
+    CertifiedChange difference{value.name, old->value, value.value, value.value - old->value, {}};
     if (old->expanded && value.expanded)
       difference.expanded = std::hypot(*old->expanded, *value.expanded);
     list.push_back(difference);
@@ -157,8 +157,8 @@ std::vector<Difference> differences(const std::vector<CertifiedValue>& before,
   return list;
 }
 
-void judge(std::vector<Difference>& differences, double factor) {
-  for (Difference& difference : differences) {
+void judge(std::vector<CertifiedChange>& differences, double factor) {
+  for (CertifiedChange& difference : differences) {
     if (!difference.expanded) continue;
     *difference.expanded *= factor;
     difference.significant = std::abs(difference.difference) > *difference.expanded;

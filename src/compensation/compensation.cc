@@ -269,12 +269,14 @@ class Compensation {
       if (&arms(row) == &own) rows.push_back(row);
     if (rows.empty()) return;
     const Coverage known = coverage(identified, own.options, visits_.select(rows));
-    for (size_t k = 0; k < rows.size(); ++k) cover(rows[k], known.deviation[k], known.leverage[k]);
+    const double rest = std::sqrt(3.0) * identified.uncertainty->rest;
+    for (size_t k = 0; k < rows.size(); ++k)
+      cover(rows[k], known.deviation[k], rest, known.leverage[k]);
   }
 
-  void cover(size_t row, double deviation, double leverage) {
+  void cover(size_t row, double deviation, double rest, double leverage) {
     CorrectedTarget& target = targets_[row];
-    target.deviation = deviation;
+    target.deviation = std::hypot(deviation, rest);
     target.leverage = leverage;
     if (leverage > 1) target.notes.push_back(CommandNote::outside_readings);
     if (deviation > target.before.position) target.notes.push_back(CommandNote::below_std);

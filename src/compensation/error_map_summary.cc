@@ -65,7 +65,7 @@ std::array<int, 3> points_covered(const Grid& grid, const Eigen::Vector3d& part)
 }
 
 struct BestAndWorst {
-  std::optional<Placement> best, worst;
+  std::optional<PartPlace> best, worst;
 };
 
 // The places of a part in the grid with the smallest and the largest mean.
@@ -85,7 +85,7 @@ BestAndWorst placements(const ErrorMap& map, const Eigen::Vector3d& part, const 
     for (low[1] = 0; low[1] + size[1] <= grid.count[1]; ++low[1])
       for (low[0] = 0; low[0] + size[0] <= grid.count[0]; ++low[0]) {
         if (std::lround(predicted.sum(low, size)) != points) continue;
-        Placement here;
+        PartPlace here;
         here.mean = values.sum(low, size) / points;
         for (int axis = 0; axis < 3; ++axis) {
           const size_t side = axis;
@@ -161,7 +161,7 @@ void add_placements(const ErrorMap& map, ErrorMapSummary& summary) {
 std::string millimetres(double metres) { return fmt::format("{:.3g}", metres / kMillimetre); }
 
 // `x 1400 to 1800, y ...`, in mm.
-std::string box_text(const Placement& placement) {
+std::string box_text(const PartPlace& placement) {
   std::string text;
   for (int axis = 0; axis < 3; ++axis)
     text += fmt::format("{}{} {:.6g} to {:.6g}", axis > 0 ? ", " : "", "xyz"[axis],

@@ -203,7 +203,7 @@ std::vector<Eigen::Matrix3d> turns_of_a_cube() {
   return turns;
 }
 
-std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign& campaign,
+std::optional<BaseAndTool> place_base_and_tool(const Robot& robot, const Campaign& campaign,
                                              double good) {
   if (campaign.has_distances() || campaign.position.empty()) return std::nullopt;
   const Links links = links_of(robot, campaign);
@@ -215,7 +215,7 @@ std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign&
         robot.chain.tool * (targets.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
                                             : robot.chain.targets[targets[t]].position);
   state = best_about(links, state, good);
-  Placement placement{state.base, state.targets, misses(links, state), {}};
+  BaseAndTool placement{state.base, state.targets, misses(links, state), {}};
   for (int row = 0; campaign.has_orientation() && row < campaign.rows(); ++row)
     placement.turns.push_back((state.base.rotation * links.pose[row].rotation).transpose() *
                               campaign.orientation[row].toRotationMatrix());
@@ -249,7 +249,7 @@ std::pair<Eigen::Matrix3d, double> common_turn(const std::vector<Eigen::Matrix3d
   return angle < least ? std::pair(mean, angle) : std::pair(best, least);
 }
 
-Robot placed_robot(const Robot& robot, const Campaign& campaign, const Placement& placement) {
+Robot placed_robot(const Robot& robot, const Campaign& campaign, const BaseAndTool& placement) {
   Robot placed = robot;
   placed.chain.base = placement.base;
   const std::vector<int> targets = match_targets(campaign, robot.chain);

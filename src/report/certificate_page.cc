@@ -95,8 +95,8 @@ std::string poses_table(const std::vector<PoseFigures>& poses) {
 
 std::string comparison_table(const Comparison& comparison) {
   std::vector<TableRow> rows;
-  const auto add = [&](const std::vector<Difference>& differences, const std::string& prefix) {
-    for (const Difference& difference : differences)
+  const auto add = [&](const std::vector<CertifiedChange>& differences, const std::string& prefix) {
+    for (const CertifiedChange& difference : differences)
       rows.push_back({prefix + escaped(difference.name), mm_text(difference.before),
                       mm_text(difference.now), mm_text(difference.difference),
                       mm_text(difference.expanded), difference.significant ? "yes" : "no"});

@@ -108,6 +108,18 @@ TEST(FarAboveNoise, NamesWhatIsMoreThanFiveTimesTheNoise) {
   EXPECT_EQ(times_of_noise(of({1e-9, 5e-16}, {1e-15, 2e-32})), 1);
 }
 
+TEST(RestOfModel, IsWhatIsNoNoise) {
+  FitQuality quality = of({0.5e-3, 0}, {0.3e-3, 0});
+  for (const auto& [p, rest] : {std::pair{std::optional(0.5), 0.0}, {std::optional(1e-4), 0.4e-3}}) {
+    quality.lack_of_fit = p;
+    EXPECT_NEAR(rest_of_model(quality), rest, 1e-12);
+  }
+  EXPECT_NEAR(rest_of_model(of({0.5e-3, 0}, {0, 0})), 0.5e-3, 1e-12);  // the noise is unknown
+  quality = of({0.2e-3, 0}, {0.3e-3, 0});
+  quality.lack_of_fit = 1e-4;  // of the orientations
+  EXPECT_EQ(rest_of_model(quality), 0);
+}
+
 TEST(FarAboveNoise, WidensWhatIsSaidOfParametersAndCoefficients) {
   CalibrationResult fit;
   fit.robot.std["A2.d"] = 2e-3;

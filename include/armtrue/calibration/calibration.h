@@ -98,8 +98,8 @@ struct CalibrationResult {
 /// A parameter whose share_of_readings is below this is reported as near its nominal value.
 inline constexpr double kMostlyReadings = 0.5;
 
-/// The parameters that their priors determine more than the readings, and the number of poses like
-/// these, in all, at which s = 0.5 for each: the largest n (1 - s) / s, with s the
+/// The parameters that their priors determine more than the readings, and the number of further
+/// poses like these at which s = 0.5 for each: the largest n (1 - s) / s, less n, with s the
 /// share_of_readings at n poses. Parameters with s below 0.01 do not count.
 struct NearNominal {
   std::vector<int> parameters;  ///< indices into fit.set.kept

@@ -71,7 +71,7 @@ CertifiedValues values_of(const Certificate& certificate);
 
 /// now - before, with U = sqrt(U_now^2 + U_before^2). Errors that both certificates have in common
 /// count twice, so the interval is too wide rather than too narrow.
-struct Difference {
+struct CertifiedChange {
   std::string name;
   double before = 0, now = 0, difference = 0;
   std::optional<double> expanded;  ///< empty if one of the values has none
@@ -82,7 +82,7 @@ struct Difference {
 /// is widened so that the chance of any false difference is 4.55 % in all (Bonferroni).
 struct Comparison {
   std::string date_before;
-  std::vector<Difference> figures, poses;
+  std::vector<CertifiedChange> figures, poses;
 };
 
 /// Throws std::invalid_argument if these are not certificates of one robot.

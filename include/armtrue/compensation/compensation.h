@@ -105,8 +105,8 @@ struct CorrectedTarget {
   /// [rad]; `programmed` if there are none, near a stretched elbow, and of a Cartesian target.
   JointVector reached_q;
   /// Standard deviation of the position after the correction, from the uncertainty of links and
-  /// effects; root of the sum of squares over the axes [m]. Empty if the robot does not state its
-  /// uncertainty.
+  /// effects and from what the model lacks (Uncertainty::rest); root of the sum of squares over the
+  /// axes [m]. Empty if the robot does not state its uncertainty.
   std::optional<double> deviation;
   std::optional<double> leverage;  ///< as Prediction::leverage
   std::vector<CommandNote> notes;

@@ -96,7 +96,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid
                     const Campaign& conditions, const CompensationOptions& options);
 
 /// A box of the size of a part in which every point of the grid has a prediction.
-struct Placement {
+struct PartPlace {
   Eigen::Vector3d low, high;  ///< [m]
   double mean = 0;            ///< of the error in it [m]
 };
@@ -124,7 +124,7 @@ struct ErrorMapSummary {
   Eigen::Vector3d part = Eigen::Vector3d::Zero();  ///< size of the part [m]
   /// Best and worst place of the part, by the mean error before and after correction. Empty without
   /// a grid, or if no place has predictions at all its points.
-  std::optional<Placement> best_before, worst_before, best_after, worst_after;
+  std::optional<PartPlace> best_before, worst_before, best_after, worst_after;
 };
 
 /// `part`: size of a part inside the box of the grid; if absent, half the sides of the box. Throws

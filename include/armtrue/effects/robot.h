@@ -44,6 +44,10 @@ struct Uncertainty {
   /// Contains noise and the lack of fit that differs from pose to pose. 0 for orientations that
   /// were not measured.
   InstrumentNoise reading;
+  /// Standard deviation of what the model lacks in a position, per axis, where the readings of the
+  /// calibration show that it lacks something, or nothing says how large their noise is [m]. The
+  /// part of `reading` that is no noise; other poses have it, too.
+  double rest = 0;
   /// 95 % quantile of the lengths of the position residuals, over that of a normal law; above 1
   /// only where more poses of the calibration lie beyond the latter than chance allows (p < 0.05).
   double tail = 1;

@@ -11,7 +11,7 @@
 namespace armtrue {
 
 /// Base and tool that best map the arm's own points, without effects, onto the measured ones.
-struct Placement {
+struct BaseAndTool {
   Pose base;                           ///< R_A from R_0
   Eigen::Matrix3Xd targets;            ///< in R_7, one column per target that was measured [m]
   std::vector<double> miss;            ///< of each row [m]
@@ -26,7 +26,7 @@ struct Placement {
 /// file does not rotate the base. Starts from the rotation of the registered base and, if the
 /// misses stay above `good`, from the 24 rotations of a cube about it. Nothing without points, or
 /// if there are fewer than 9 equations more than unknowns.
-std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign& campaign,
+std::optional<BaseAndTool> place_base_and_tool(const Robot& robot, const Campaign& campaign,
                                              double good);
 
 /// The 24 turns that map axes onto axes: starts of a fit whose rotation is not known.
@@ -39,6 +39,6 @@ std::pair<Eigen::Matrix3d, double> common_turn(const std::vector<Eigen::Matrix3d
 /// The robot with that base, and with the tool that best fits the places of the targets. The
 /// rotation of the tool comes from the orientations, else from three targets or more, else it
 /// stays.
-Robot placed_robot(const Robot& robot, const Campaign& campaign, const Placement& placement);
+Robot placed_robot(const Robot& robot, const Campaign& campaign, const BaseAndTool& placement);
 
 }  // namespace armtrue

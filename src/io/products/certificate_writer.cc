@@ -111,9 +111,9 @@ YAML::Node pose_node(const PoseFigures& figures) {
   return flow(node);
 }
 
-YAML::Node differences_node(const std::vector<Difference>& differences, const char* name) {
+YAML::Node differences_node(const std::vector<CertifiedChange>& differences, const char* name) {
   std::vector<YAML::Node> items;
-  for (const Difference& difference : differences) {
+  for (const CertifiedChange& difference : differences) {
     YAML::Node item = flow_map({{name, difference.name},
                                 {"before_mm", rounded(difference.before / kMillimetre)},
                                 {"now_mm", rounded(difference.now / kMillimetre)},

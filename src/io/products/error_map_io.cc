@@ -90,7 +90,7 @@ std::vector<double> box_of(const Eigen::Vector3d& low, const Eigen::Vector3d& hi
   return box;
 }
 
-YAML::Node placement_node(const Placement& placement) {
+YAML::Node placement_node(const PartPlace& placement) {
   YAML::Node node;
   node["box_mm"] = flow_list(box_of(placement.low, placement.high));
   node["mean_mm"] = rounded(placement.mean / kMillimetre);
@@ -214,7 +214,7 @@ std::string error_map_table(const ErrorMap& map, const ErrorMapSummary& summary)
       "mean error is ({:.3f}, {:.3f}, {:.3f}) mm\n",
       100 * summary.axis_share, summary.axis.x(), summary.axis.y(), summary.axis.z(), mean.x(),
       mean.y(), mean.z());
-  const auto place = [&](const char* what, const std::optional<Placement>& placement) {
+  const auto place = [&](const char* what, const std::optional<PartPlace>& placement) {
     if (placement)
       text += fmt::format("{:<60}{:>10.3g}  {:g}\n", what, placement->mean / kMillimetre,
                           fmt::join(box_of(placement->low, placement->high), ","));

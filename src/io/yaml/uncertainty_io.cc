@@ -54,12 +54,14 @@ Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
     for (Eigen::Index column = 0; column <= row; ++column) result.root(row, column) = *next++;
   result.reading.position = map.number("reading_mm") * kMillimetre;
   result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;
+  result.rest = map.number("rest_mm", 0) * kMillimetre;
   result.tail = map.number("reading_tail", 1);
   result.largest_variance = map.number("largest_variance_mm2") * kMillimetre * kMillimetre;
   result.largest_variance_of_point =
       map.number("largest_variance_of_point_mm2", 0) * kMillimetre * kMillimetre;
   const double poses = map.number("poses");
   if (result.reading.position < 0) map.fail("reading_mm", "must not be negative");
+  if (result.rest < 0) map.fail("rest_mm", "must not be negative");
   if (result.tail < 1) map.fail("reading_tail", "must be 1 or more");
   if (result.largest_variance < 0) map.fail("largest_variance_mm2", "must not be negative");
   if (result.largest_variance_of_point < 0)
@@ -81,6 +83,7 @@ YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
   node["reading_mm"] = rounded(uncertainty.reading.position / kMillimetre);
   if (uncertainty.reading.orientation > 0)
     node["reading_mrad"] = rounded(uncertainty.reading.orientation / kMilliradian);
+  if (uncertainty.rest > 0) node["rest_mm"] = rounded(uncertainty.rest / kMillimetre);
   if (uncertainty.tail > 1) node["reading_tail"] = rounded(uncertainty.tail);
   node["largest_variance_mm2"] =
       rounded(uncertainty.largest_variance / (kMillimetre * kMillimetre));

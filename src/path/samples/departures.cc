@@ -53,7 +53,7 @@ class DepartureFilter {
   virtual Departure own_departure(const Run& run) = 0;
   // How far the sides of a run lie from each other at one of its ends [m].
   virtual double step_between(const Neighbours& near,
-                              const std::array<Difference, 2>& sides) const = 0;
+                              const std::array<NeighbourDifference, 2>& sides) const = 0;
   virtual void add_ends(std::vector<Run>& runs) const = 0;
 
   int size() const { return static_cast<int>(good_.size()); }
@@ -117,7 +117,7 @@ class DepartureFilter {
     std::vector<double> all;
     std::vector<std::vector<double>> stretches(size() / kStretch + 1);
     for (Index k = side(); k + side() < size(); ++k) {
-      const Difference both = around(k, 1).from_both_sides(0);
+      const NeighbourDifference both = around(k, 1).from_both_sides(0);
       all.push_back(std::pow(both.length() / both.deviation, 2));
       stretches[k / kStretch].push_back(all.back());
     }
@@ -141,7 +141,7 @@ class DepartureFilter {
         const Neighbours near = around(k, length);
         double least = std::numeric_limits<double>::infinity();
         for (const size_t end : {size_t{0}, size_t{1}}) {
-          const Difference both = near.from_both_sides(end);
+          const NeighbourDifference both = near.from_both_sides(end);
           least = std::min(least, both.length() / allowed(both.deviation, threshold_, noise(k)));
         }
         if (least > 1) found.push_back({k, length, 0});
@@ -155,7 +155,7 @@ class DepartureFilter {
     const Neighbours near = around(run.first, run.length);
     const Departure own = own_departure(run);
     double least = std::numeric_limits<double>::infinity();
-    const auto compare = [&](const Difference& difference, double factor, double by_itself) {
+    const auto compare = [&](const NeighbourDifference& difference, double factor, double by_itself) {
       const double chance = allowed(difference.deviation, factor, noise(run.first));
       least = std::min(least, difference.length() / (chance + by_itself));
     };
@@ -165,7 +165,7 @@ class DepartureFilter {
       // A sample that departs and comes back is further off than the sides are from each other; a
       // tool that goes from one to the other may turn on its way.
       const double step = step_between(near, sides);
-      for (const Difference& side : sides) {
+      for (const NeighbourDifference& side : sides) {
         compare(side, threshold, own.side);
         least = std::min(least, side.length() / step);
       }
@@ -237,7 +237,7 @@ class RecordFilter final : public DepartureFilter {
   }
 
   double step_between(const Neighbours& /*near*/,
-                      const std::array<Difference, 2>& sides) const override {
+                      const std::array<NeighbourDifference, 2>& sides) const override {
     return (sides[0].vector - sides[1].vector).norm();
   }
 
@@ -267,7 +267,7 @@ class RecordFilter final : public DepartureFilter {
           if (skipped > 0 && at_start) jump(first, first - 1);
           if (skipped > 0 && !at_start) jump(last, last + 1);
           for (const Index k : {first, last}) {
-            const Difference line = difference_from_line(time(k), at(k), times, others);
+            const NeighbourDifference line = difference_from_line(time(k), at(k), times, others);
             least = std::min(least, line.length() / allowed(line.deviation, threshold(), noise(k)));
           }
           if (least > 1) runs.push_back({first, length, least});
@@ -292,14 +292,14 @@ class DeviationFilter final : public DepartureFilter {
     Departure most;
     for (const size_t end : {size_t{0}, size_t{1}}) {
       most.both = std::max(most.both, near.from_both_sides(end).length());
-      for (const Difference& side : near.from_each_side(end))
+      for (const NeighbourDifference& side : near.from_each_side(end))
         most.side = std::max(most.side, side.length());
     }
     return most;
   }
 
   double step_between(const Neighbours& near,
-                      const std::array<Difference, 2>& /*sides*/) const override {
+                      const std::array<NeighbourDifference, 2>& /*sides*/) const override {
     return (near.before_at[0] - near.after_at[0]).norm();
   }
 

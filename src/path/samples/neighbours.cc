@@ -8,7 +8,7 @@ namespace {
 using Eigen::Vector3d;
 
 // Difference of a sample from the cubic through four others (Lagrange).
-Difference difference_from_cubic(double time, const Vector3d& sample,
+NeighbourDifference difference_from_cubic(double time, const Vector3d& sample,
                                  const std::array<double, 4>& times,
                                  const std::array<Vector3d, 4>& others) {
   Vector3d off = sample;
@@ -25,7 +25,7 @@ Difference difference_from_cubic(double time, const Vector3d& sample,
 
 }  // namespace
 
-Difference difference_from_line(double time, const Vector3d& sample, std::span<const double> times,
+NeighbourDifference difference_from_line(double time, const Vector3d& sample, std::span<const double> times,
                                 std::span<const Vector3d> others) {
   const auto n = static_cast<double>(times.size());
   double mean = 0, square = 0;
@@ -37,12 +37,12 @@ Difference difference_from_line(double time, const Vector3d& sample, std::span<c
   return {off, std::sqrt(1 + 1 / n + (time - mean) * (time - mean) / square)};
 }
 
-Difference Neighbours::from_both_sides(size_t end) const {
+NeighbourDifference Neighbours::from_both_sides(size_t end) const {
   return difference_from_cubic(ends[end], ends_at[end], {before[1], before[0], after[0], after[1]},
                                {before_at[1], before_at[0], after_at[0], after_at[1]});
 }
 
-std::array<Difference, 2> Neighbours::from_each_side(size_t end) const {
+std::array<NeighbourDifference, 2> Neighbours::from_each_side(size_t end) const {
   const auto known = [&](const auto& side) { return std::span(side).first(count); };
   return {difference_from_line(ends[end], ends_at[end], known(before), known(before_at)),
           difference_from_line(ends[end], ends_at[end], known(after), known(after_at))};

@@ -14,14 +14,14 @@ inline constexpr size_t kMaxSide = 6;
 inline constexpr size_t kSideOfMotion = 3;
 
 /// A sample minus its prediction from other samples.
-struct Difference {
+struct NeighbourDifference {
   Eigen::Vector3d vector;
   double deviation;  ///< standard deviation of a component by chance, over that of one sample
   double length() const { return vector.norm(); }
 };
 
 /// Difference of a sample from the straight line fitted to the others (at least 2).
-Difference difference_from_line(double time, const Eigen::Vector3d& sample,
+NeighbourDifference difference_from_line(double time, const Eigen::Vector3d& sample,
                                 std::span<const double> times,
                                 std::span<const Eigen::Vector3d> others);
 
@@ -36,9 +36,9 @@ struct Neighbours {
 
   /// Difference of an end (0, 1) of the run from the cubic through the two nearest samples of
   /// either side: zero for evenly accelerated motion.
-  Difference from_both_sides(size_t end) const;
+  NeighbourDifference from_both_sides(size_t end) const;
   /// Differences of an end from the straight lines fitted to the samples before and after.
-  std::array<Difference, 2> from_each_side(size_t end) const;
+  std::array<NeighbourDifference, 2> from_each_side(size_t end) const;
 };
 
 }  // namespace armtrue
