@@ -144,7 +144,7 @@ void add_figures(const SetFigures& set, double expanded, const std::string& pref
 
 // Values of equal names, not judged yet.
 std::vector<CertifiedChange> differences(const std::vector<CertifiedValue>& before,
-                                    const std::vector<CertifiedValue>& now) {
+                                         const std::vector<CertifiedValue>& now) {
   std::vector<CertifiedChange> list;
   for (const CertifiedValue& value : now) {
     const auto old = std::ranges::find(before, value.name, &CertifiedValue::name);

@@ -204,7 +204,7 @@ std::vector<Eigen::Matrix3d> turns_of_a_cube() {
 }
 
 std::optional<BaseAndTool> place_base_and_tool(const Robot& robot, const Campaign& campaign,
-                                             double good) {
+                                               double good) {
   if (campaign.has_distances() || campaign.position.empty()) return std::nullopt;
   const Links links = links_of(robot, campaign);
   if (3 * campaign.rows() < 6 + 3 * links.targets + kSpareEquations) return std::nullopt;

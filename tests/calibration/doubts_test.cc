@@ -110,7 +110,8 @@ TEST(FarAboveNoise, NamesWhatIsMoreThanFiveTimesTheNoise) {
 
 TEST(RestOfModel, IsWhatIsNoNoise) {
   FitQuality quality = of({0.5e-3, 0}, {0.3e-3, 0});
-  for (const auto& [p, rest] : {std::pair{std::optional(0.5), 0.0}, {std::optional(1e-4), 0.4e-3}}) {
+  for (const auto& [p, rest] :
+       {std::pair{std::optional(0.5), 0.0}, {std::optional(1e-4), 0.4e-3}}) {
     quality.lack_of_fit = p;
     EXPECT_NEAR(rest_of_model(quality), rest, 1e-12);
   }

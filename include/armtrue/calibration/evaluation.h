@@ -136,8 +136,8 @@ struct FitQuality {
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
 
-/// The standard deviation, per axis, of what a model lacks in a position: sqrt(left^2 - pure^2) where
-/// its lack of fit is significant (p < 0.01) or the noise is unknown, else 0 [m].
+/// The standard deviation, per axis, of what a model lacks in a position: sqrt(left^2 - pure^2)
+/// where its lack of fit is significant (p < 0.01) or the noise is unknown, else 0 [m].
 double rest_of_model(const FitQuality& quality);
 /// `evaluation`: evaluate(fit.robot, campaign).
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,

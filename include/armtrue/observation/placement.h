@@ -27,7 +27,7 @@ struct BaseAndTool {
 /// misses stay above `good`, from the 24 rotations of a cube about it. Nothing without points, or
 /// if there are fewer than 9 equations more than unknowns.
 std::optional<BaseAndTool> place_base_and_tool(const Robot& robot, const Campaign& campaign,
-                                             double good);
+                                               double good);
 
 /// The 24 turns that map axes onto axes: starts of a fit whose rotation is not known.
 std::vector<Eigen::Matrix3d> turns_of_a_cube();

@@ -155,7 +155,8 @@ class DepartureFilter {
     const Neighbours near = around(run.first, run.length);
     const Departure own = own_departure(run);
     double least = std::numeric_limits<double>::infinity();
-    const auto compare = [&](const NeighbourDifference& difference, double factor, double by_itself) {
+    const auto compare = [&](const NeighbourDifference& difference, double factor,
+                             double by_itself) {
       const double chance = allowed(difference.deviation, factor, noise(run.first));
       least = std::min(least, difference.length() / (chance + by_itself));
     };

@@ -9,8 +9,8 @@ using Eigen::Vector3d;
 
 // Difference of a sample from the cubic through four others (Lagrange).
 NeighbourDifference difference_from_cubic(double time, const Vector3d& sample,
-                                 const std::array<double, 4>& times,
-                                 const std::array<Vector3d, 4>& others) {
+                                          const std::array<double, 4>& times,
+                                          const std::array<Vector3d, 4>& others) {
   Vector3d off = sample;
   double variance = 1;
   for (size_t j = 0; j < 4; ++j) {
@@ -25,8 +25,9 @@ NeighbourDifference difference_from_cubic(double time, const Vector3d& sample,
 
 }  // namespace
 
-NeighbourDifference difference_from_line(double time, const Vector3d& sample, std::span<const double> times,
-                                std::span<const Vector3d> others) {
+NeighbourDifference difference_from_line(double time, const Vector3d& sample,
+                                         std::span<const double> times,
+                                         std::span<const Vector3d> others) {
   const auto n = static_cast<double>(times.size());
   double mean = 0, square = 0;
   for (const double other : times) mean += other / n;

@@ -22,8 +22,8 @@ struct NeighbourDifference {
 
 /// Difference of a sample from the straight line fitted to the others (at least 2).
 NeighbourDifference difference_from_line(double time, const Eigen::Vector3d& sample,
-                                std::span<const double> times,
-                                std::span<const Eigen::Vector3d> others);
+                                         std::span<const double> times,
+                                         std::span<const Eigen::Vector3d> others);
 
 /// A short run of samples with its neighbours. `before` and `after` hold times, `before_at` and
 /// `after_at` positions, the nearest first.
