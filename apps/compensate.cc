@@ -35,6 +35,7 @@ int run(app::Command& command, app::CorrectionArguments& arguments) {
     refuse_options_of_tables(command, arguments);
     read = app::read_robot_program(command, arguments.program);
     refuse_two_tools(*read, arguments.tool_is_measured);
+    app::refuse_overruled_frames(*read, arguments);
     file.source = read->texts[0].name;
     joints = joints_of_program(*read, controller, arguments.controller);
   } else {

@@ -11,6 +11,8 @@
 namespace armtrue::app {
 namespace {
 
+constexpr double kSamePlace = 1e-6, kSameTurn = 1e-6;  // m, rad: rounding of a text
+
 // The tools or frames that the program names.
 StatedFrames stated_frames(const RobotProgram* program, int ProgramTarget::*frame) {
   StatedFrames stated;
@@ -24,7 +26,30 @@ StatedFrames stated_frames(const RobotProgram* program, int ProgramTarget::*fram
   return stated;
 }
 
+// An option that every target of a program overrules, with another value, was meant to count.
+void refuse_overruled(const char* option, const std::vector<double>& numbers,
+                      const RobotProgram& program, int ProgramTarget::*frame) {
+  const StatedFrames stated = stated_frames(&program, frame);
+  if (numbers.empty() || program.targets.empty() || !stated.everywhere) return;
+  const Pose given = pose_from_numbers(numbers);
+  const bool is_stated = std::ranges::any_of(program.targets, [&](const ProgramTarget& target) {
+    const Pose& own = program.frames[target.*frame].pose;
+    return (own.translation - given.translation).norm() < kSamePlace &&
+           (own.rotation - given.rotation).norm() < kSameTurn;
+  });
+  if (!is_stated)
+    throw UsageError(fmt::format(
+        "{0}: every move of {1} has its own ({2}), so {0} would change nothing; leave it out, or "
+        "change the program",
+        option, program.texts[0].name, fmt::join(stated.names, ", ")));
+}
+
 }  // namespace
+
+void refuse_overruled_frames(const RobotProgram& program, const ProgramArguments& arguments) {
+  refuse_overruled("--tool", arguments.tool, program, &ProgramTarget::tool);
+  refuse_overruled("--base", arguments.base, program, &ProgramTarget::base);
+}
 
 void add_correction_options(Command& command, CorrectionArguments& arguments) {
   command.add_input("Targets of a program, in its order");

@@ -103,6 +103,19 @@ RobotProgram parse_with(const Dialect& dialect, std::vector<ProgramText> own,
                        std::move(neighbours));
 }
 
+// A name that is misspelt says nothing of the program.
+void warn_of_unused(Command& command, const RobotProgram& program, const KnownFrames& known) {
+  std::vector<std::string> names;
+  for (const ProgramFrame& frame : program.frames) names.push_back(frame.name);
+  for (const auto& [name, pose] : known)
+    if (std::ranges::none_of(names, [&](const std::string& used) {
+          return lower_case(used) == lower_case(name);
+        }))
+      command.warn(fmt::format("--frame: no move of {} uses '{}'; its frames and tools are {}",
+                               program.texts[0].name, name,
+                               names.empty() ? "none" : fmt::to_string(fmt::join(names, ", "))));
+}
+
 }  // namespace
 
 std::string kinds_of_programs(const std::string& with_data_list) {
@@ -174,6 +187,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   refuse_cut_off(dialect, texts);
   const std::vector<ProgramText> others = read_others(command, texts, files);
   RobotProgram program = parse_with(dialect, std::move(texts), others, known);
+  warn_of_unused(command, program, known);
   refuse_corrected_points(program);
   refuse_outputs(command, program, files);
   return program;
