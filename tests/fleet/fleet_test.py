@@ -318,7 +318,8 @@ class OneArm(unittest.TestCase):
         self.assertEqual(rows["arm-01", "2026-11-25", "check"]["poses"], 11)
 
     def test_a_misnamed_file_is_reported_and_the_others_are_checked(self):
-        for name in ("check-2026-11-27 (1).csv", "check-2026-13-45.csv"):
+        for name in ("check-2026-11-27 (1).csv", "check-2026-13-45.csv", "check-2026-11-26.CSV", "check-2026-11-26.txt",
+                     "check-2027-11-25.csv"):
             with self.subTest(name=name):
                 shutil.copy(self.home / "check-2026-11-25.csv", self.home / name)
                 done = fleet(self.folder, "run")
@@ -363,7 +364,7 @@ class OneArm(unittest.TestCase):
 
     def test_a_fleet_that_nobody_measures_any_more_is_named(self):
         write_readings(self.home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "c")
-        for today, code in (("2026-12-02", 0), ("2026-12-03", 3), ("2026-11-01", 0)):
+        for today, code in (("2026-12-02", 0), ("2026-12-03", 3), ("2026-11-25", 0)):
             done = fleet(self.folder, "run", "--only-catalogue", "--today", today)
             self.assertEqual(done.returncode, code, done.stderr)
             self.assertEqual(done.stdout, "No arm of the fleet was measured since 2026-11-25, 8 nights ago\n" if code else "")
