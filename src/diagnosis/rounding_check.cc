@@ -15,11 +15,24 @@
 namespace armtrue {
 namespace {
 
-// Whether the angles of a joint are multiples of `step` [deg] and end with nearly all digits.
+// The last digit of an angle, in the unit in which it was written.
+struct AngleStep {
+  double step;  // [rad]
+  const char* in_words;
+};
+
+// Coarse steps first: what has steps of 0.1 deg has those of 0.01 deg, too.
+constexpr std::array<AngleStep, 5> kAngleSteps{{{1e-2, "0.01 rad"},
+                                                {0.1 * kDegree, "0.1 deg"},
+                                                {1e-3, "0.001 rad"},
+                                                {0.01 * kDegree, "0.01 deg"},
+                                                {1e-4, "0.0001 rad"}}};
+
+// Whether the angles of a joint are multiples of `step` [rad] and end with nearly all digits.
 bool is_rounded(const Campaign& campaign, int joint, double step) {
   std::vector<double> angles;
   for (const JointVector& q : campaign.q) angles.push_back(q[joint]);
-  return last_digits(angles, step * kDegree).value_or(0) >= kFewestLastDigits;
+  return last_digits(angles, step).value_or(0) >= kFewestLastDigits;
 }
 
 // Zero offsets of the joints whose angles are rounded so.
@@ -82,11 +95,11 @@ std::optional<std::string> find_rounded_readings(const PlainFit& fit) {
 std::optional<std::string> find_rounded_angles(const PlainFit& fit) {
   constexpr double kThird = 1.0 / 3;
   const Campaign& readings = fit.readings;
-  for (const double step : {0.1, 0.01}) {
+  for (const auto& [step, in_words] : kAngleSteps) {
     const std::vector<int> joints = rounded_joints(readings, fit.result.robot.chain, step);
     if (joints.empty()) continue;
     const FitEquations equations = fit_equations(fit, joints);
-    const double variance = step * kDegree * step * kDegree / 12;
+    const double variance = step * step / 12;
     const double share =
         equations.columns.squaredNorm() * variance / equations.residual.squaredNorm();
     if (share < kThird || share > 1 / kThird) return std::nullopt;
@@ -98,9 +111,9 @@ std::optional<std::string> find_rounded_angles(const PlainFit& fit) {
     const double moved =
         fit.result.sigma.position * std::sqrt(position * variance / readings.rows());
     return fmt::format(
-        "the joint angles have steps of {:g} deg, which alone is worth {:.2g} mm (RMS): were they "
+        "the joint angles have steps of {}, which alone is worth {:.2g} mm (RMS): were they "
         "read from a display? Log them with more digits",
-        step, moved / kMillimetre);
+        in_words, moved / kMillimetre);
   }
   return std::nullopt;
 }

@@ -323,6 +323,8 @@ std::vector<Mistake> mistakes() {
        in_two_frames([](const Campaign& c, int row) { return 3 * row > 2 * c.rows(); }),
        "the readings lie in another frame"},
       {"angles rounded", with_rounded_angles(0.1), "the joint angles have steps of 0.1 deg"},
+      {"angles rounded in rad", with_rounded_angles(1e-3 / kDegree),
+       "the joint angles have steps of 0.001 rad"},
       {"another tool from a time on", with_two_tools(true),
        "in the order of the times, the reflector is elsewhere on the tool, 2.2"},
       {"another tool from a time on, points", with_two_tools(false),
