@@ -93,8 +93,7 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
     tiles.push_back(
         {"The readings", page.value("before_after/after_readings_mm") + " mm",
          "with what follows time, temperature or the way to a pose, which no program can"});
-  tiles.push_back(
-      {"Floor", page.value("before_after/floor_mm") + " mm", "what a perfect model would show"});
+  tiles.push_back(floor_tile(page, result.noise, "before_after/floor_mm"));
   page.tiles(tiles);
 }
 

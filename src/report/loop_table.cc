@@ -63,8 +63,9 @@ std::string before_after_table(const LoopResult& result) {
                          if_held_out(stage.held_out.position.max));
     for (size_t k = 1; k < name.size(); ++k) table += name[k] + "\n";
   }
-  table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
-                       result.floor / kMillimetre);
+  const bool is_known = result.noise.source != NoiseFloor::Source::none;
+  table += fmt::format("{:<44} {:>6} {:>12} {:>12}\n", "noise floor", "", "",
+                       is_known ? fmt::format("{:.4f}", result.floor / kMillimetre) : "unknown");
   if (result.worst)
     table += fmt::format("worst held-out pose: '{}', {:.4f} mm after\n", result.worst->pose,
                          result.worst->error / kMillimetre);

@@ -118,7 +118,7 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
   if (findings.quality) {
     const NoiseFloor& noise = findings.quality->noise;
     node["noise_floor"] = noise_node(noise);
-    node["floor_mm"] = rounded(mean_error(noise, campaign) / kMillimetre);
+    node["floor_mm"] = floor_node(noise, mean_error(noise, campaign));
     YAML::Node excluded(YAML::NodeType::Sequence);
     for (int row : findings.quality->blunders) excluded.push_back(whole_number(campaign.line[row]));
     node["excluded_rows"] = flow(excluded);

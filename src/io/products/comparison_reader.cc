@@ -93,8 +93,7 @@ RunErrors errors_of_evaluation(YamlMap& document) {
   errors.after = document.map("position_mm").number("mean") * kMillimetre;
   if (document.has("against"))
     errors.before = document.map("against").map("position_mm").number("mean") * kMillimetre;
-  const double floor = document.number("floor_mm", 0) * kMillimetre;
-  if (floor > 0) errors.floor = floor;
+  errors.floor = length(document, "floor_mm");
   errors.poses = count_of(document, "poses");
   return errors;
 }

@@ -64,4 +64,9 @@ YAML::Node noise_node(const NoiseFloor& noise) {
   return flow_map(entries);
 }
 
+YAML::Node floor_node(const NoiseFloor& noise, double floor) {
+  const bool is_known = noise.source != NoiseFloor::Source::none;
+  return rounded_or_null(is_known ? std::optional(floor / kMillimetre) : std::nullopt);
+}
+
 }  // namespace armtrue

@@ -46,7 +46,7 @@ Document write_summary(const Evaluation& evaluation, const Robot& robot, const C
   root["skipped_rows"] = whole_number(campaign.skipped_rows);
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
   root["noise_floor"] = noise_node(noise);
-  root["floor_mm"] = rounded(mean_error(noise, campaign) / kMillimetre);
+  root["floor_mm"] = floor_node(noise, mean_error(noise, campaign));
   const PoseErrors errors = errors_of(evaluation, campaign);
   root["position_mm"] = error_node(errors.position, kMillimetre);
   if (errors.orientation) root["orientation_mrad"] = error_node(*errors.orientation, kMilliradian);

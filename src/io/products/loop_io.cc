@@ -50,7 +50,7 @@ YAML::Node before_after_node(const LoopResult& result) {
   if (result.after_arm) before_after["after_arm_mm"] = rounded(*result.after_arm / kMillimetre);
   if (result.after_readings)
     before_after["after_readings_mm"] = rounded(*result.after_readings / kMillimetre);
-  before_after["floor_mm"] = rounded(result.floor / kMillimetre);
+  before_after["floor_mm"] = floor_node(result.noise, result.floor);
   before_after["reducible_removed"] = if_held_out(result.reducible_removed);
   if (held_out) before_after["gain_ci95_mm"] = interval_node(result.gain_ci95, kMillimetre);
   if (result.noise.source == NoiseFloor::Source::replicates)
