@@ -33,33 +33,14 @@ void add_plan_options(Command& command, PlanArguments& arguments) {
       "--floor-mm", arguments.floor_mm,
       "Height in R_0 below which neither links nor tool may go; that of the robot file if "
       "absent");
-  command.flag("--points", arguments.points,
-               "Positions only; with --given, what is read there is read again");
-  const Option touches =
-      command.flag("--touches", arguments.touches,
-                   "Poses that touch the contacts of the robot file; --given decides for itself");
-  const Option images =
-      command
-          .flag("--images", arguments.images,
-                "Poses in which a camera of the robot file has a whole board in its image; --given "
-                "decides for itself")
-          .excludes(touches);
-  command
-      .flag("--beams", arguments.beams,
-            "Poses in which a beam of the robot file reads a plane or a face; --given decides for "
-            "itself")
-      .excludes(touches)
-      .excludes(images);
+  add_reading_options(command, arguments.readings);
   separate.excludes(zone);
   command.add_columns(kMeasuredPoseColumns);
 }
 
 PlanOptions plan_options(const Command& command, const PlanArguments& arguments) {
   PlanOptions options;
-  options.orientation = !arguments.points;
-  options.touches = arguments.touches;
-  options.images = arguments.images;
-  options.beams = arguments.beams;
+  static_cast<ReadingKinds&>(options) = reading_kinds(arguments.readings);
   if (arguments.floor_mm) options.floor = *arguments.floor_mm * kMillimetre;
   options.seed = command.seed;
   options.box = box_from_numbers(arguments.box_mm);
@@ -78,11 +59,11 @@ void warn_of_other_readings(Command& command, const PlanArguments& arguments, co
                             const Campaign& given) {
   const auto touchable = [](const Contact& contact) { return is_touched(contact.kind); };
   const bool has_contacts = std::ranges::any_of(robot.chain.contacts, touchable);
-  if (arguments.touches && !has_contacts)
+  if (arguments.readings.touches && !has_contacts)
     throw InputError(arguments.robot + ": --touches needs 'contacts' in the robot file");
   const bool has_cameras = std::ranges::any_of(
       robot.chain.contacts, [](const Contact& contact) { return is_of_images(contact.kind); });
-  if (given.rows() > 0 || arguments.touches || arguments.images || arguments.beams) return;
+  if (given.rows() > 0 || reading_kinds(arguments.readings).needs_sights()) return;
   if (has_cameras)
     command.warn(arguments.robot +
                  ": the poses are planned for an instrument that reads points; give --images for "

@@ -7,6 +7,7 @@
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/planning/planning.h"
 #include "command_line.h"
+#include "reading_inputs.h"
 
 namespace armtrue::app {
 
@@ -16,7 +17,7 @@ struct PlanArguments {
   int count = 0;
   std::vector<double> box_mm;
   std::optional<double> floor_mm;
-  bool points = false, touches = false, images = false, beams = false;
+  ReadingArguments readings;
 };
 
 void add_plan_options(Command& command, PlanArguments& arguments);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -34,23 +35,62 @@ void warn_beyond_travel(app::Command& command, const std::string& file,
       link.name, value / unit, unit_name, link.min / unit, link.max / unit, unit_name));
 }
 
+// The targets, with what they name of the contacts of the robot. Throws InputError if it has none
+// of that name.
+std::vector<PlannedPose> poses_of(const std::vector<JointTarget>& targets, const std::string& file,
+                                  const KinematicChain& chain, bool touches) {
+  const std::vector<TouchSight> sights =
+      touches ? touch_sights_of(chain) : std::vector<TouchSight>{};
+  std::vector<PlannedPose> poses;
+  for (const JointTarget& target : targets) {
+    poses.push_back({target.q, target.contact, target.target});
+    if (!touches || target.contact.empty() || BeamName::is_one(target.contact)) continue;
+    if (std::ranges::find(sights, target.contact, &TouchSight::name) == sights.end())
+      throw InputError(fmt::format(
+          "{}:{}: column 'contact': '{}' is no contact of the robot that is measured; add it to "
+          "the robot file, under 'contacts', or empty the cell",
+          file, target.line, target.contact));
+  }
+  return poses;
+}
+
+// Why a pose has no reading, and what to do if none has.
+struct Nothing {
+  std::string why, remedy;
+};
+
+Nothing nothing_read(const SimulationOptions& options) {
+  std::vector<std::string> why, remedies;
+  const auto add = [&](bool asked, const char* reason, const char* remedy) {
+    if (!asked) return;
+    why.emplace_back(reason);
+    remedies.emplace_back(remedy);
+  };
+  add(options.images, "no camera sees a corner of a board",
+      "--images, or check the places of cameras and boards");
+  add(options.beams, "no beam reads a plane",
+      "--beams, or check the places of beams and planes, and range_mm");
+  add(options.touches, "no contact is touched",
+      "--touches, which names them in a column 'contact', or check the places of contacts");
+  add(options.profiles.has_value(), "the scanner reads no plane and no sphere",
+      "--profiles, or check the tool, the places of contacts, and what the scanner sees");
+  return {fmt::format("{}", fmt::join(why, ", ")), fmt::format("{}", fmt::join(remedies, "; "))};
+}
+
 Campaign simulate_targets(app::Command& command, const std::string& path, const Robot& robot,
                           const Robot& truth, const SimulationOptions& options) {
   const std::vector<JointTarget> targets = read_joint_targets(path, joint_names(robot.chain));
   warn_beyond_travel(command, path, targets, robot.chain);
-  std::vector<JointVector> commanded;
-  for (const JointTarget& target : targets) commanded.push_back(target.q);
-  Campaign campaign = simulate(commanded, truth, options);
-  const std::string nothing =
-      options.beams ? "no beam reads a plane" : "no camera sees a corner of a board";
+  Campaign campaign =
+      simulate(poses_of(targets, path, truth.chain, options.touches), truth, options);
+  const Nothing nothing = nothing_read(options);
   if (campaign.rows() == 0)
-    throw InputError(path + ": " + nothing + " in any of the poses; plan them with plan-poses " +
-                     (options.beams
-                          ? "--beams, or check the places of beams and planes, and range_mm"
-                          : "--images, or check the places of cameras and boards"));
+    throw InputError(path + ": " + nothing.why +
+                     " in any of the poses; plan them with plan-poses " + nothing.remedy);
   if (campaign.pose_ids.size() < targets.size())
     command.warn(fmt::format("{}: in {} of {} poses {}", path,
-                             targets.size() - campaign.pose_ids.size(), targets.size(), nothing));
+                             targets.size() - campaign.pose_ids.size(), targets.size(),
+                             nothing.why));
   for (std::string& id : campaign.pose_ids)  // numbers, from 1
     id = targets[*read_whole_number(id) - 1].pose;
   return campaign;
@@ -62,9 +102,9 @@ int run(app::Command& command, const app::SimulationArguments& arguments) {
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
     app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
-  if (!arguments.images && std::ranges::any_of(truth.chain.contacts, [](const Contact& contact) {
-        return is_of_images(contact.kind);
-      }))
+  if (!options.needs_sights() &&
+      std::ranges::any_of(truth.chain.contacts,
+                          [](const Contact& contact) { return is_of_images(contact.kind); }))
     command.warn(
         "the robot has cameras and boards, and simulated readings are points, not pixels; --images "
         "makes pixels");

@@ -6,6 +6,7 @@
 
 #include "armtrue/campaign/simulation.h"
 #include "command_line.h"
+#include "reading_inputs.h"
 
 namespace armtrue::app {
 
@@ -14,7 +15,7 @@ struct SimulationArguments {
   std::string robot, truth, targets;
   int count = SimulationOptions{}.poses, repeats = SimulationOptions{}.repeats;
   double noise_mm = 0, noise_mrad = 0, noise_px = 0, blunders = 0;
-  bool points = false, images = false, beams = false;
+  ReadingArguments readings;
   std::string order = "random";
   std::vector<double> box_mm;
 };

@@ -5,12 +5,9 @@
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/kinematics/contact.h"
-#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {
-
-constexpr double kMostIncidence = 60 * kDegree;  // off the normal; less comes back to the sensor
 
 std::string why_not(const Contact& beam, const Contact& contact) {
   for (const Contact* one : {&beam, &contact})

@@ -3,21 +3,19 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <map>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "armtrue/campaign/beam_sights.h"
-#include "armtrue/campaign/sighted_poses.h"
-#include "armtrue/campaign/views.h"
+#include "armtrue/campaign/touch_sights.h"
 #include "armtrue/effects/robot_model.h"
-#include "armtrue/kinematics/joint_iterations.h"
+#include "armtrue/kinematics/approach.h"
 #include "armtrue/statistics/random.h"
 #include "campaign/random_joints.h"
+#include "campaign/simulated_readings.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/shuffle.h"
 
@@ -97,51 +95,57 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
   return configurations;
 }
 
+ReadingKinds with_usual_kind(ReadingKinds kinds, const KinematicChain& chain) {
+  if (kinds.count() == 0) (chain.anchors.empty() ? kinds.points : kinds.distances) = true;
+  kinds.orientation =
+      kinds.orientation && kinds.points && kinds.count() == 1 && chain.targets.empty();
+  return kinds;
+}
+
+std::vector<std::vector<Sight>> sights_of(const ReadingKinds& kinds, const KinematicChain& chain,
+                                          const std::vector<TouchSight>& touches) {
+  std::vector<std::vector<Sight>> sights;
+  if (kinds.images) sights.push_back(sights_of_boards(chain));
+  if (kinds.touches) sights.push_back(sights_of_touches(chain, touches));
+  if (kinds.beams) sights.push_back(sights_of_beams(chain));
+  if (kinds.profiles) sights.push_back(sights_of_scanner(chain, *kinds.profiles));
+  if (kinds.points || kinds.distances) sights.push_back(sights_of_instrument());
+  return sights;
+}
+
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options) {
-  if (!options.images && !options.beams)
+  if (!options.needs_sights())
     return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
                     options);
-  std::vector<JointVector> commanded;
-  for (const SightedPose& pose :
-       random_sighted_poses(robot.chain, options.images ? Sensor::camera : Sensor::beam,
-                            options.poses, options.seed))
-    commanded.push_back(pose.q);
-  return simulate(commanded, truth, options);
+  const KinematicChain& chain = robot.chain;
+  const auto touches = options.touches ? touch_sights_of(chain) : std::vector<TouchSight>{};
+  return simulate(
+      random_sighted_poses(chain, sights_of(options, chain, touches), options.poses, options.seed),
+      truth, options);
 }
 
 namespace {
 
 // The visits of the poses, without readings.
-Campaign visits(const std::vector<JointVector>& commanded, const Robot& truth,
-                const SimulationOptions& options, Random& random) {
+Campaign visits(const std::vector<PlannedPose>& commanded, const SimulationOptions& options,
+                Random& random) {
   const int poses = static_cast<int>(commanded.size());
   Campaign campaign;
   campaign.source = "simulated";
   for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
-  for (const Target& target : truth.chain.targets) campaign.target_names.push_back(target.name);
-  for (const Anchor& anchor : truth.chain.anchors) campaign.anchor_names.push_back(anchor.name);
-  const int targets = std::max(1, target_count(truth.chain));
-  const int anchors = std::max(1, anchor_count(truth.chain));
-
   double time = 0;
   std::vector<int> order(poses);
   for (int pose = 0; pose < poses; ++pose) order[pose] = pose;
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
-    if (options.order == VisitOrder::random)
-      shuffle(order, random.next());
-    else
+    if (options.order == VisitOrder::random) shuffle(order, random.next());
+    if (options.order == VisitOrder::sorted)
       std::stable_sort(order.begin(), order.end(),
-                       [&](int a, int b) { return commanded[a][0] < commanded[b][0]; });
+                       [&](int a, int b) { return commanded[a].q[0] < commanded[b].q[0]; });
     for (int pose : order) {
-      for (int channel = 0; channel < anchors * targets; ++channel) {
-        campaign.pose.push_back(pose);
-        campaign.repeat.push_back(repeat + 1);
-        campaign.q.push_back(commanded[pose]);
-        campaign.time_s.push_back(time);
-        campaign.line.push_back(campaign.rows() + 1);
-        if (!truth.chain.targets.empty()) campaign.target.push_back(channel % targets);
-        if (!truth.chain.anchors.empty()) campaign.anchor.push_back(channel / targets);
-      }
+      campaign.pose.push_back(pose);
+      campaign.repeat.push_back(repeat + 1);
+      campaign.q.push_back(commanded[pose].q);
+      campaign.time_s.push_back(time);
       time += options.seconds_per_visit;
     }
   }
@@ -149,126 +153,93 @@ Campaign visits(const std::vector<JointVector>& commanded, const Robot& truth,
   return campaign;
 }
 
-// A reading of a camera or a beam.
-struct Seen {
-  int name = 0;  // of the corner or the plane
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  double length = 0;  // of a beam [m]
-};
-
-// What can be seen, by its names in the campaign, and what is seen with the measured frame
-// somewhere.
-struct Sensors {
-  std::vector<std::string> names;
-  std::function<std::vector<Seen>(const Pose& a_from_measured)> read;
-};
-
-Sensors cameras_of(const KinematicChain& chain, const SimulationOptions& options, Random& random) {
-  Sensors cameras;
-  std::vector<std::pair<View, int>> corners;  // each name's, as its view and its point
-  for (const View& view : views_of(chain)) {
-    const std::vector<std::string> names = corner_names(chain, view);
-    cameras.names.insert(cameras.names.end(), names.begin(), names.end());
-    for (int point = 0; point < std::ssize(names); ++point) corners.emplace_back(view, point);
-  }
-  cameras.read = [&chain, &options, &random, corners](const Pose& measured) {
-    std::vector<Seen> seen;
-    for (int name = 0; name < std::ssize(corners); ++name) {
-      const auto& [view, point] = corners[name];
-      if (!shows(chain, view, measured, point, 0)) continue;
-      Eigen::Vector2d pixel = pixel_of(chain, view, measured, point);
-      for (double& value : pixel) value += options.noise_pixel * random.normal();
-      if (random.uniform(0, 1) < options.blunders)
-        pixel += random.uniform(2, 20) * random.normal3().head<2>().normalized();
-      seen.push_back({.name = name, .pixel = pixel});
-    }
-    return seen;
-  };
-  return cameras;
+Robot without_instrument(Robot robot) {
+  std::erase_if(robot.effects,
+                [](const Effect& effect) { return effect.parameter.owner == Owner::instrument; });
+  return robot;
 }
 
-Sensors beams_of(const KinematicChain& chain, const SimulationOptions& options, Random& random) {
-  const std::vector<BeamSight> sights = beam_sights_of(chain);
-  Sensors beams;
-  for (const BeamSight& sight : sights) beams.names.push_back(sight.name);
-  beams.read = [&chain, &options, &random, sights](const Pose& measured) {
-    std::map<int, std::pair<double, int>> nearest;  // of each beam
-    for (int k = 0; k < std::ssize(sights); ++k)
-      if (const auto length = beam_reading_at(chain, sights[k], measured)) {
-        const std::pair found(*length, k);
-        const auto [known, is_new] = nearest.try_emplace(sights[k].beam, found);
-        if (!is_new) known->second = std::min(known->second, found);
-      }
-    std::vector<Seen> seen;
-    for (const auto& [beam, found] : nearest) {
-      double length = found.first + options.noise_position * random.normal();
-      if (random.uniform(0, 1) < options.blunders) length += random.uniform(2e-3, 20e-3);
-      seen.push_back({.name = found.second, .length = length});
-    }
-    return seen;
+// The joint angles, near those of the context, in which the arm touches, off by an error; nothing
+// if that is out of reach.
+std::optional<JointVector> touching(const RobotModel& model, const KinematicChain& chain,
+                                    const TouchSight& sight, Context context,
+                                    const ReadingErrors& errors) {
+  const auto pose_at = [&](const JointVector& q, PoseJacobian& jacobian) {
+    model.chain().pose(q, jacobian);
+    context.q = q;
+    return model.pose(context);
   };
-  return beams;
+  Eigen::VectorXd error;
+  const auto miss = [&](const Eigen::Vector3d& place, Eigen::MatrixX3d& gradients) {
+    Eigen::VectorXd off = off_surface(chain, sight, place, gradients);
+    if (error.size() == 0) error = errors.of_touch(off.size());
+    return Eigen::VectorXd(off - error);
+  };
+  return touching_joints(chain, pose_at, touching_point(chain, sight), miss, context.q);
 }
 
-// What cameras or beams read at the visits, one after the other.
-Campaign read_at(const std::vector<JointVector>& commanded, Robot truth,
-                 const SimulationOptions& options, Random& random) {
-  truth.chain.targets.clear();
-  truth.chain.anchors.clear();
-  const Campaign stops = visits(commanded, truth, options, random);
-  const Sensors sensors = options.images ? cameras_of(truth.chain, options, random)
-                                         : beams_of(truth.chain, options, random);
-  const RobotModel model(truth);
-  std::vector<int> rows;
-  std::vector<Seen> all;
-  for (int row = 0; row < stops.rows(); ++row)
-    for (const Seen& seen : sensors.read(model.pose(stops.context(row)))) {
-      rows.push_back(row);
-      all.push_back(seen);
-    }
-  Campaign campaign = stops.select(rows);
-  campaign.contact_names = sensors.names;
-  if (options.images) campaign.metre_per_pixel = 1;
-  for (const Seen& seen : all) {
-    if (options.images) campaign.position.emplace_back(seen.pixel.x(), seen.pixel.y(), 0);
-    campaign.distance.push_back(seen.length);
-    campaign.touch.push_back({seen.name, -1, options.images});
-  }
+// The readings with the columns of their stops.
+Campaign joined(const Campaign& stops, const std::vector<int>& stop_of_row, Campaign read,
+                bool has_images) {
+  Campaign campaign = stops.select(stop_of_row);
+  campaign.line.resize(campaign.q.size());
+  std::iota(campaign.line.begin(), campaign.line.end(), 1);
+  campaign.metre_per_pixel = has_images ? 1 : 0;
+  campaign.position = std::move(read.position);
+  campaign.distance = std::move(read.distance);
+  campaign.touch = std::move(read.touch);
+  campaign.contact_names = std::move(read.contact_names);
+  campaign.profile = std::move(read.profile);
+  campaign.target = std::move(read.target);
+  campaign.target_names = std::move(read.target_names);
+  campaign.anchor = std::move(read.anchor);
+  campaign.anchor_names = std::move(read.anchor_names);
+  campaign.orientation = std::move(read.orientation);
+  campaign.sigma_position = std::move(read.sigma_position);
+  number_profile_points(campaign);
   return campaign;
 }
 
 }  // namespace
 
+Campaign simulate(const std::vector<PlannedPose>& commanded, const Robot& truth,
+                  SimulationOptions options) {
+  static_cast<ReadingKinds&>(options) = with_usual_kind(options, truth.chain);
+  Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
+  const ReadingErrors errors(options, random);
+  // The visits first: an effect may depend on the direction of arrival.
+  Campaign stops = visits(commanded, options, random);
+  Campaign read;
+  if (options.points || options.distances || options.touches)
+    for (const Target& target : truth.chain.targets) read.target_names.push_back(target.name);
+  if (options.distances)
+    for (const Anchor& anchor : truth.chain.anchors) read.anchor_names.push_back(anchor.name);
+  const std::vector<Instrument> instruments = instruments_of(truth, options, errors, read);
+  const RobotModel model(without_instrument(truth));
+  const auto touches = options.touches ? touch_sights_of(truth.chain) : std::vector<TouchSight>{};
+  std::vector<int> stop_of_row;
+  for (int stop = 0; stop < stops.rows(); ++stop) {
+    Visit visit{stops.context(stop), {}, std::nullopt};
+    if (const auto sight = touch_at(commanded[stops.pose[stop]], truth.chain, touches))
+      if (const auto q = touching(model, truth.chain, *sight, visit.context, errors)) {
+        stops.q[stop] = visit.context.q = *q;
+        visit.touched = sight;
+      }
+    visit.a_from_measured = model.pose(visit.context);
+    for (const Instrument& instrument : instruments)
+      for (const ReadRow& row : instrument(visit)) {
+        append_reading(row, truth, options, read);
+        stop_of_row.push_back(stop);
+      }
+  }
+  return joined(stops, stop_of_row, std::move(read), options.images);
+}
+
 Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
                   const SimulationOptions& options) {
-  Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
-  if (options.images || options.beams) return read_at(commanded, truth, options, random);
-  // The visits first: an effect may depend on the direction of arrival.
-  Campaign campaign = visits(commanded, truth, options, random);
-  const RobotModel model(truth);
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const Context context = campaign.context(row);
-    const int target = campaign.target.empty() ? -1 : campaign.target[row];
-    if (!campaign.anchor.empty()) {
-      double distance = model.distance(context, target, campaign.anchor[row]) +
-                        options.noise_position * random.normal();
-      if (random.uniform(0, 1) < options.blunders) distance += random.uniform(2e-3, 20e-3);
-      campaign.distance.push_back(distance);
-      continue;
-    }
-    const Pose frame = model.pose(context);
-    Eigen::Vector3d point =
-        model.point(context, target) + options.noise_position * random.normal3();
-    if (random.uniform(0, 1) < options.blunders) {
-      const Eigen::Vector3d direction = random.normal3().normalized();
-      point += random.uniform(2e-3, 20e-3) * direction;
-    }
-    campaign.position.push_back(point);
-    if (options.orientation && truth.chain.targets.empty())
-      campaign.orientation.emplace_back(Eigen::Matrix3d(
-          rotation_exp(options.noise_orientation * random.normal3()) * frame.rotation));
-  }
-  return campaign;
+  std::vector<PlannedPose> poses;
+  for (const JointVector& q : commanded) poses.push_back({q, "", ""});
+  return simulate(poses, truth, options);
 }
 
 }  // namespace armtrue

@@ -102,8 +102,8 @@ class RowReader {
       read_point();
     if (columns_.repeat) c.repeat.push_back(table_.integer(*columns_.repeat));
     if (columns_.target)
-      c.target.push_back(has_pixel() ? kNoName
-                                     : indices_.targets.of(table_.original(*columns_.target)));
+      c.target.push_back(reads_target() ? indices_.targets.of(table_.original(*columns_.target))
+                                        : kNoName);
     if (columns_.session) c.session.push_back(indices_.sessions.of(table_.original(*columns_.session)));
     if (const auto& sigma = has_pixel() ? columns_.sigma_pixel : columns_.sigma_position)
       c.sigma_position.push_back(positive(*sigma, kDeviation));
@@ -111,6 +111,13 @@ class RowReader {
       c.sigma_orientation.push_back(positive(*columns_.sigma_orientation, kDeviation));
     read_covariance();
     columns_.context->read(table_, c);
+  }
+
+  // Of the row that was just read: beams and cameras are mounted for themselves.
+  bool reads_target() const {
+    const Campaign& c = part_.rows;
+    if (c.touch.empty() || c.touch.back().contact < 0) return true;
+    return !c.touch.back().is_pixel && !BeamName::is_one(c.contact_names[c.touch.back().contact]);
   }
 
   // What a row states of its noise, as standard deviations and what makes its components white.

@@ -22,29 +22,81 @@ void for_each_covariance(const StatedBlocks& blocks, const Take& take) {
     for (int k = i; k < (blocks.rotation ? 6 : 3); ++k) take(i, k);
 }
 
-void append_row(const Campaign& campaign, const std::vector<JointName>& joints, int row,
-                std::string& text) {
+// Whether the row of a file, whose points are not yet coordinates, reads a point.
+bool reads_point(const Campaign& campaign, int row) {
+  const ReadingKind kind = campaign.kind(row);
+  return kind == ReadingKind::point ||
+         (kind == ReadingKind::distance && campaign.distance[row] == 0);
+}
+
+// What the rows read, which decides on the columns.
+struct Kinds {
+  bool points = false, distances = false, touches = false, beams = false, pixels = false;
+  bool camera = false, board = false;  // are named
+  bool sigma = false;                  // each row states one
+
+  explicit Kinds(const Campaign& campaign)
+      : sigma(!campaign.sigma_position.empty() && !stated_blocks(campaign).position) {
+    for (int row = 0; row < campaign.rows(); ++row) add(campaign, row);
+  }
+
+  bool has_lengths() const { return points || distances || touches; }
+
+ private:
+  void add(const Campaign& campaign, int row) {
+    if (reads_point(campaign, row)) {
+      points = true;
+    } else if (campaign.kind(row) == ReadingKind::distance) {
+      distances = true;
+    } else if (const std::string& name = campaign.contact_names[campaign.touch[row].contact];
+               campaign.kind(row) == ReadingKind::pixel) {
+      pixels = true;
+      camera |= !PixelName(name).camera.empty();
+      board |= !PixelName(name).board.empty();
+    } else {
+      touches = true;
+      beams |= BeamName::is_one(name);
+    }
+  }
+};
+
+void append_row(const Campaign& campaign, const Kinds& kinds, const std::vector<JointName>& joints,
+                int row, std::string& text) {
   text += csv_cell(campaign.pose_ids[campaign.pose[row]]);
   const auto add = [&](const std::string& cell) { (text += ",") += cell; };
   if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
   if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
   for (size_t j = 0; j < joints.size(); ++j) add(number_text(campaign.q[row][j], joints[j].si()));
-  if (campaign.has_pixels()) {
-    const PixelName name(campaign.contact_names[campaign.touch[row].contact]);
-    if (!name.camera.empty()) add(csv_cell(name.camera));
-    if (!name.board.empty()) add(csv_cell(name.board));
-    add(csv_cell(name.corner));
-    for (int axis = 0; axis < 2; ++axis) add(number_text(campaign.position[row][axis]));
-  } else if (campaign.has_touches()) {  // of beams
-    const BeamName name(campaign.contact_names[campaign.touch[row].contact]);
-    add(csv_cell(name.beam));
-    add(csv_cell(name.contact));
-    add(number_text(campaign.distance[row], kMillimetre));
-  } else if (campaign.has_distances()) {
-    add(number_text(campaign.distance[row], kMillimetre));
-  } else {
-    for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
+  const ReadingKind kind = campaign.kind(row);
+  const bool is_point = reads_point(campaign, row), is_pixel = kind == ReadingKind::pixel;
+  const bool is_touch = kind == ReadingKind::touch;
+  const std::string name =
+      is_pixel || is_touch ? campaign.contact_names[campaign.touch[row].contact] : "";
+  const bool is_beam = is_touch && BeamName::is_one(name);
+  // A cell of a column that only some kinds of readings have.
+  const auto add_if = [&](bool reads, const auto& cell) { add(reads ? cell() : std::string()); };
+  if (kinds.camera) add_if(is_pixel, [&] { return csv_cell(PixelName(name).camera); });
+  if (kinds.board) add_if(is_pixel, [&] { return csv_cell(PixelName(name).board); });
+  if (kinds.pixels) {
+    add_if(is_pixel, [&] { return csv_cell(PixelName(name).corner); });
+    for (int axis = 0; axis < 2; ++axis)
+      add_if(is_pixel, [&] { return number_text(campaign.position[row][axis]); });
+    if (kinds.sigma) add_if(is_pixel, [&] { return number_text(campaign.sigma_position[row]); });
   }
+  if (kinds.beams) add_if(is_beam, [&] { return csv_cell(BeamName(name).beam); });
+  if (kinds.touches)
+    add_if(is_touch, [&] { return csv_cell(is_beam ? BeamName(name).contact : name); });
+  if (campaign.has_profiles())
+    for (const double value : {campaign.profile[row].y, campaign.profile[row].z})
+      add(number_text(value, kMillimetre));
+  if (kinds.beams || kinds.distances)
+    add_if(is_beam || (kind == ReadingKind::distance && !is_point),
+           [&] { return number_text(campaign.distance[row], kMillimetre); });
+  if (kinds.points)
+    for (int i = 0; i < 3; ++i)
+      add_if(is_point, [&] { return number_text(campaign.position[row][i], kMillimetre); });
+  if (kinds.sigma && kinds.has_lengths())
+    add_if(!is_pixel, [&] { return number_text(campaign.sigma_position[row], kMillimetre); });
   if (campaign.has_orientation()) {
     const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
     for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
@@ -55,8 +107,12 @@ void append_row(const Campaign& campaign, const std::vector<JointName>& joints, 
       add(fmt::format("{:.12g}", covariance(i, k) / covariance_unit(i, k)));
     });
   }
-  if (!campaign.target.empty()) add(csv_cell(campaign.target_names[campaign.target[row]]));
-  if (!campaign.anchor.empty()) add(csv_cell(campaign.anchor_names[campaign.anchor[row]]));
+  if (!campaign.target.empty())
+    add_if(!is_pixel && !is_beam,
+           [&] { return csv_cell(campaign.target_names[campaign.target[row]]); });
+  if (!campaign.anchor.empty())
+    add_if(kind == ReadingKind::distance && !is_point,
+           [&] { return csv_cell(campaign.anchor_names[campaign.anchor[row]]); });
   if (!campaign.arrival.empty())
     for (size_t j = 0; j < joints.size(); ++j) add(std::to_string(campaign.arrival[row][j]));
   if (!campaign.session.empty()) add(csv_cell(campaign.session_names[campaign.session[row]]));
@@ -73,15 +129,16 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
   if (!campaign.repeat.empty()) text += ",repeat";
   if (!campaign.time_s.empty()) text += ",t_s";
   for (const JointName& joint : joints) text += "," + joint.encoder();
-  if (campaign.has_pixels()) {
-    const PixelName name(campaign.contact_names.at(0));
-    text += std::string(name.camera.empty() ? "" : ",camera") +
-            (name.board.empty() ? "" : ",board") + ",corner,u_px,v_px";
-  } else if (campaign.has_touches()) {
-    text += ",beam,contact,l_mm";
-  } else {
-    text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
-  }
+  const Kinds kinds(campaign);
+  if (kinds.camera) text += ",camera";
+  if (kinds.board) text += ",board";
+  if (kinds.pixels) text += std::string(",corner,u_px,v_px") + (kinds.sigma ? ",sigma_px" : "");
+  if (kinds.beams) text += ",beam";
+  if (kinds.touches) text += ",contact";
+  if (campaign.has_profiles()) text += ",profile_y_mm,profile_z_mm";
+  if (kinds.beams || kinds.distances) text += ",l_mm";
+  if (kinds.points) text += ",x_mm,y_mm,z_mm";
+  if (kinds.sigma && kinds.has_lengths()) text += ",sigma_mm";
   if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
   for_each_covariance(stated_blocks(campaign),
                       [&](int i, int k) { text += "," + covariance_column(i, k); });
@@ -95,7 +152,7 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
   text += "\n";
   append_rows(
       campaign.rows(),
-      [&](int row, std::string& lines) { append_row(campaign, joints, row, lines); }, text);
+      [&](int row, std::string& lines) { append_row(campaign, kinds, joints, row, lines); }, text);
   return text;
 }
 

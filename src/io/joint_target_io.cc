@@ -21,6 +21,11 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
   const auto q = find_encoders(table, joints);
   if (!pose) table.fail_missing({"pose"});
   if (!has_all(table, q, names)) table.fail_missing(names, {*pose});
+  const auto cell = [&](const std::optional<int>& column) {
+    return column ? std::string(table.original(*column)) : std::string();
+  };
+  const auto beam = table.find("beam"), contact = table.find("contact"),
+             touching = table.find("target");
   std::vector<JointTarget> targets;
   std::map<std::string, int, std::less<>> lines;  // of each id
   while (table.next_row()) {
@@ -33,6 +38,9 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
                             " too; give every target an id of its own");
     target.q.resize(joints.size());
     for (size_t j = 0; j < joints.size(); ++j) target.q[j] = table.number(*q[j]);
+    const std::string of_beam = cell(beam);
+    target.contact = of_beam.empty() ? cell(contact) : BeamName(of_beam, cell(contact)).text();
+    target.target = cell(touching);
   }
   if (targets.empty()) throw InputError(source.name() + ": has no row");
   return targets;
@@ -55,10 +63,11 @@ std::string write_joint_targets(const std::vector<JointTarget>& targets,
     text += csv_cell(target.pose);
     for (size_t j = 0; j < joints.size(); ++j)
       text += "," + number_text(target.q[j], joints[j].si());
-    if (by_beam) {
+    if (by_beam && BeamName::is_one(target.contact)) {
       const BeamName name(target.contact);
       text += "," + csv_cell(name.beam) + "," + csv_cell(name.contact);
     } else if (touched) {
+      if (by_beam) text += ",";
       text += "," + csv_cell(target.contact);
     }
     if (by_target) text += "," + csv_cell(target.target);

@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/approach.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
-#include "armtrue/kinematics/joint_iterations.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/observation/observation.h"
 #include "armtrue/observation/placement.h"
@@ -244,7 +244,7 @@ double miss_of(const Touches& touches, const Contact& contact) {
   return median(std::move(misses));
 }
 
-// Newton's method for the joints until the tool touches one contact.
+// The joints with which the tool touches the contact of a row.
 class Approach {
  public:
   Approach(const Robot& robot, const Campaign& campaign)
@@ -256,45 +256,28 @@ class Approach {
 
   // Nothing if the contact is out of reach.
   std::optional<JointVector> configuration(int row) const {
-    constexpr int kMaxSteps = 100;
-    constexpr double kTouches = 1e-12;  // m, far below what a rank could notice
-    const auto step_at = [&](const JointVector& q) -> std::optional<JointVector> {
-      Eigen::MatrixXd jacobian;
-      const Eigen::VectorXd miss = this->miss(row, q, jacobian);
-      if (miss.norm() < kTouches) return std::nullopt;
-      const double damping = std::max(1e-30, 1e-12 * jacobian.squaredNorm());
-      return smallest_step(jacobian, -miss, damping);
-    };
-    return newton(campaign_.q[row], kMaxSteps, step_at);
-  }
-
- private:
-  // How far the point is off the contact, one or three numbers, with the derivatives by the joints.
-  Eigen::VectorXd miss(int row, const JointVector& q, Eigen::MatrixXd& jacobian) const {
-    PoseJacobian of_pose;
-    Pose frame = evaluator_.pose(q, of_pose);
     const ContactPoint& which = contacts_[campaign_.touch[row].contact];
     const By by = which.beam >= 0 ? By::beam : By::tool;
+    const Contact& contact = chain_.contacts[which.contact];
     Eigen::Vector3d point = campaign_.own_point(row);  // in the measured frame
     if (by == By::beam)
       point = end_of_beam(chain_.contacts[which.beam], campaign_.distance[row]);
     else if (!targets_.empty())
       point = chain_.targets[targets_[campaign_.target[row]]].position;
-    const Eigen::Vector3d lever = frame.rotation * point;
-    move_to_point(of_pose, lever);
-    frame.translation += lever;
-    Eigen::Matrix3Xd joints(3, joint_count(chain_));
-    for (int j = 0; j < joints.cols(); ++j)
-      joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
-    const Contact& contact = chain_.contacts[which.contact];
-    Eigen::MatrixX3d gradients;
-    const Eigen::VectorXd off =
-        off_contact(contact, which.point, by == By::beam ? 0.0 : campaign_.distance[row], by,
-                    inverse(contact.place) * frame.translation, &gradients);
-    jacobian = gradients * contact.place.rotation.transpose() * joints;
-    return off;
+    const auto miss = [&](const Eigen::Vector3d& place, Eigen::MatrixX3d& gradients) {
+      const Eigen::VectorXd off =
+          off_contact(contact, which.point, by == By::beam ? 0.0 : campaign_.distance[row], by,
+                      inverse(contact.place) * place, &gradients);
+      gradients *= contact.place.rotation.transpose();
+      return off;
+    };
+    const auto pose_at = [&](const JointVector& q, PoseJacobian& jacobian) {
+      return evaluator_.pose(q, jacobian);
+    };
+    return touching_joints(chain_, pose_at, point, miss, campaign_.q[row]);
   }
 
+ private:
   const KinematicChain& chain_;
   const Campaign& campaign_;
   std::vector<int> targets_;

@@ -36,7 +36,7 @@ void enter_members(Contest& contest, const std::vector<std::string>& temperature
 Eigen::MatrixXd derivatives(const Contest& contest, const PoseCloud& cloud,
                             const Campaign& campaign) {
   const Eigen::MatrixXd blocks =
-      SessionModels(campaign, contest.robot, cloud.unknowns, cloud.noise).blocks();
+      SessionModels(campaign, contest.robot, cloud.unknowns, sigma_of(cloud, campaign)).blocks();
   return blocks.leftCols(blocks.cols() - 1);
 }
 

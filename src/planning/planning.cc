@@ -75,30 +75,29 @@ std::vector<PlannedPose> PosePlanner::plan(int count) const {
   // The elimination of what earlier sessions have of their own ties the places of their targets
   // together: then all unknowns are one group.
   const bool ties = rows_by_session(cloud_.given).size() > 1;
-  const auto models_of = [&](const Campaign& campaign, const ReadingSigma& sigma,
-                             SessionModels::Split split) {
-    return SessionModels(campaign, cloud_.robot, cloud_.unknowns, sigma, kAllEffects, split);
+  const auto models_of = [&](const Campaign& campaign, SessionModels::Split split) {
+    return SessionModels(campaign, cloud_.robot, cloud_.unknowns, sigma_of(cloud_, campaign),
+                         kAllEffects, split);
   };
   const Campaign campaign = readings(cloud_, cloud_.poses);
-  const SessionModels candidates =
-      models_of(campaign, cloud_.noise,
-                ties ? SessionModels::Split::by_session : SessionModels::Split::by_target);
+  const SessionModels candidates = models_of(
+      campaign, ties ? SessionModels::Split::by_session : SessionModels::Split::by_target);
   const UnknownGroups groups(candidates);
   GroupedDerivatives of_candidates = groups.derivatives(candidates);
 
   const std::vector<PlannedPose> seen = with_given(cloud_);
   const Campaign all = readings(cloud_, seen);
-  const Scaling scaling(groups.triangles(models_of(all, cloud_.noise, groups.split())),
+  const Scaling scaling(groups.triangles(models_of(all, groups.split())),
                         1 / std::sqrt(seen.size()));
   scaling.apply(of_candidates);
-  GroupedDerivatives known =
-      ties ? groups.of_one_group(given_)
-           : groups.triangles(models_of(cloud_.given, cloud_.noise, groups.split()));
+  GroupedDerivatives known = ties ? groups.of_one_group(given_)
+                                  : groups.triangles(models_of(cloud_.given, groups.split()));
   scaling.apply(known);
   GroupedDerivatives aim;
   if (zone_) {
     const Campaign points_of_zone = points(cloud_, zone_configurations());
-    aim = groups.triangles(models_of(points_of_zone, {1.0, 1.0}, groups.split()));
+    aim = groups.triangles(SessionModels(points_of_zone, cloud_.robot, cloud_.unknowns, {1.0, 1.0},
+                                         kAllEffects, groups.split()));
     scaling.apply(aim);
   }
   Information design(std::move(of_candidates), kCloudSize, known, aim);
@@ -113,16 +112,17 @@ std::vector<PlannedPose> PosePlanner::random(int count, std::uint64_t seed) cons
 }
 
 PlanQuality PosePlanner::quality(const std::vector<PlannedPose>& poses) const {
-  const Campaign campaign = readings(cloud_, poses);
+  const Campaign campaign = readings(cloud_, poses, Corners::all);
+  const ReadingSigma sigma = sigma_of(cloud_, campaign);
   const Eigen::Index p = given_.cols();
   Eigen::MatrixXd rows(2 * p, p);
-  rows << given_, triangle(SessionModels(campaign, cloud_.robot, cloud_.unknowns, cloud_.noise,
+  rows << given_, triangle(SessionModels(campaign, cloud_.robot, cloud_.unknowns, sigma,
                                          kAllEffects, SessionModels::Split::by_target));
   const Eigen::MatrixXd all = upper_triangle(rows);
 
   PlanQuality quality;
   const Eigen::VectorXd s =
-      cloud_.noise.position * Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues();
+      sigma.position * Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues();
   quality.observability = observability(s, cloud_.given.rows() + campaign.rows());
   const double infinity = std::numeric_limits<double>::infinity();
   if (s[p - 1] <= 1e-10 * s[0]) {

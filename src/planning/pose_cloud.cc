@@ -11,22 +11,19 @@
 
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/sessions.h"
-#include "armtrue/campaign/sighted_poses.h"
+#include "armtrue/campaign/sights.h"
+#include "armtrue/campaign/usual_noise.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/observation/contacts.h"
 #include "armtrue/observation/fold.h"
 #include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
-#include "planning/image_poses.h"
-#include "planning/touch_poses.h"
+#include "planning/planned_readings.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kUsualPositionNoise = 1e-4;     // m
-constexpr double kUsualOrientationNoise = 1e-4;  // rad
-constexpr double kUsualPixelNoise = 0.2;         // px
 constexpr double kOnTheFloor = 1e-9;             // m; a frame in the plane of the base is above it
 constexpr int kDrawsPerConfiguration = 64;
 
@@ -65,26 +62,51 @@ bool is_above_floor(const PoseCloud& cloud, const JointVector& q) {
          cloud.options.floor.value_or(cloud.robot.floor) - kOnTheFloor;
 }
 
-PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
-  if (given.has_profiles())
+namespace {
+
+// What is planned is read as what is given.
+void choose_kinds(PoseCloud& cloud) {
+  KinematicChain& chain = cloud.robot.chain;
+  ReadingKinds& kinds = cloud.options;
+  if (cloud.given.rows() > 0) {
+    kinds = kinds_of(cloud.given);
+    if (cloud.given.target_names.empty()) chain.targets.clear();
+  }
+  kinds = with_usual_kind(kinds, chain);
+  if (!kinds.points && !kinds.distances && !kinds.touches) chain.targets.clear();
+  if (!kinds.distances) chain.anchors.clear();
+}
+
+// Where what is read stands, of the robot file or of the given readings.
+void find_places(PoseCloud& cloud) {
+  if (cloud.options.box)
     throw std::invalid_argument(
-        given.source +
-        ": poses of line profiles are not planned; choose them by hand: many postures, all tilts "
-        "and distances at which the sensor reads, three planes or a sphere");
-  PoseCloud cloud{robot, options, given, {}, {}, {}, {}};
+        "a box limits poses in free space; where a contact is touched, a camera sees a board, or a "
+        "beam or a scanner reads a plane, their places say where");
+  cloud.robot = with_contacts_fitted(std::move(cloud.robot), cloud.given, FitContacts::unknown);
+  if (cloud.options.beams) state_ranges(cloud.given, cloud.robot.chain);
+  if (cloud.options.touches)
+    cloud.touches = cloud.given.rows() > 0 ? touches_of(cloud.given, cloud.robot.chain)
+                                           : touch_sights_of(cloud.robot.chain);
+}
+
+}  // namespace
+
+PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
+  PoseCloud cloud;
+  cloud.robot = robot;
+  cloud.options = options;
+  cloud.given = given;
   const std::vector<std::vector<int>> sessions = rows_by_session(given);
   if (given.rows() > 0) cloud.robot = robot_at_row(robot, given, sessions.back().front());
   cloud.robot.sessions = robot.sessions;
   cloud.robot.effects.clear();
-  cloud.noise = {robot.noise.position > 0 ? robot.noise.position : kUsualPositionNoise,
-                 robot.noise.orientation > 0 ? robot.noise.orientation : kUsualOrientationNoise};
-  if (given.rows() > 0) {  // what is planned is read as what is given
-    cloud.options.orientation = given.has_orientation();
-    if (given.target_names.empty()) cloud.robot.chain.targets.clear();
-    if (!given.has_distances()) cloud.robot.chain.anchors.clear();
-  } else if (!robot.chain.targets.empty() || !robot.chain.anchors.empty()) {
-    cloud.options.orientation = false;
-  }
+  cloud.noise_length = stated_or_usual(0, robot.noise.position, kUsualPositionNoise);
+  cloud.noise_pixel = stated_or_usual(0, robot.noise.pixel, kUsualPixelNoise);
+  cloud.noise = {cloud.noise_length,
+                 stated_or_usual(0, robot.noise.orientation, kUsualOrientationNoise)};
+  cloud.stated_noise = stated_by_kind(given);
+  choose_kinds(cloud);
   // Only derivatives count. They do not depend on the positions read, and on the orientations read
   // only as far as these lie off the model.
   for (const std::vector<int>& rows : sessions) {
@@ -94,37 +116,9 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
     for (int row : rows) cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
   }
 
-  cloud.options.images = given.rows() > 0 ? given.has_pixels() : options.images;
-  cloud.options.beams = given.rows() > 0 ? given.has_beams_only() : options.beams;
-  cloud.options.touches =
-      given.rows() > 0 ? given.has_touches() && !given.has_pixels() && !given.has_beams_only()
-                       : options.touches;
-  if (cloud.options.images || cloud.options.beams) {
-    if (options.box)
-      throw std::invalid_argument(
-          std::string("a box limits poses in free space; where a ") +
-          (cloud.options.images ? "camera sees a board" : "beam reads a plane") +
-          ", their places say where");
-    cloud.options.orientation = false;
-    if (given.rows() == 0) {  // given readings may be of targets and anchors, too
-      cloud.robot.chain.targets.clear();
-      cloud.robot.chain.anchors.clear();
-    } else {
-      cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
-    }
-    if (cloud.options.beams) state_ranges(given, cloud.robot.chain);
-  } else if (cloud.options.touches) {
-    if (options.box)
-      throw std::invalid_argument(
-          "a box limits poses in free space; where contacts are touched, the contacts say where");
-    cloud.options.orientation = false;
-    cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
-    cloud.touches = touches_to_plan(cloud.robot, given);
-  }
+  if (cloud.options.needs_sights()) find_places(cloud);
   cloud.poses = random_poses(cloud, kCloudSize, options.seed);
-  if (cloud.options.images)
-    cloud.noise.position = (robot.noise.pixel > 0 ? robot.noise.pixel : kUsualPixelNoise) *
-                           readings(cloud, cloud.poses).metre_per_pixel;
+  cloud.noise = sigma_of(cloud, readings(cloud, cloud.poses));
   // A box may leave unseen what the given poses show.
   cloud.unknowns = choose_identifiable(cloud.robot, readings(cloud, with_given(cloud))).kept;
   if (cloud.unknowns.empty())
@@ -148,44 +142,29 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 
 namespace {
 
-// Random configurations in which a camera or a beam reads, above the floor; may be fewer.
+// Random configurations in which something reads, above the floor.
 std::vector<PlannedPose> random_sighted(const PoseCloud& cloud, int count, std::uint64_t seed) {
-  constexpr int kMostDraws = 8;  // of a configuration: half of them and more are above the floor
-  const Sensor sensor = cloud.options.images ? Sensor::camera : Sensor::beam;
-  std::vector<PlannedPose> poses;
-  for (int draws = 1; draws <= kMostDraws && std::ssize(poses) < count; draws *= 2) {
-    poses.clear();
-    for (const SightedPose& pose :
-         random_sighted_poses(cloud.robot.chain, sensor, draws * count, seed))
-      if (std::ssize(poses) < count && is_above_floor(cloud, pose.q))
-        poses.push_back({pose.q, pose.name, ""});
+  constexpr int kMostDraws = 32;  // of a configuration
+  const KinematicChain& chain = cloud.robot.chain;
+  for (int draws = 1; draws <= kMostDraws; draws *= 2) {
+    std::vector<PlannedPose> poses = random_sighted_poses(
+        chain, sights_of(cloud.options, chain, cloud.touches), draws * count, seed);
+    std::erase_if(poses, [&](const PlannedPose& pose) { return !is_above_floor(cloud, pose.q); });
+    if (std::ssize(poses) < count) continue;
+    poses.resize(count);
+    return poses;
   }
-  return poses;
-}
-
-std::string too_few_that_read(const CloudOptions& options) {
-  const auto [which, places] =
-      options.images ? std::pair("that shows a board keeps links and tool", "cameras and boards")
-      : options.beams
-          ? std::pair("in which a beam reads a plane keeps links and tool", "beams and planes")
-          : std::pair("touches a contact with links and tool within their travel and",
-                      "the contacts");
-  return fmt::format(
-      "hardly any configuration {} above the floor; check the places of {}, or lower the floor "
-      "(--floor-mm)",
-      which, places);
+  throw std::invalid_argument(
+      "hardly any configuration in which something is touched or read keeps links and tool above "
+      "the floor; check the places of contacts, beams, cameras and boards, or lower the floor "
+      "(--floor-mm)");
 }
 
 }  // namespace
 
 std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
   const CloudOptions& options = cloud.options;
-  if (options.images || options.beams || options.touches) {
-    std::vector<PlannedPose> poses =
-        options.touches ? random_touches(cloud, count, seed) : random_sighted(cloud, count, seed);
-    if (std::ssize(poses) == count) return poses;
-    throw std::invalid_argument(too_few_that_read(options));
-  }
+  if (options.needs_sights()) return random_sighted(cloud, count, seed);
   std::vector<JointVector> all;
   for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {
     all = random_configurations(cloud.robot, draws * count, options.box, seed);
@@ -200,22 +179,17 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
 
 std::vector<PlannedPose> with_given(const PoseCloud& cloud) {
   std::vector<PlannedPose> all = cloud.poses;
-  if (cloud.options.touches || cloud.options.beams) {
-    const std::vector<PlannedPose> given = given_touches(cloud);
-    all.insert(all.end(), given.begin(), given.end());
-    return all;
-  }
   std::vector<bool> is_in(cloud.given.pose_ids.size(), false);
   for (int row = 0; row < cloud.given.rows(); ++row)
     if (!is_in[cloud.given.pose[row]]) {
       is_in[cloud.given.pose[row]] = true;
-      all.push_back({cloud.given.q[row], "", ""});
+      all.push_back(planned_pose_at(cloud.given, row));
     }
   return all;
 }
 
 Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot) {
-  const SessionModels models(cloud.given, robot, cloud.unknowns, cloud.noise);
+  const SessionModels models(cloud.given, robot, cloud.unknowns, sigma_of(cloud, cloud.given));
   std::vector<Eigen::MatrixXd> factors;
   for (int s = 0; s < models.sessions(); ++s) {
     const ObservationModel& model = models.model(s);
@@ -278,28 +252,6 @@ Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& ro
         rows.middleRows(row * size, size);
   }
   return blocks;
-}
-
-Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses) {
-  if (cloud.options.images) return image_readings(cloud, poses);
-  if (cloud.options.touches || cloud.options.beams) return touch_readings(cloud, poses);
-  const KinematicChain& chain = cloud.robot.chain;
-  Campaign campaign = points(cloud, configurations(poses));
-  const int targets = std::max(1, target_count(chain));
-  const int anchors = anchor_count(chain);
-  if (anchors > 0) {
-    for (const Anchor& anchor : chain.anchors) campaign.anchor_names.push_back(anchor.name);
-    for (int row = 0; row < campaign.rows(); ++row)
-      campaign.anchor.push_back(row / targets % anchors);
-    campaign.position.clear();
-    campaign.distance.assign(campaign.q.size(), 1.0);  // only derivatives count
-  }
-  if (cloud.options.orientation) {
-    const ChainEvaluator evaluator(chain);
-    for (const JointVector& q : campaign.q)
-      campaign.orientation.emplace_back(evaluator.pose(q).rotation);
-  }
-  return campaign;
 }
 
 }  // namespace armtrue

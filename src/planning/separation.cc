@@ -204,14 +204,7 @@ class Separation {
     if (std::cmp_less(given.rows() * given.reading_size().all(), 2 * unknowns)) return;
     const ReadingSigma spread =
         calibrate(robot, given, {.statistics = FitStatistics::weights}).spread;
-    const auto set = [](double shown, double stated, double& noise) {
-      if (shown > 0) noise = std::max(shown, stated);
-    };
-    const double stated =
-        given.has_pixels() ? robot.noise.pixel * given.metre_per_pixel : robot.noise.position;
-    set(spread.position, stated, cloud_.noise.position);
-    if (given.has_orientation())
-      set(spread.orientation, robot.noise.orientation, cloud_.noise.orientation);
+    raise_noise(cloud_, spread);
   }
 
   // Standardised columns of cloud and given poses, and the sizes of the members.

@@ -332,6 +332,51 @@ TEST(Planning, QualityOfTouchesIsWhatCalibrationReports) {
     EXPECT_NEAR(quality.observability[k] / result.observability[k], 1, 1e-4) << "O" << k + 1;
 }
 
+// The same of line profiles, and of pixels beside points: rows of each kind count by their own
+// noise.
+void expect_reported(const Robot& robot, const PlanOptions& options) {
+  const PosePlanner planner(robot, options);
+  const std::vector<PlannedPose> poses = planner.random(60, 5);
+  SimulationOptions read;
+  static_cast<ReadingKinds&>(read) = options;
+  Campaign campaign = simulate(poses, robot, read);
+  if (read.count() > 1) points_to_coordinates(campaign);
+  bind_touches(campaign, robot.chain);
+  CalibrationOptions plain;
+  plain.robust = false;
+  const CalibrationResult result = calibrate(robot, campaign, plain);
+  const PlanQuality quality = planner.quality(poses);
+  for (size_t k = 0; k < quality.observability.size(); ++k)
+    EXPECT_NEAR(quality.observability[k] / result.observability[k], 1, 1e-3) << "O" << k + 1;
+}
+
+TEST(Planning, QualityOfProfilesIsWhatCalibrationReports) {
+  Robot robot = touching_robot();
+  robot.chain.targets.clear();
+  PlanOptions options;
+  options.profiles = Scanner{{0.08, 0.4}, 30 * kDegree};
+  expect_reported(robot, options);
+}
+
+TEST(Planning, QualityOfPixelsBesidePointsIsWhatCalibrationReports) {
+  Robot robot = shipped("kr360-spindle");
+  robot.noise = {5e-5, 1e-4, 0.3};
+  Contact camera, board;
+  camera.name = "eye";
+  camera.kind = ContactKind::camera;
+  camera.on_arm = true;
+  camera.intrinsics << 1200, 1205, 660, 470, 0, 0, 0, 0, 0, 0;
+  board.name = "plate";
+  board.kind = ContactKind::board;
+  board.place = {rotation_exp({3.0, 0, 0.1}), {1.9, 0.2, 0.8}};
+  for (int k = 0; k < 20; ++k)
+    board.points.push_back({std::to_string(k), {0.05 * (k % 5), 0.05 * (k / 5), 0}});
+  robot.chain.contacts = {camera, board};
+  PlanOptions options;
+  options.points = options.images = true;
+  expect_reported(robot, options);
+}
+
 std::string refusal(const PlanOptions& options) {
   try {
     PosePlanner(shipped("kr360-spindle"), options);

@@ -5,8 +5,12 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
+
+/// Farthest off the normal of a surface that light comes back to a beam or a scanner [rad].
+inline constexpr double kMostIncidence = 60 * kDegree;
 
 /// A beam, and the plane or the face of an artefact on which it may end: indices into the contacts
 /// of the chain and into the points of the artefact.

@@ -12,12 +12,12 @@ struct JointTarget {
   std::string pose;
   JointVector q;
   int line = 0;         ///< line in its file
-  std::string contact;  ///< contact to be touched there, or the text of a BeamName; not read from
-                        ///< files
-  std::string target;   ///< target that touches it; not read from files
+  std::string contact;  ///< contact to be touched there, or the text of a BeamName
+  std::string target;   ///< target that touches it
 };
 
-/// Reads `pose,q1_deg..q6_deg`, or the columns of other joints. Throws InputError, also for an id
+/// Reads `pose,q1_deg..q6_deg`, or the columns of other joints, and `beam`, `contact` and `target`
+/// if they are there. Throws InputError, also for an id
 /// that is missing or occurs twice.
 std::vector<JointTarget> read_joint_targets(
     const std::string& path, const std::vector<JointName>& joints = six_axis_names());

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,32 +14,15 @@
 
 namespace armtrue {
 
-/// Limits of the planned poses, and what is measured at them. With given poses, `orientation`,
-/// `touches`, `images` and `beams` are ignored: planned poses are read as the given ones.
-struct CloudOptions {
-  bool orientation = true;  ///< is read; false: positions only. Not read with targets or anchors
-  std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
+/// Limits of the planned poses, and what is measured at them; given poses decide for themselves
+/// what.
+struct CloudOptions : ReadingKinds {
+  std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
   /// Height in R_0 that no link origin of the arm and no point of the tool passes [m]; absent: that
   /// of the robot. The origin of a slider's frame does not count: a slider has a direction, and no
   /// place.
   std::optional<double> floor;
-  /// Whether the poses touch the contacts of the robot.
-  bool touches = false;
-  /// Whether cameras of the robot see its boards there.
-  bool images = false;
-  /// Whether beams of the robot read its planes there.
-  bool beams = false;
   std::uint64_t seed = 1;
-};
-
-/// A pose to be measured.
-struct PlannedPose {
-  JointVector q;        ///< [rad or m]
-  std::string contact;  ///< that is touched or read there, as in a campaign; empty: an instrument
-                        ///< reads the pose
-  std::string target;   ///< that touches it; empty: the point of the tool
-
-  bool operator==(const PlannedPose&) const = default;
 };
 
 std::vector<JointVector> configurations(const std::vector<PlannedPose>& poses);
@@ -46,10 +30,9 @@ std::vector<JointVector> configurations(const std::vector<PlannedPose>& poses);
 std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configurations);
 
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
-/// floor. Collisions are not checked. Each pose reads every target; with anchors, it reads the
-/// distance of every target from every anchor. Touches: random configurations in which the point of
-/// the tool or a target touches a contact, one in each pose. Images and beams: those of
-/// random_sighted_poses().
+/// floor. Collisions are not checked. If only an instrument reads, each pose reads every target,
+/// with anchors the distance of every target from every anchor. Otherwise they are those of
+/// random_sighted_poses(), in which all reads that can.
 struct PoseCloud {
   /// The robot without effects, and without targets and anchors if the given poses read none. Base
   /// and zero offsets are those of the last session of the given poses, which the planned poses
@@ -58,8 +41,12 @@ struct PoseCloud {
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
   ReadingSigma noise;  ///< the robot's; 0.1 mm, 0.1 mrad, 0.2 px where it states none
+  /// Of images, or several kinds, each row has its own: that which given rows of its kind state, or
+  /// else these [m, px], all times a factor.
+  double noise_length = 0, noise_pixel = 0, noise_factor = 1;
+  std::map<ReadingKind, double> stated_noise;
   std::vector<PlannedPose> poses;
-  std::vector<PlannedPose> touches;  ///< what can be touched, without configurations
+  std::vector<TouchSight> touches;   ///< what can be touched
   std::vector<int> unknowns;         ///< choose_identifiable() of the cloud and the given poses
 };
 
@@ -80,9 +67,23 @@ std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 /// The predicted points of every target, once for each anchor; without noise and context.
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
-/// The readings there, of which only the derivatives count: points, or distances from the anchors,
-/// and orientations, or touches, or pixels.
-Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses);
+/// Which corners of an image readings() has.
+enum class Corners {
+  all,
+  some,  ///< twelve that span it, with the weight of all
+};
+
+/// What would be read there, without noise; only its derivatives count.
+Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses,
+                  Corners corners = Corners::some);
+
+/// Standard deviation of the readings of a campaign, given ones or readings(), as
+/// ObservationModel takes it.
+ReadingSigma sigma_of(const PoseCloud& cloud, const Campaign& campaign);
+
+/// Raises the noise to the spread of the given readings; where nothing states a noise, it takes
+/// the spread as it is.
+void raise_noise(PoseCloud& cloud, const ReadingSigma& spread);
 
 /// Rows of derivatives of such readings, equally many for each pose: zeros fill up poses with
 /// fewer.
