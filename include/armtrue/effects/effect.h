@@ -36,7 +36,8 @@ struct Family {
 ///     base, tool        x y z rx ry rz
 ///     target <name>     x y z, its position
 ///     instrument.point  x y z, an error of all points that the instrument reads
-/// Each parameter of a group has its own coefficients. With the driver `force` it follows the
+/// Each parameter of a group has its own coefficients. `arm.scale` has one for all lengths, each of
+/// which becomes (1 + effect) times as long. With the driver `force` it follows the
 /// generalised force on itself. With the driver `moment` the effect turns the group: its rotation
 /// vector is one common coefficient times the vector of the moment.
 struct Effect {
@@ -49,8 +50,9 @@ struct Effect {
   /// Whether the effect may be an error of the instrument and not of the arm; see
   /// may_be_instrument(). The effect then predicts readings, but does not correct programs.
   bool may_be_instrument = false;
-  /// If it may be the instrument's: mean of the effect over the poses of its calibration. Only
-  /// constant + mean is the parameter of the arm then [SI].
+  /// If it may be the instrument's, or is a scale of the instrument that may be the growth of the
+  /// arm: mean of the effect over the poses of its calibration. Only constant + mean is the
+  /// parameter of the arm then [SI].
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
   /// Beyond them it keeps the value that it has there; its coefficients would give any.
