@@ -22,6 +22,7 @@ int group_size(const Parameter& parameter) {
     case Owner::instrument:
     case Owner::target:
       return 3;
+    case Owner::arm:
     case Owner::link:
     case Owner::coupling:
     case Owner::anchor:
@@ -78,6 +79,7 @@ bool moves_reading_alone(Owner owner) {
     case Owner::camera:
     case Owner::contact:
       return true;
+    case Owner::arm:
     case Owner::link:
     case Owner::coupling:
     case Owner::base:
@@ -100,8 +102,11 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
     return "'position', the reading itself, drives instrument.scale, .range and .elevation alone, "
            "and would be a constant of '" +
            to_string(parameter) + "'; name what changes it from reading to reading";
-  if (moves_reading_alone(parameter.owner) &&
-      (driver.kind == DriverKind::moment || driver.involves(DriverKind::force)))
+  const bool by_load = driver.kind == DriverKind::moment || driver.involves(DriverKind::force);
+  if (by_load && is_arm_scale(parameter))
+    return "'moment' and 'force' act on one parameter, and arm.scale is many lengths; take one of "
+           "them";
+  if (by_load && moves_reading_alone(parameter.owner))
     return "'moment' and 'force' are what a load does on the parameter itself, and on " +
            to_string(parameter) + ", which moves no part of the arm, it does none; take another driver";
   if (shape.kind == ShapeKind::pre_sliding && driver.kind != DriverKind::stroke)

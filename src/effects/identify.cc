@@ -18,7 +18,7 @@ std::vector<std::string> names_of(const KinematicChain& chain) {
   const ParameterLayout layout = layout_of(chain);
   std::vector<std::string> names;
   for (int index = 0; index < parameter_count(chain); ++index)
-    if (!layout.is_of_instrument(index)) names.push_back(parameter_name(chain, index));
+    if (layout.has_constant(index)) names.push_back(parameter_name(chain, index));
   return names;
 }
 
@@ -104,6 +104,8 @@ std::string why_not_identified(const KinematicChain& chain,
     }
     if (group_size(Parameter(name)) == kParametersPerPose) continue;
     const auto index = find_parameter(chain, name);
+    if (index && *index == layout_of(chain).arm_scale)
+      return "'" + name + "' is all lengths at once; its constant is 0, and only effects change it";
     if (index && layout_of(chain).is_of_instrument(*index))
       return "'" + name +
              "' belongs to the instrument; its constant is 0, and only effects change it";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 
 namespace armtrue {
@@ -53,6 +54,19 @@ bool places_positioner(const Robot& robot, int parameter) {
           (kind == LinkParameter::theta || kind == LinkParameter::r));
 }
 
+std::vector<int> lengths_of_arm(const Robot& robot) {
+  const KinematicChain& chain = robot.chain;
+  const std::vector<JointName> names = joint_names(chain);
+  std::vector<int> lengths;
+  for (int link = 0; link < link_count(chain); ++link) {
+    const int joint = joint_of_link(chain, link), d = link_parameter(link, LinkParameter::d);
+    if (is_of_positioner(robot, d) || (joint >= 0 && names[joint].is_external())) continue;
+    lengths.push_back(d);
+    if (!is_prismatic(chain.links[link])) lengths.push_back(link_parameter(link, LinkParameter::r));
+  }
+  return lengths;
+}
+
 Eigen::Vector3d upwards(const Robot& robot) {
   const double g = robot.gravity.norm();
   if (g == 0 || robot.ground_link) return Eigen::Vector3d::UnitZ();
@@ -80,10 +94,15 @@ bool moves_program(const Effect& effect, bool tool_is_measured) {
 }
 
 Robot without_station_effects(Robot robot, bool tool_is_measured) {
-  for (const Effect& effect : robot.effects)
-    if (effect.mean != 0)
-      if (const auto parameter = find_parameter(robot.chain, effect.parameter))
-        move_parameter(robot.chain, *parameter, effect.mean);
+  for (const Effect& effect : robot.effects) {
+    if (effect.mean == 0) continue;
+    const Parameter& own = effect.parameter;
+    if (is_arm_scale(own) || is_instrument_parameter(own, InstrumentParameter::scale))
+      for (int k : lengths_of_arm(robot))
+        move_parameter(robot.chain, k, *parameter_value(robot.chain, k) * effect.mean);
+    else if (const auto parameter = find_parameter(robot.chain, own))
+      move_parameter(robot.chain, *parameter, effect.mean);
+  }
   std::erase_if(robot.effects,
                 [&](const Effect& effect) { return !moves_program(effect, tool_is_measured); });
   return robot;

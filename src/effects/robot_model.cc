@@ -17,12 +17,18 @@ namespace {
 
 constexpr double kReferenceTemperature = 20;  // deg C, ISO 1
 
+// All of arm.scale begin with itself.
 std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
   if (!effect.members.empty()) return {};
   const auto first = first_parameter(robot.chain, effect.parameter);
   if (!first)
     throw std::invalid_argument("effect '" + effect.name + "': the robot has no parameter '" +
                                 to_string(effect.parameter) + "'");
+  if (is_arm_scale(effect.parameter)) {
+    std::vector<int> parameters = lengths_of_arm(robot);
+    parameters.insert(parameters.begin(), *first);
+    return parameters;
+  }
   const int size = group_size(effect.parameter);
   // A moment turns a group about the moment's own axis; every other driver may move it any way.
   std::vector<int> parameters;
@@ -87,6 +93,8 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
          std::to_string(std::max(driver_.joint, driver_.second_joint) + 1) +
          ", and the robot has " + std::to_string(joints));
   needs_jacobian_ = driver_.involves(DriverKind::force);
+  if (is_arm_scale(effect.parameter))
+    for (int k : parameters_) factors_.push_back(parameter_value(robot.chain, k).value_or(1));
   set_terms(bind_loads(effect, robot));
 }
 
@@ -127,16 +135,17 @@ int BoundEffect::bind_loads(const Effect& effect, const Robot& robot) {
 void BoundEffect::set_terms(int load_values) {
   const int members = static_cast<int>(parameters_.size());
   const bool is_vector = driver_.kind == DriverKind::moment && members > 1;
-  own_values_ = is_vector || needs_jacobian_;
+  const bool has_common = is_vector || !factors_.empty();
+  own_values_ = has_common || needs_jacobian_;
   const int values = std::max(load_values, armtrue::value_count(shape_, driver_.is_pair()));
   const std::vector<std::string> names = value_names(shape_, values);
   value_count_ = own_values_ ? members * values : values;
-  coefficient_count_ = is_vector ? values : members * values;
+  coefficient_count_ = has_common ? values : members * values;
   for (int i = 0; i < members; ++i)
     for (int k = 0; k < values; ++k)
       terms_.push_back(
-          {parameters_[i], is_vector ? k : i * values + k, own_values_ ? i * values + k : k});
-  if (is_vector || members == 1)
+          {parameters_[i], has_common ? k : i * values + k, own_values_ ? i * values + k : k});
+  if (has_common || members == 1)
     coefficient_names_ = names;
   else
     for (int i = 0; i < members; ++i)
@@ -217,6 +226,13 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
   return load;
 }
 
+double BoundEffect::factor_value(size_t member, const Context& context, const ArmFrames* frames,
+                                 const PoseJacobian* jacobian) const {
+  const double value =
+      driver_value(*driver_.factor, driver_.second_joint, member, context, frames, jacobian);
+  return driver_.factor == DriverKind::temperature ? value - kReferenceTemperature : value;
+}
+
 double BoundEffect::sight_value(DriverKind kind, const Pose& measured) const {
   const LineOfSight sight(instrument_, up_, measured.translation);
   if (kind == DriverKind::range) return sight.range();
@@ -260,10 +276,9 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
   for (int i = 0; i < members; ++i) {
     double* const own = out + i * values;
     shape_values(i, context, frames, jacobian, own);
-    if (!driver_.factor) continue;
-    double factor =
-        driver_value(*driver_.factor, driver_.second_joint, i, context, frames, jacobian);
-    if (driver_.factor == DriverKind::temperature) factor -= kReferenceTemperature;
+    if (!driver_.factor && factors_.empty()) continue;
+    double factor = factors_.empty() ? 1 : factors_[i];
+    if (driver_.factor) factor *= factor_value(i, context, frames, jacobian);
     for (int k = 0; k < values; ++k) own[k] *= factor;
   }
 }

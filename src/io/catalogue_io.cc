@@ -98,9 +98,10 @@ CatalogueEntry read_entry(YamlMap map) {
   entry.parameter = parameter_of_catalogue(map.text("parameter"));
   const bool of_a_joint = entry.parameter.of_each && entry.parameter.owner == Owner::link;
   if (entry.parameter.owner == Owner::several)
-    map.fail("parameter", "'" + map.text("parameter") +
-                              "' is none of alpha, d, theta, r and beta, no group (base, tool, "
-                              "target) and no single one such as base.rx or instrument.scale");
+    map.fail("parameter",
+             "'" + map.text("parameter") +
+                 "' is none of alpha, d, theta, r and beta, no group (base, tool, "
+                 "target) and no single one such as base.rx, arm.scale or instrument.scale");
   entry.joints = read_joints(map, of_a_joint);
   entry.of_every_joint = of_a_joint && !map.has("joints");
   read_driver(map, entry);
@@ -121,9 +122,11 @@ CatalogueEntry read_entry(YamlMap map) {
   entry.only_positive = sign == "positive";
   entry.alike = sign == "alike";
   if (map.has("most_of_length")) {
-    const bool is_length = is_link_parameter(entry.parameter, LinkParameter::d) ||
+    const bool is_length = is_arm_scale(entry.parameter) ||
+                           is_link_parameter(entry.parameter, LinkParameter::d) ||
                            is_link_parameter(entry.parameter, LinkParameter::r);
-    if (!is_length) map.fail("most_of_length", "is about lengths: give the parameter d or r");
+    if (!is_length)
+      map.fail("most_of_length", "is about lengths: give the parameter d, r or arm.scale");
     entry.most_of_length = map.number("most_of_length");
     if (entry.most_of_length == 0) map.fail("most_of_length", "must not be zero");
   }

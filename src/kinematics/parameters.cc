@@ -12,6 +12,7 @@
 namespace armtrue {
 namespace {
 
+constexpr const char* kArmNames[] = {"scale"};
 constexpr const char* kInstrumentNames[] = {"scale", "range", "azimuth", "elevation"};
 constexpr std::string_view kPointName = "point";  // all components of the instrument
 constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
@@ -30,6 +31,8 @@ Names component_names(Owner owner) {
     case Owner::base:
     case Owner::tool:
       return kTwistNames;
+    case Owner::arm:
+      return kArmNames;
     case Owner::instrument:
       return kInstrumentNames;
     case Owner::target:
@@ -59,8 +62,10 @@ struct OwnerWord {
 constexpr OwnerWord kNamed[] = {{Owner::target, "target"},   {Owner::anchor, "anchor"},
                                 {Owner::contact, "contact"}, {Owner::beam, "beam"},
                                 {Owner::board, "board"},     {Owner::camera, "camera"}};
-constexpr OwnerWord kSingle[] = {
-    {Owner::base, "base"}, {Owner::tool, "tool"}, {Owner::instrument, "instrument"}};
+constexpr OwnerWord kSingle[] = {{Owner::arm, "arm"},
+                                 {Owner::base, "base"},
+                                 {Owner::tool, "tool"},
+                                 {Owner::instrument, "instrument"}};
 
 std::optional<int> component_of(Owner owner, std::string_view name) {
   return find_name(component_names(owner), name);
@@ -189,7 +194,9 @@ double coefficient_unit(const KinematicChain& chain, const Coupling& coupling) {
 
 ParameterUnit parameter_unit(const KinematicChain& chain, int index) {
   const ParameterLayout layout = layout_of(chain);
-  if (index == layout.instrument_scale || layout.is_of_couplings(index)) return ParameterUnit::one;
+  if (index == layout.arm_scale || index == layout.instrument_scale ||
+      layout.is_of_couplings(index))
+    return ParameterUnit::one;
   if (const int k = index - first_contact_parameter(chain); k >= 0) {
     const int which = k % kParametersOfContact;
     if (which >= kFirstIntrinsic)
@@ -231,7 +238,8 @@ Parameter parse(std::string_view text) {
     return {Owner::link, std::string(before), *which};
   for (const auto& [single, word] : kSingle) {
     const bool is_instrument = single == Owner::instrument;
-    const bool is_whole = is_instrument ? before == word && last == kPointName : text == word;
+    const bool is_whole =
+        is_instrument ? before == word && last == kPointName : single != Owner::arm && text == word;
     if (is_whole) return {single, "", Parameter::kWhole};
     if (before != word) continue;
     if (const auto which = component_of(single, last)) return {single, "", *which};
@@ -297,6 +305,7 @@ Parameter parameter_of(const KinematicChain& chain, int index) {
   if (index < layout.couplings) return {Owner::tool, "", index - layout.tool};
   if (layout.is_of_couplings(index))
     return {Owner::coupling, coupling_name(chain, chain.couplings[index - layout.couplings]), 0};
+  if (index == layout.arm_scale) return {Owner::arm, "", 0};
   if (layout.is_of_instrument(index))
     return {Owner::instrument, "", index - layout.instrument_scale};
   if (const int k = index - first_contact_parameter(chain); k >= 0) {
@@ -333,6 +342,8 @@ std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& 
         if (coupling_name(chain, chain.couplings[k]) == parameter.of) return layout.couplings + k;
       return std::nullopt;
     }
+    case Owner::arm:
+      return layout.arm_scale;
     case Owner::instrument:
       return layout.instrument_scale + parameter.component;
     case Owner::target:
@@ -406,6 +417,7 @@ std::optional<double> parameter_value(const KinematicChain& chain, int index) {
       };
       return std::ranges::find_if(chain.couplings, is_it)->coefficient;
     }
+    case Owner::arm:
     case Owner::instrument:
     case Owner::several:
       break;
@@ -452,7 +464,7 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
     chain.couplings[index - layout.couplings].coefficient += delta;
     return;
   }
-  if (layout.is_of_instrument(index)) return;
+  if (!layout.has_constant(index)) return;
   if (const int k = index - first_contact_parameter(chain); k >= 0)
     return move_contact(chain.contacts[k / kParametersOfContact], k % kParametersOfContact, delta);
   if (const int k = index - first_anchor_parameter(chain); k >= 0) {

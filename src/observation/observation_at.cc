@@ -209,6 +209,7 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   const bool is_of_contact = kind == ReadingKind::touch || kind == ReadingKind::pixel;
   const int first_anchor = first_anchor_parameter(robot_.chain);
   column.setZero();
+  if (parameter == layout_.arm_scale) return;  // the terms of its lengths do what it does
   if (parameter >= first_contact_parameter(robot_.chain)) {
     if (kind == ReadingKind::pixel)
       column[0] = pixel_column(row, parameter, predicted) / sigma;

@@ -49,8 +49,9 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
          (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
 }
 
-// The length of a link as it was built.
+// The length of a link as it was built; 1 of the scale of all.
 double length_of(const Parameter& parameter, const Robot& robot) {
+  if (is_arm_scale(parameter)) return 1;
   const KinematicChain& chain = robot.nominal ? *robot.nominal : robot.chain;
   const Link& link = chain.links[link_of_parameter(*find_parameter(chain, parameter))];
   return is_link_parameter(parameter, LinkParameter::d) ? link.d : link.r;

@@ -38,6 +38,7 @@ auto place_of(const Parameter& parameter, const KinematicChain& chain) {
       case Owner::camera:
       case Owner::contact:
         return number_among(chain.contacts);
+      case Owner::arm:
       case Owner::base:
       case Owner::coupling:
       case Owner::instrument:

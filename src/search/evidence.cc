@@ -344,6 +344,7 @@ Moved moved_by(const Effect& effect) {
     case Owner::tool:
     case Owner::target:
       return Moved::fastened;
+    case Owner::arm:
     case Owner::link:
     case Owner::coupling:
     case Owner::several:

@@ -316,9 +316,10 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
 
 bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
   const auto first = first_parameter(chain, effect.parameter);
-  const bool is_length = first && layout_of(chain).is_of_links(*first) &&
-                         !is_zero_offset(chain, *first) &&
-                         parameter_unit(chain, *first) == ParameterUnit::metre;
+  const bool is_length =
+      is_arm_scale(effect.parameter) ||
+      (first && layout_of(chain).is_of_links(*first) && !is_zero_offset(chain, *first) &&
+       parameter_unit(chain, *first) == ParameterUnit::metre);
   if (effect.driver.involves(DriverKind::joint_angle))
     return !is_travel(effect.driver, chain) && (is_length || owner_of(effect) == Owner::base);
   return is_length && effect.driver.kind == DriverKind::time &&

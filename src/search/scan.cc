@@ -27,7 +27,8 @@ std::string value_key(const Effect& effect) {
                     std::to_string(shape.high[0]) + "|" + std::to_string(shape.low[1]) + "|" +
                     std::to_string(shape.high[1]) + "|" + std::to_string(shape.low[2]) + "|" +
                     std::to_string(shape.high[2]);
-  if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force))
+  if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force) ||
+      is_arm_scale(effect.parameter))
     key += "|" + to_string(effect.parameter);
   return key;
 }
@@ -241,7 +242,8 @@ double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& co
   for (const auto& [parameter, offset] : offsets) {
     // The model fits no constants of the instrument, so their mean counts as variation.
     const double constant = layout_.is_of_instrument(parameter) ? 0 : offset.dot(share);
-    const double most = parameter == layout_.instrument_scale ? max_scale_ : kMaxVariation;
+    const bool is_scale = parameter == layout_.instrument_scale || parameter == layout_.arm_scale;
+    const double most = is_scale ? max_scale_ : kMaxVariation;
     const double square = share.dot((offset.array() - constant).square().matrix());
     largest = std::max(largest, std::sqrt(square) / most);
   }

@@ -100,14 +100,24 @@ void mark_held(size_t first, TraceResult& result) {
     robot.effects[k].may_be_instrument = may_be_rest_of_event(robot.effects[k], robot);
 }
 
-// Sets the mean of the effects that may be the instrument's.
+// Whether an effect on the scale of the instrument may be the growth of the arm.
+bool may_be_growth(const TracedEffect& traced) {
+  return is_instrument_parameter(traced.effect.parameter, InstrumentParameter::scale) &&
+         std::ranges::any_of(traced.indistinguishable, [](const Rival& rival) {
+           return is_arm_scale(rival.effect.parameter);
+         });
+}
+
+// Sets the mean of the effects that may be the instrument's, or the arm's.
 void note_means(const Campaign& campaign, TraceResult& result) {
   const Robot& robot = result.fit.robot;
   const auto found = robot.effects.size() - result.effects.size();
   for (size_t k = 0; k < robot.effects.size(); ++k) {
     Effect& fitted = result.fit.robot.effects[k];
     const auto parameter = find_parameter(robot.chain, fitted.parameter);
-    if (!fitted.may_be_instrument || !parameter) continue;
+    const bool is_doubtful =
+        fitted.may_be_instrument || (k >= found && may_be_growth(result.effects[k - found]));
+    if (!is_doubtful || !parameter) continue;
     Robot alone = robot;
     alone.effects = {fitted};
     const RobotModel model(alone, campaign.temperature_names);

@@ -87,6 +87,15 @@ TEST(Instrument, DerivativesAreDifferences) {
   expect_differences(robot, simulate(shipped(), robot, options));
 }
 
+TEST(ArmScale, DerivativesAreDifferences) {
+  Robot robot = shipped();
+  robot.effects = {effect("arm.scale", driver(DriverKind::time), ShapeKind::linear, {1e-7}),
+                   effect("instrument.scale", driver(DriverKind::time), ShapeKind::linear, {2e-8})};
+  SimulationOptions options;
+  options.poses = 12;
+  expect_differences(robot, simulate(shipped(), robot, options));
+}
+
 TEST(Instrument, DerivativesOfWiresAreDifferences) {
   Robot robot = shipped();
   robot.chain.anchors = {{"1", {2.5, 1.5, 0.1}}, {"2", {2.5, -1.5, 0.3}}};

@@ -336,7 +336,8 @@ TEST(RobotModel, AGroupSharesTheTorqueThatAForceMultiplies) {
 TEST(RobotModel, ADriverThatCannotMoveAParameterIsAnError) {
   const Robot robot = read_robot(kRobotFile).robot;
   for (const auto& [parameter, driver] :
-       {std::pair{"instrument.scale", "force"}, std::pair{"instrument.scale", "moment"},
+       {std::pair{"arm.scale", "force"}, std::pair{"arm.scale", "moment"},
+        std::pair{"instrument.scale", "force"}, std::pair{"instrument.scale", "moment"},
         std::pair{"instrument.scale", "time * force"}, std::pair{"A2.d", "position"},
         std::pair{"base", "position * payload"}, std::pair{"A2.d", "joint-angle 2,4"}})
     EXPECT_THROW(BoundEffect({"e", parameter, *parse_driver(driver), Shape{}, {}}, robot),
@@ -449,6 +450,52 @@ TEST(RobotModel, InstrumentScaleStretchesEveryReading) {
                            *parse_shape("linear"),
                            {{"c", 1e-4, 0, {0, 0}}}});
   EXPECT_LT((RobotModel(robot).point(context, 0) - before * 1.0001).norm(), 1e-14);
+}
+
+// An arm whose lengths are written 200 ppm longer, and one that has grown so much. Neither a rail,
+// base and tool grow with it, nor the zero of a linear axis.
+TEST(RobotModel, ArmScaleStretchesEveryLengthOfTheArm) {
+  for (const char* name : {"kr360-spindle", "kr360-rail", "ur10e"}) {
+    Robot robot = read_robot(ARMTRUE_CONFIG "/robots/" + std::string(name) + ".yaml").robot;
+    robot.chain.base.translation = {3, 0.5, 0.2};
+    robot.chain.tool.translation = {0.1, 0.2, 0.3};
+    robot.chain.links.front().d += 0.4;
+    robot.chain.links[3].joint = JointKind::prismatic;
+    Robot grown = robot, written = robot;
+    grown.effects.push_back({"thermal growth",
+                             "arm.scale",
+                             *parse_driver("time"),
+                             exponential_shape(100),
+                             {{"c", 4e-4, 0, {0, 0}}}});
+    for (Link& link : written.chain.links) {
+      if (link.name == "E1") continue;
+      link.d *= 1 + 2e-4;
+      if (link.joint != JointKind::prismatic) link.r *= 1 + 2e-4;
+    }
+    Context context;
+    context.q = JointVector::LinSpaced(joint_count(robot.chain), 0.2, 1.3);
+    context.time_s = 100 * std::log(2.0);
+    const Pose expected = RobotModel(written).pose(context), got = RobotModel(grown).pose(context);
+    EXPECT_LT((expected.translation - got.translation).norm(), 1e-14) << name;
+    EXPECT_LT((expected.rotation - got.rotation).norm(), 1e-14) << name;
+    EXPECT_GT((got.translation - RobotModel(robot).pose(context).translation).norm(), 5e-5) << name;
+
+    // What may be the instrument's goes, and its mean stays in the lengths.
+    grown.effects.front().may_be_instrument = true;
+    grown.effects.front().mean = 2e-4;
+    for (const char* parameter : {"arm.scale", "instrument.scale"}) {
+      grown.effects.front().parameter = parameter;
+      const Robot alone = without_station_effects(grown, true);
+      EXPECT_TRUE(alone.effects.empty());
+      EXPECT_LT((expected.translation - RobotModel(alone).pose(context).translation).norm(), 1e-14);
+    }
+  }
+}
+
+TEST(RobotModel, ArmScaleLeavesThePositionerAsItIs) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-dkp400.yaml").robot;
+  for (int k : lengths_of_arm(robot)) EXPECT_FALSE(is_of_positioner(robot, k)) << k;
+  EXPECT_EQ(std::ssize(lengths_of_arm(robot)), 2 * 7);  // six axes and the spindle
 }
 
 TEST(RobotModel, WhatItLacksIsNamed) {

@@ -211,6 +211,7 @@ TEST(RobotIo, CoefficientsHaveTheUnitOfTheirParameterAndDriver) {
   EXPECT_EQ(units("A2.d", "moment", 1), Units{"m/N"});
   EXPECT_EQ(units("A2.d", "gravity-torque 2", 1), Units{"m/(N m)"});
   EXPECT_EQ(units("A2.d", "joint-angle 2 * force", 1), Units{"m/(rad N)"});
+  EXPECT_EQ(units("arm.scale", "temperature air", 1), Units{"1/K"});
   EXPECT_EQ(units("instrument.scale", "temperature air", 1), Units{"1/K"});
   EXPECT_EQ(units("instrument.scale", "position", 1), Units{"\"1\""});
   EXPECT_EQ(units("base", "moment", 1), Units{"rad/(N m)"});
@@ -268,6 +269,7 @@ TEST(RobotIo, ADriverThatCannotMoveItsParameterIsAnError) {
     const std::string effect = "{name: a, " + form + ", coefficients: [{value: 1e-9}]}";
     expect_error(replaced(text_of("kr360"), "effects: []", "effects:\n  - " + effect), expected);
   };
+  expect("parameter: arm.scale, driver: force, shape: linear", "arm.scale is many lengths");
   expect("parameter: instrument.scale, driver: force, shape: linear", "on instrument.scale");
   expect("parameter: instrument.scale, driver: time * force, shape: linear", "on instrument.scale");
   expect("parameter: instrument.scale, driver: moment, shape: linear", "on instrument.scale");

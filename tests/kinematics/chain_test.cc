@@ -291,6 +291,8 @@ TEST(Parameters, ANameDoesNotDecideWhoseAParameterIs) {
   EXPECT_EQ(Parameter("target nose.left"),
             Parameter(Owner::target, "nose.left", Parameter::kWhole));
   EXPECT_EQ(Parameter("instrument.point").owner, Owner::instrument);
+  EXPECT_EQ(Parameter("arm.scale").owner, Owner::arm);
+  EXPECT_EQ(Parameter("arm").owner, Owner::several);
   EXPECT_EQ(Parameter("compliance of the arm").owner, Owner::several);
 }
 

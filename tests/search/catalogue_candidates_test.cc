@@ -53,6 +53,22 @@ TEST(CatalogueCandidates, AGrowthBeyondItsBoundOrOfAnotherSignIsNotAllowed) {
   EXPECT_FALSE(is_allowed(-0.5 * bound));
 }
 
+TEST(CatalogueCandidates, AllLengthsGrowByOneShareOfThem) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  const Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  const CandidateScan scan(
+      candidates("parameter: arm.scale, driver: time, shape: linear, most_of_length: 0.0014"),
+      robot, campaign);
+  ASSERT_EQ(scan.candidates().size(), 1u);
+  const auto [first, last] = std::ranges::minmax(campaign.time_s);
+  const auto is_allowed = [&](double share) {
+    return scan.is_allowed(0, Eigen::VectorXd::Constant(1, share / (last - first)));
+  };
+  EXPECT_TRUE(is_allowed(0.99 * 0.0014));
+  EXPECT_FALSE(is_allowed(1.01 * 0.0014));
+  EXPECT_FALSE(is_allowed(-0.5 * 0.0014));
+}
+
 // The model fits no constants of the instrument: counted from 0 degC, its scale at 25.5 degC would
 // be taken from the lengths of the arm. Links have constants, and count from 0 degC.
 TEST(CatalogueCandidates, WhatTheInstrumentDoesCountsFromTheMeanTemperature) {

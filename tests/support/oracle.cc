@@ -589,6 +589,16 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
                     length += sign * std::copysign(1 - std::exp(-m.time_s / tau), length);
                   }};
   }
+  if (family == "warm-links") {
+    const double tau = dice.uniform(0.2, 0.5) * duration_s;
+    return Hidden{family, "arm.scale", "time", [=](const Moment& m, OracleArm& arm) {
+                    const double longer = 1 + 1e-5 * (1 - std::exp(-m.time_s / tau));
+                    for (auto& link : arm.links) {
+                      link.d *= longer;
+                      link.r *= longer;
+                    }
+                  }};
+  }
   if (family == "settling") {
     // A tripod whose one foot sinks: its top goes down and tips.
     const double tau = dice.uniform(0.1, 0.4) * duration_s;
@@ -762,6 +772,7 @@ std::vector<std::string> families() {
           "backlash",
           "thermal",
           "cooling",
+          "warm-links",
           "settling",
           "crash",
           "run-out",

@@ -173,6 +173,7 @@ TEST(Verdict, OfWhatMovesSomethingElseInTimeNeedsNoName) {
   EXPECT_TRUE(is_other("base.rz", "A1.theta", time));
   EXPECT_TRUE(is_other("A6.theta", "tool.rz", time));
   EXPECT_FALSE(is_other("A1.r", "A2.r", time));
+  EXPECT_TRUE(is_other("arm.scale", "instrument.scale", time));
   EXPECT_FALSE(is_other("base.z", "instrument.scale", time));
   EXPECT_FALSE(is_other("A6.theta", "tool.rz", angle));  // no tool follows an axis of the arm
 }

@@ -36,7 +36,8 @@ struct Family {
 ///     base, tool        x y z rx ry rz
 ///     target <name>     x y z, its position
 ///     instrument.point  x y z, an error of all points that the instrument reads
-/// Each parameter of a group has its own coefficients. With the driver `force` it follows the
+/// Each parameter of a group has its own coefficients. `arm.scale` has one for all lengths, each of
+/// which becomes (1 + effect) times as long. With the driver `force` it follows the
 /// generalised force on itself. With the driver `moment` the effect turns the group: its rotation
 /// vector is one common coefficient times the vector of the moment.
 struct Effect {
@@ -49,8 +50,8 @@ struct Effect {
   /// Whether the effect may be an error of the instrument and not of the arm; see
   /// may_be_instrument(). The effect then predicts readings, but does not correct programs.
   bool may_be_instrument = false;
-  /// If may_be_instrument: weighted mean of the effect over the readings of its calibration [SI].
-  /// The parameter of the arm is then constant + mean.
+  /// If may_be_instrument, or if a scale of the instrument may be the growth of the arm: mean of the
+  /// effect over the poses of its calibration [SI]. The parameter of the arm is then constant + mean.
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
   /// Beyond this range the effect keeps its value at the nearer end, because its coefficients would

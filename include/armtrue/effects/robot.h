@@ -106,6 +106,11 @@ bool is_of_positioner(const Robot& robot, int parameter);
 /// axis to the foot of the arm. Like base and tool, only readings show it.
 bool places_positioner(const Robot& robot, int parameter);
 
+/// The lengths d and r that `arm.scale` multiplies, as indices of parameters: those of the links of
+/// the arm. Rails and positioners are other bodies, and so is the scale of a linear axis, to whose
+/// reading its r is added.
+std::vector<int> lengths_of_arm(const Robot& robot);
+
 /// The vertical in R_A, a unit vector; z where there is no gravity or a positioner turns R_A.
 Eigen::Vector3d upwards(const Robot& robot);
 

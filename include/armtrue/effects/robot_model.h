@@ -50,6 +50,8 @@ class BoundEffect {
   }
   double driver_value(DriverKind kind, int joint, size_t member, const Context& context,
                       const ArmFrames* frames, const PoseJacobian* jacobian) const;
+  double factor_value(size_t member, const Context& context, const ArmFrames* frames,
+                      const PoseJacobian* jacobian) const;
   double sight_value(DriverKind kind, const Pose& measured) const;
   void shape_values(size_t member, const Context& context, const ArmFrames* frames,
                     const PoseJacobian* jacobian, double* out) const;
@@ -64,6 +66,7 @@ class BoundEffect {
   int temperature_ = -1;
   std::vector<GravityLoad> loads_;
   std::vector<int> parameters_;
+  std::vector<double> factors_;  // of the value, for each parameter; empty: 1
   std::vector<Term> terms_;
   std::vector<std::string> coefficient_names_;
   int coefficient_count_ = 0, value_count_ = 0;

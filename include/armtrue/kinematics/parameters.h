@@ -18,6 +18,7 @@ namespace armtrue {
 ///     6..5+5n    links  alpha d theta r beta, link by link
 ///     6+5n..     tool   x y z rx ry rz
 ///     then       the coefficients of the couplings
+///     then       arm.scale (relative change of all lengths of the arm at once)
 ///     then       instrument.scale (relative error of the instrument's lengths)
 ///     then       instrument.range .azimuth .elevation (errors along and across its line of sight)
 ///     then       targets, x y z each
@@ -36,18 +37,23 @@ inline constexpr int kMaxGeometricParameters =
 
 /// Index of the first parameter of each kind for a chain of so many links and couplings.
 struct ParameterLayout {
-  int tool, couplings, geometric, instrument_scale, instrument_range, instrument_elevation, targets;
+  int tool, couplings, geometric, arm_scale;
+  int instrument_scale, instrument_range, instrument_elevation, targets;
 
   explicit constexpr ParameterLayout(int links, int coupling_count = 0)
       : tool(kFirstLinkParameter + kParametersPerLink * links),
         couplings(tool + kParametersPerPose),
         geometric(couplings + coupling_count),  // number of the columns of the Jacobian
-        instrument_scale(geometric),
-        instrument_range(geometric + 1),
-        instrument_elevation(geometric + 3),
-        targets(geometric + 4) {}
+        arm_scale(geometric),
+        instrument_scale(arm_scale + 1),
+        instrument_range(instrument_scale + 1),
+        instrument_elevation(instrument_range + 2),
+        targets(instrument_elevation + 1) {}
 
-  /// Whether a parameter belongs to the instrument. Its constant is 0; only effects change it.
+  /// Whether the constant of a parameter may differ from 0. Only effects change the others: what
+  /// belongs to the instrument, and arm.scale, whose constant is that of every length.
+  constexpr bool has_constant(int index) const { return index < geometric || index >= targets; }
+  /// Whether a parameter belongs to the instrument.
   constexpr bool is_of_instrument(int index) const {
     return index >= instrument_scale && index < targets;
   }
@@ -156,6 +162,7 @@ DisplayUnit display_unit(ParameterUnit unit);
 enum class Owner {
   link,
   anchor,
+  arm,
   base,
   beam,
   board,
@@ -169,11 +176,11 @@ enum class Owner {
 };
 
 /// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
-/// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
-/// 2.x`, `anchor 1.zero`, `contact table.z`, `beam laser.rx`, `camera left.fx`, `A5.follows.A2` for
-/// the coefficient of a coupling; `base`, `tool`, `target 2` for all of them and `instrument.point`
-/// for the three coordinates of every reading. The owner has a name and no number, because a
-/// catalogue names parameters of links that not every chain has.
+/// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `arm.scale`,
+/// `instrument.scale`, `target 2.x`, `anchor 1.zero`, `contact table.z`, `beam laser.rx`, `camera
+/// left.fx`, `A5.follows.A2` for the coefficient of a coupling; `base`, `tool`, `target 2` for all
+/// of them and `instrument.point` for the three coordinates of every reading. The owner has a name
+/// and no number, because a catalogue names parameters of links that not every chain has.
 struct Parameter {
   static constexpr int kWhole = -1;
 
@@ -209,6 +216,9 @@ inline bool is_link_parameter(const Parameter& parameter, LinkParameter which) {
   return parameter.owner == Owner::link && parameter.component == static_cast<int>(which);
 }
 
+/// Whether it is `arm.scale`: all lengths of the arm in proportion, see lengths_of_arm().
+inline bool is_arm_scale(const Parameter& parameter) { return parameter.owner == Owner::arm; }
+
 /// The components of the instrument, from 0.
 enum class InstrumentParameter { scale, range, azimuth, elevation };
 inline bool is_instrument_parameter(const Parameter& parameter, InstrumentParameter which) {
@@ -229,17 +239,17 @@ std::optional<Parameter> ambiguous_parameter(const KinematicChain& chain);
 
 /// The value of a parameter [m, rad or px]. Nothing for a parameter that has no value of its own: a
 /// rotation of base, tool or contact, a coordinate of a contact that is turned or has no place, and
-/// those of the instrument.
+/// what has no constant.
 std::optional<double> parameter_value(const KinematicChain& chain, int index);
 
 /// The delta by which move_parameter() moves a parameter of `before` to that of `after`, a chain of
 /// the same kind [m, rad or px]; the three rotations of a pose move together. Nothing where a
-/// contact has no place, and for the instrument.
+/// contact has no place, and of what has no constant.
 std::optional<double> parameter_change(const KinematicChain& before, const KinematicChain& after,
                                        int index);
 
-/// Adds `delta` [m, rad or px] to one parameter. Parameters of the instrument are not in the chain,
-/// which then stays as it is. Throws std::out_of_range for an index that the chain has not.
+/// Adds `delta` [m, rad or px] to one parameter. One that has no constant leaves the chain as it is.
+/// Throws std::out_of_range for an index that the chain has not.
 void move_parameter(KinematicChain& chain, int index, double delta);
 
 }  // namespace armtrue

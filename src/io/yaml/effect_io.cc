@@ -199,7 +199,8 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     map.fail("may_be_instrument", "'" + of_instrument + "' is neither true nor false");
   effect.may_be_instrument = of_instrument == "true";
   if (map.has("mean")) {
-    if (!effect.may_be_instrument) map.fail("mean", "is of an effect with may_be_instrument: true");
+    if (!effect.may_be_instrument && effect.parameter != Parameter("instrument.scale"))
+      map.fail("mean", "is of an effect with may_be_instrument: true, or on instrument.scale");
     effect.mean = map.number("mean") * display_unit(chain, effect.parameter).si;
   }
   if (map.has("measured")) {

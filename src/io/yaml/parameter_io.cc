@@ -11,6 +11,10 @@ int constant_parameter(const YamlMap& map, const std::string& key, const std::st
                        const KinematicChain& chain) {
   const auto parameter = find_parameter(chain, name);
   if (!parameter) map.fail(key, "the robot has no parameter '" + name + "'");
+  if (*parameter == layout_of(chain).arm_scale)
+    map.fail(key, name +
+                      " is all lengths at once, of which only an effect changes the scale; name "
+                      "lengths, such as A2.d");
   if (layout_of(chain).is_of_instrument(*parameter))
     map.fail(key, name +
                       " is not identified with the robot; remove it, and let an effect fit it: "

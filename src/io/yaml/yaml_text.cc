@@ -180,11 +180,9 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     node["family"] = effect.family->name;
     node["typical"] = number_text(effect.family->typical);
   }
-  if (effect.may_be_instrument) {
-    node["may_be_instrument"] = boolean(true);
-    if (effect.mean != 0)
-      node["mean"] = number_text(effect.mean / display_unit(chain, effect.parameter).si);
-  }
+  if (effect.may_be_instrument) node["may_be_instrument"] = boolean(true);
+  if (effect.mean != 0)
+    node["mean"] = number_text(effect.mean / display_unit(chain, effect.parameter).si);
   return node;
 }
 
