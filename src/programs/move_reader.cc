@@ -29,6 +29,11 @@ ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
   return program_.targets.back();
 }
 
+bool MoveReader::drives_alike(const ProgramTarget& a, const ProgramTarget& b) {
+  return a.kind == b.kind && a.base == b.base && a.tool == b.tool && a.is_inverse == b.is_inverse &&
+         a.is_room_tool == b.is_room_tool && a.near == b.near;
+}
+
 MotionKind MoveReader::motion_of(char kind, bool is_last) {
   if (kind == 'L') return MotionKind::line;
   if (kind != 'C') return MotionKind::joint;

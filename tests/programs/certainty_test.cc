@@ -65,13 +65,62 @@ TEST(Certainty, ARapidRoutineMayGiveANameAnotherPoint) {
   EXPECT_THAT(lines_of(program), ElementsAre(3, 15));
   EXPECT_NEAR(program.targets[1].pose.translation.x(), 7e-3, 1e-12);
   EXPECT_THAT(program.warnings,
-              ElementsAre("p.mod:6: left alone: its point is a parameter of the routine",
-                          "p.mod:11: left alone: its point is given several values, or changed at "
+              ElementsAre("p.mod:11: left alone: its point is given several values, or changed at "
                           "run time",
                           "p.mod:18: left alone: its point is not declared here; give the "
-                          "module that declares it, or a folder with it: --with"));
+                          "module that declares it, or a folder with it: --with",
+                          "p.mod:6: left alone: its point is a parameter of the routine"));
   EXPECT_THAT(raised(program), AllOf(HasSubstr("p1:=[[1,2,4]"), HasSubstr("p1:=[[7,8,10]"),
                                      Not(HasSubstr("MoveL ["))));
+}
+
+TEST(Certainty, ARapidCallDrivesToThePointThatItHandsOver) {
+  const auto with = [](const std::string& body) {
+    return parsed("p.mod", robtarget("p1") + robtarget("p2") +
+                               "PROC main()\nMoveL p2,v1,fine,tool0;\ngo p1,v1;\n"
+                               "go Offs(p1,0,0,1),v1;\nENDPROC\n"
+                               "PROC go(robtarget p,speeddata v)\n" +
+                               body + "ENDPROC\n");
+  };
+  const std::string move = "MoveL p,v,fine,tool0;\n";
+  const RobotProgram program = with("MoveL Offs(p,0,0,9),v,fine,tool0;\n" + move);
+  EXPECT_THAT(lines_of(program), ElementsAre(4, 5, 6));
+  EXPECT_THAT(program.warnings, ElementsAre(HasSubstr("p.mod:9: left alone: its point is a")));
+  EXPECT_THAT(raised(program), AllOf(HasSubstr("p1:=[[1,2,4]"), HasSubstr("go p1,v1;"),
+                                     HasSubstr("go [[1.0,2.0,5.0],"), HasSubstr("MoveL p,v,")));
+  for (const char* const use :
+       {"p.trans.z:=5;\n", "x:=p.trans.z;\n", "other p;\n", "MoveC p,p1,v,fine,tool0;\n"}) {
+    const RobotProgram left = with(move + use);
+    EXPECT_THAT(lines_of(left), ElementsAre(4)) << use;
+    EXPECT_THAT(raised(left), HasSubstr("p1:=[[1,2,3]")) << use;
+  }
+  const RobotProgram two = with(move + "MoveL p,v,fine,tool0\\WObj:=w1;\n");
+  EXPECT_THAT(lines_of(two), ElementsAre(4));
+  EXPECT_THAT(two.warnings,
+              ElementsAre(HasSubstr("p.mod:5: left alone: its routine drives to it")));
+}
+
+TEST(Certainty, AUrCallDrivesToThePointThatItHandsOver) {
+  const auto with = [](const std::string& body) {
+    return parsed("p.script", "a = p[1,2,3,0,0,0]\nmovej([0,-1,1,0,1,0])\ndef go(p, v):\n" + body +
+                                  "end\ngo(a, 0.1)\ngo(p[1,2,5,0,0,0], 0.1)\n");
+  };
+  const std::string move = "movel(p, v=v)\n";
+  const RobotProgram program = with("movel(pose_add(p, p[0,0,1,0,0,0]), v=v)\n" + move);
+  EXPECT_THAT(lines_of(program), ElementsAre(2, 7, 8));
+  EXPECT_THAT(program.warnings, ElementsAre(HasSubstr("p.script:4: left alone: its target is")));
+  EXPECT_THAT(raised(program), AllOf(HasSubstr("a = p[1,2,3.001,"), HasSubstr("go(a, 0.1)"),
+                                     HasSubstr("go(p[1,2,5.001,"), HasSubstr("movel(p, v")));
+  for (const char* const use :
+       {"p[2] = 5\n", "x = p[2]\n", "other(p)\n", "movec(p, a)\n", "p = a\n"}) {
+    const RobotProgram left = with(move + use);
+    EXPECT_THAT(lines_of(left), ElementsAre(2)) << use;
+    EXPECT_THAT(raised(left), HasSubstr("a = p[1,2,3,")) << use;
+  }
+  const RobotProgram two = with(move + "movel(pose_trans(b, p))\n");
+  EXPECT_THAT(lines_of(two), ElementsAre(2));
+  EXPECT_THAT(two.warnings,
+              ElementsAre(HasSubstr("p.script:7: left alone: its function drives to it")));
 }
 
 TEST(Certainty, ARapidRoutineMayBeCalledWithSeveralTools) {
@@ -240,8 +289,8 @@ TEST(Certainty, AUrFunctionMayGiveANameAnotherPoint) {
   EXPECT_NEAR(program.targets[2].pose.translation.z(), 5, 1e-12);
   EXPECT_THAT(
       program.warnings,
-      ElementsAre("p.script:6: left alone: its point is a parameter of the function",
-                  "p.script:15: left alone: its point is given its value in another function"));
+      ElementsAre("p.script:15: left alone: its point is given its value in another function; "
+                  "also lines 16"));
   EXPECT_THAT(raised(program),
               AllOf(HasSubstr("global a = p[1,2,3.001,"), HasSubstr("movel(a)\ndef"),
                     HasSubstr("local a = p[1,2,5.001,")));

@@ -40,7 +40,7 @@ void RapidData::read(const std::vector<Statement>& statements) {
       if (begins_rapid_routine(word)) {
         scopes_.open(at);
         scope = scopes_.at(at);
-        declare_parameters(cursor, scope);
+        declare_parameters(word, cursor, scope);
       } else if (ends_rapid_routine(word)) {
         scopes_.close(at);
         scope = scopes_.at(at);
@@ -159,23 +159,68 @@ bool RapidData::take_value(const std::string& kind, const std::string& type, Tex
 }
 
 // NAME(num n, PERS robtarget point \switch fast | wobjdata WObj, VAR num list{*})
-void RapidData::declare_parameters(TextCursor cursor, int scope) {
+void RapidData::declare_parameters(const std::string& kind, TextCursor cursor, int scope) {
   const std::string routine = routine_name(cursor);
   routines_.insert(routine);
+  const auto [procedure, is_new] = procedures_.try_emplace(routine);
+  if (!is_new) procedure->second.clear();  // nobody knows which one is called
+  const bool is_followed = is_new && kind == "PROC";
   if (!cursor.take('(')) return;
   const size_t begin = cursor.at();
   cursor.skip_to(")");
   for (const Statement& part : split_arguments(text_, begin, cursor.at(), ",|\\")) {
     TextCursor words(text_, part.begin, part.end);
-    std::string type, name;
-    for (std::string word = words.take_name(); !word.empty(); word = words.take_name())
-      type = std::exchange(name, word);
+    std::string mode, type, name;
+    for (std::string word = words.take_name(); !word.empty(); word = words.take_name()) {
+      mode = std::exchange(type, name);
+      name = word;
+    }
     if (name.empty()) continue;
     Datum& datum = names_.declare(name, scope);
     datum.type = type;
     datum.is_parameter = true;
     datum.routine = routine;
+    datum.is_copied = mode.empty();
+    size_t before = part.begin;
+    while (before > begin && is_blank(text_[before - 1])) --before;
+    const char separator = text_[before - 1];
+    if (!is_followed || separator == '\\' || separator == '|') continue;
+    datum.position = procedure->second.size();
+    procedure->second.push_back(&datum);
   }
+}
+
+std::optional<RoutineParameter> RapidData::parameter_at(const Statement& argument) {
+  const Datum* const datum = find(name_of(argument), argument.begin);
+  if (!datum || !datum->position || procedures_.at(datum->routine).empty()) return std::nullopt;
+  return RoutineParameter{datum->routine, *datum->position};
+}
+
+std::vector<RoutineParameter> RapidData::points_handed_to(const std::string& procedure) const {
+  std::vector<RoutineParameter> result;
+  const auto found = procedures_.find(procedure);
+  if (found == procedures_.end()) return result;
+  for (const Datum* const datum : found->second)
+    if (datum->is_copied && is_point_type(datum->type))
+      result.push_back({procedure, *datum->position});
+  return result;
+}
+
+bool RapidData::only_moves_use(const RoutineParameter& parameter) const {
+  const Datum& datum = *procedures_.at(parameter.routine)[parameter.position];
+  return datum.is_copied && datum.values == 0 && !datum.is_shared;
+}
+
+std::vector<Statement> RapidData::arguments_of_call(TextCursor cursor, size_t end) const {
+  std::vector<Statement> arguments;
+  for (const Statement& part : split_arguments(text_, cursor.at(), end, ",")) {
+    const Statement argument = split_arguments(text_, part.begin, part.end, "\\")[0];
+    if (argument.begin == argument.end) continue;
+    TextCursor name(text_, argument.begin, argument.end);
+    if (!name.take_name().empty() && takes_rapid_assignment(name)) return {};
+    arguments.push_back(argument);
+  }
+  return arguments;
 }
 
 // Tools and work objects that are handed to a routine that gives its parameter a value.
@@ -197,9 +242,10 @@ void RapidData::forget_changed_frames(const std::vector<Statement>& statements) 
 }
 
 // Assignments, and the points that other statements than moves use. A routine may change what is
-// handed to it, unless that is a constant.
+// handed to it, unless that is a constant or the routine gets a copy.
 void RapidData::read_uses(const Statement& statement) {
   bool is_assignment = false, is_move = false, is_followed = false;
+  std::vector<Statement> copied;  // what a procedure gets a copy of
   each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
     const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
     for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
@@ -209,12 +255,19 @@ void RapidData::read_uses(const Statement& statement) {
     if (is_instruction && find_rapid_move(word)) return true;
     if (is_instruction && is_other_rapid_move(word, cursor)) is_move = true;
     is_followed |= routines_.contains(word);
+    for (const RoutineParameter& parameter : points_handed_to(word))
+      if (const auto arguments = arguments_of_call(cursor, statement.end);
+          is_instruction && parameter.position < arguments.size() &&
+          is_point_text(arguments[parameter.position]))
+        copied.push_back(arguments[parameter.position]);
     if (note_assignment(statement, word, at, cursor)) {
       is_assignment = true;
       return false;
     }
     Datum* const datum = find(word, at);
     if (!datum || !is_point_type(datum->type) || cursor.next() == ':') return false;
+    const auto is_here = [&](const Statement& part) { return part.begin <= at && at < part.end; };
+    if (!datum->is_parameter && std::ranges::any_of(copied, is_here)) return false;
     datum->is_shared = true;
     if (cursor.next() == '.') return false;
     if (!is_assignment && !datum->is_constant) datum->values += 2;
@@ -224,6 +277,16 @@ void RapidData::read_uses(const Statement& statement) {
            datum});
     return false;
   });
+}
+
+bool RapidData::is_displaced(const Statement& argument) const {
+  const std::string first = TextCursor(text_, argument.begin, argument.end).take_name();
+  return first == "OFFS" || first == "RELTOOL";
+}
+
+// A name, or one that is displaced: no other function may change it.
+bool RapidData::is_point_text(const Statement& argument) const {
+  return is_displaced(argument) || name_of(argument).find('(') == std::string::npos;
 }
 
 // NAME := .., NAME.trans.x := .., NAME{2} := ..
@@ -443,10 +506,13 @@ int RapidData::add_point(const ListItem& list, TargetKind kind, const std::strin
 }
 
 void RapidData::leave(const Statement& argument) {
-  TextCursor cursor(text_, argument.begin, argument.end);
-  Datum* const datum = find(cursor.take_name(), argument.begin);
-  if (cursor.take('{')) skip_indices(cursor);
-  if (datum && cursor.done()) datum->is_shared = true;
+  if (!is_displaced(argument)) keep(argument);
+}
+
+void RapidData::keep(const Statement& argument) {
+  each_word(text_, argument, [&](const std::string& word, size_t at, const TextCursor&) {
+    if (Datum* const datum = find(word, at)) datum->is_shared = true;
+  });
 }
 
 std::vector<RapidData::Use> RapidData::finish() {

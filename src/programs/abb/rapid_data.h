@@ -11,7 +11,7 @@
 #include "armtrue/programs/robot_program.h"
 #include "programs/abb/rapid_insertion.h"
 #include "programs/abb/rapid_words.h"
-#include "programs/program_warnings.h"
+#include "programs/move_reader.h"
 #include "programs/scoped_names.h"
 #include "programs/statement.h"
 
@@ -50,9 +50,23 @@ class RapidData {
   Frame room_frame();
   const RapidExternalAxes& external() const { return external_; }
 
-  /// A move to the point is left alone: its declaration must stay. An expression starts from it,
-  /// and follows it.
+  /// A move to the point is left alone: its declaration must stay. An offset starts from it, and
+  /// follows it.
   void leave(const Statement& argument);
+  /// The declarations of all points in an argument must stay.
+  void keep(const Statement& argument);
+
+  /// The parameter of a procedure of the text that an argument is, and nothing else.
+  std::optional<RoutineParameter> parameter_at(const Statement& argument);
+  /// Whether a procedure of the text, of which there is one, gets copies of points.
+  bool hands_points_to(const std::string& procedure) const {
+    return !points_handed_to(procedure).empty();
+  }
+  /// Whether moves alone use the point of a parameter, and it is what the call states.
+  bool only_moves_use(const RoutineParameter& parameter) const;
+  /// What a call hands to the parameters of a procedure, in their order; nothing if it names one of
+  /// them. `cursor`: behind the name of the procedure.
+  std::vector<Statement> arguments_of_call(TextCursor cursor, size_t end) const;
   /// A point with numbers that no move uses, but another statement does.
   struct Use {
     int line = 0;
@@ -70,6 +84,8 @@ class RapidData {
     std::string type;
     std::string routine;  // of a parameter
     bool is_constant = false, is_parameter = false;
+    bool is_copied = false;          // a parameter that is no variable of the caller
+    std::optional<size_t> position;  // of a parameter of a procedure that is not optional
     bool is_shared = false;        // other statements than moves use it
     bool is_of_others = false;     // other modules declare it or use it
     int text = 0;                  // in RobotProgram::texts
@@ -82,8 +98,11 @@ class RapidData {
   };
 
   void declare(const std::string& kind, const Statement& statement, TextCursor cursor, int scope);
-  void declare_parameters(TextCursor cursor, int scope);
+  void declare_parameters(const std::string& kind, TextCursor cursor, int scope);
   void read_uses(const Statement& statement);
+  std::vector<RoutineParameter> points_handed_to(const std::string& procedure) const;
+  bool is_displaced(const Statement& argument) const;
+  bool is_point_text(const Statement& argument) const;
   void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const Statement& statement, const std::string& word, size_t at,
                        TextCursor cursor);
@@ -130,6 +149,7 @@ class RapidData {
   std::map<std::string, Datum> of_others_;  // global data of other modules
   std::vector<UseOfDatum> uses_;            // of points, outside of moves
   std::set<std::string> routines_;          // of all texts
+  std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;
 };
 

@@ -23,6 +23,8 @@ namespace armtrue {
 namespace {
 
 class RapidReader : MoveReader {
+  friend class MoveReader;
+
  public:
   RapidReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : MoveReader(program),
@@ -43,6 +45,7 @@ class RapidReader : MoveReader {
                       });
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
+    follow_calls(calls_, of_parameters_, "its point is a parameter of the routine", *this);
     is_dead_ = false;
     is_called_ = true;
     for (const RapidData::Use& use : data_.finish())
@@ -109,6 +112,9 @@ class RapidReader : MoveReader {
   bool read_instruction(const std::string& word, size_t at, TextCursor cursor,
                         const Statement& statement) {
     const RapidMove* const move = find_rapid_move(word);
+    if (data_.hands_points_to(word) && cursor.next() != '(' && cursor.next() != ':')
+      calls_.push_back({word, line_at(program_.texts[0].text, statement, at),
+                        data_.arguments_of_call(cursor, statement.end), !is_dead_ && is_called_});
     if (!move && !is_other_rapid_move(word, cursor)) return false;
     if (cursor.next() == '(' || cursor.next() == ':' || (!move && cursor.done())) return false;
     const int line = line_at(program_.texts[0].text, statement, at);
@@ -145,6 +151,13 @@ class RapidReader : MoveReader {
         target.kind = TargetKind::cartesian;
         arguments[0] = *pose;
       }
+    if (const auto parameter = data_.parameter_at(arguments[0]); parameter && move.points == 1) {
+      of_parameters_.push_back({*parameter, move_, line, target.kind, arguments[tool],
+                                arguments[tool - 1], work_object_, why_not,
+                                !is_dead_ && is_called_});
+      is_left_ = true;
+      return;
+    }
     if (why_not.empty()) set_frames(arguments[tool], target, why_not);
     std::vector<int> points;
     for (int i = 0; i < move.points && why_not.empty(); ++i)
@@ -174,6 +187,76 @@ class RapidReader : MoveReader {
                                 target);
       add_target(target, points[i], is_auxiliary);
     }
+  }
+
+  // A move to a parameter of its procedure.
+  struct MoveToParameter {
+    RoutineParameter parameter;
+    RapidMoveText move;
+    int line;
+    TargetKind kind;
+    Statement tool, zone;
+    std::optional<Statement> work_object;
+    std::string why_not;
+    bool may_run;
+  };
+
+  bool only_moves_use(const RoutineParameter& parameter) const {
+    return data_.only_moves_use(parameter);
+  }
+
+  void keep(const Statement& argument) { data_.keep(argument); }
+
+  void read_handed(const HandingCall& call, const Statement& argument,
+                   const std::vector<const MoveToParameter*>& moves) {
+    std::string why_not;
+    std::optional<ProgramTarget> agreed;
+    int agreed_reading = 0;
+    bool may_run = false;
+    for (const MoveToParameter* const move : moves) {
+      const ProgramTarget target = target_of(*move, call, why_not);
+      const int reading = reads_configuration();
+      if (!agreed) agreed = target, agreed_reading = reading;
+      if (!drives_alike(*agreed, target) || agreed_reading != reading)
+        why_not = "its routine drives to it with several tools, work objects or settings";
+      may_run |= move->may_run;
+    }
+    int point = -1;
+    if (why_not.empty()) point = data_.point_at(argument, agreed->kind, call.line, why_not);
+    if (!why_not.empty()) {
+      keep(argument);
+      return leave_move(call.line, why_not, call.may_run);
+    }
+    agreed->line = call.line;
+    agreed->begin = argument.begin;
+    agreed->end = argument.end;
+    agreed->obstacle = "its point is handed to a routine";
+    is_dead_ = !may_run || !call.may_run;
+    is_called_ = true;
+    add_target(*agreed, point, false);
+  }
+
+  // Without its point.
+  ProgramTarget target_of(const MoveToParameter& move, const HandingCall& call,
+                          std::string& why_not) {
+    move_ = move.move;
+    work_object_ = move.work_object;
+    if (work_object_) work_object_ = meant_by(call, *work_object_);
+    ProgramTarget target;
+    target.kind = move.kind;
+    if (why_not.empty()) why_not = move.why_not;
+    if (why_not.empty()) set_frames(meant_by(call, move.tool), target, why_not);
+    target.blend = data_.radius_of_zone(meant_by(call, move.zone));
+    target.motion = motion_of(move_.kind(), true);
+    return target;
+  }
+
+  // What stands for a part of the procedure that is called.
+  Statement meant_by(const HandingCall& call, const Statement& part) {
+    const auto parameter = data_.parameter_at(part);
+    const bool is_given = parameter && parameter->routine == call.routine &&
+                          parameter->position < call.arguments.size();
+    return is_given ? call.arguments[parameter->position] : part;
   }
 
   // MoveAbsJ CalcJointT(p10,tool1\WObj:=wobj1),..,tool1\WObj:=wobj1 goes to p10 as MoveJ does. Only
@@ -278,13 +361,17 @@ class RapidReader : MoveReader {
   // Without ConfJ or ConfL the controller does not read confdata. Where that is not certain, they
   // count if the arm reaches the point so. CalcJointT always reads them.
   Configuration configuration_of(const ProgramPoint& point) const {
-    if (move_.kind_of->is_joint_target) return rapid_configuration(point);
-    const ProgramFlow::Values& values = move_.kind() == 'J' ? flow_.confj : flow_.confl;
-    const int counts = values.at(move_.begin);
+    const int counts = reads_configuration();
     if (counts == 0) return {};
     Configuration result = rapid_configuration(point);
     result.is_weak = counts == ProgramFlow::kUncertain;
     return result;
+  }
+
+  // Whether the controller does for this move: 1, 0 or kUncertain.
+  int reads_configuration() const {
+    if (move_.kind_of->is_joint_target) return 1;
+    return (move_.kind() == 'J' ? flow_.confj : flow_.confl).at(move_.begin);
   }
 
   std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
@@ -295,6 +382,8 @@ class RapidReader : MoveReader {
   RapidFlow flow_;
   RapidMoveText move_;                       // that is read
   std::optional<Statement> work_object_;     // of this move; nothing: wobj0
+  std::vector<MoveToParameter> of_parameters_;
+  std::vector<HandingCall> calls_;
   bool is_move_ = false;                     // the statement moves the arm
   bool is_left_ = false;                     // the move that is read is left alone
   bool follows_ = false;                     // the arm stands at the last target

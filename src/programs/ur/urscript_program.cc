@@ -49,24 +49,31 @@ bool stands_between_ur_moves(const std::string& word) {
 }
 
 class UrReader : MoveReader {
+  friend class MoveReader;
+
  public:
   UrReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : MoveReader(program),
         known_(known),
         parts_(parts),
         text_(masked(program.texts[0].text, '#', "\"'")),
+        statements_(split_statements(text_, '\n')),
         values_(text_, program.frames, known) {}
 
   void read() {
-    const std::vector<Statement> statements = split_statements(text_, '\n');
+    const std::vector<Statement>& statements = statements_;
     const UrStructure structure = structure_of_urscript(text_, statements);
     values_.read(statements, structure);
+    for (const UrParameter& parameter : structure.parameters)
+      functions_with_parameters_.insert(parameter.parameter.routine);
     find_tools(statements, structure.flow);
     for (const Statement& statement : statements) {
       is_move_ = false;
       read_calls(statement);
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
+    values_.note_uses(statements);
+    follow_calls(calls_, of_parameters_, "its point is a parameter of the function", *this);
     values_.finish(statements, program_.points);
     program_.warnings = warnings_.list();
   }
@@ -107,6 +114,8 @@ class UrReader : MoveReader {
         follows_ = is_first && ends_at_target_ && program_.left_alone == left_alone &&
                    ends_at(close, statement.end);
       }
+      if (functions_with_parameters_.contains(word))
+        calls_.push_back({word, statement.line, values_.arguments_in(statement.line, open, close)});
       if (is_other_motion(word)) {
         leave_move(statement.line, "this function is not followed: " + word);
         is_move_ = true;
@@ -152,24 +161,16 @@ class UrReader : MoveReader {
     const size_t points = word == "MOVEC" ? 2 : 1;
     if (arguments.size() < points)
       return leave_move(line, "its arguments are not those of the function");
+    if (points == 1)
+      if (const auto parameter = values_.parameter_in(arguments[0])) {
+        of_parameters_.push_back({*parameter, line, open, arguments[0], word != "MOVEJ"});
+        ends_at_target_ = false;
+        return;
+      }
     std::vector<UrValue> values;
     std::string why_not;
-    const int tool = tools_.at(open);
-    const bool is_certain = tool != ProgramFlow::kUncertain;
-    tool_ = is_certain ? tool : -1;
-    for (size_t i = 0; i < points && why_not.empty(); ++i) {
-      const auto value = values_.value_of(arguments[i]);
-      if (!value)
-        why_not = values_.why_not(arguments[i]);
-      else if (value->is_in_calculated_frame && parts_ == TargetParts::pose)
-        why_not =
-            "its frame is calculated at run time; if it is always the same, give it with "
-            "--frame";
-      else if (!is_certain && value->kind == TargetKind::cartesian && parts_ == TargetParts::pose)
-        why_not = "its tool is not certain: set_tcp depends on calls or branches before it";
-      else
-        values.push_back(*value);
-    }
+    for (size_t i = 0; i < points && why_not.empty(); ++i)
+      if (const auto value = value_at(arguments[i], open, why_not)) values.push_back(*value);
     if (!why_not.empty()) {
       for (size_t i = 0; i < points; ++i) values_.leave(arguments[i]);
       return leave_move(line, why_not);
@@ -187,6 +188,60 @@ class UrReader : MoveReader {
       if (target.motion == MotionKind::line || target.motion == MotionKind::arc)
         prepare_insertion(target, values, options, statement, close);
     }
+  }
+
+  // The value of the point of a move, and its tool; nothing and why if one is not known.
+  std::optional<UrValue> value_at(const Statement& argument, size_t move, std::string& why_not) {
+    const auto value = values_.value_of(argument);
+    const int tool = tools_.at(move);
+    const bool is_certain = tool != ProgramFlow::kUncertain;
+    tool_ = is_certain ? tool : -1;
+    if (!value)
+      why_not = values_.why_not(argument);
+    else if (value->is_in_calculated_frame && parts_ == TargetParts::pose)
+      why_not =
+          "its frame is calculated at run time; if it is always the same, give it with "
+          "--frame";
+    else if (!is_certain && value->kind == TargetKind::cartesian && parts_ == TargetParts::pose)
+      why_not = "its tool is not certain: set_tcp depends on calls or branches before it";
+    return why_not.empty() ? value : std::nullopt;
+  }
+
+  // A move to a parameter of its function.
+  struct MoveToParameter {
+    RoutineParameter parameter;
+    int line;
+    size_t open;
+    Statement argument;
+    bool is_straight;
+    bool may_run = true;
+  };
+
+  bool only_moves_use(const RoutineParameter& parameter) {
+    return values_.only_moves_use(parameter);
+  }
+
+  void keep(const Statement&) {}  // what stands in no move stays
+
+  void read_handed(const HandingCall& call, const Statement& argument,
+                   const std::vector<const MoveToParameter*>& moves) {
+    values_.hand_over(call.routine, call.arguments);
+    std::string why_not;
+    std::optional<UrValue> agreed;
+    ProgramTarget target;
+    for (const MoveToParameter* const move : moves) {
+      const auto value = value_at(move->argument, move->open, why_not);
+      if (!values_.value_of(argument)) why_not = values_.why_not(argument);
+      if (!value || !why_not.empty()) break;
+      const ProgramTarget here = target_of(*value, call.line, move->is_straight);
+      if (!agreed) agreed = value, target = here;
+      if (!drives_alike(target, here))
+        why_not = "its function drives to it with several tools or frames";
+    }
+    if (!why_not.empty()) return leave_move(call.line, why_not);
+    target.motion = motion_of(moves.front()->is_straight ? 'L' : 'J', true);
+    target.obstacle = "its point is handed to a function";
+    add_target_at(target, values_.point_of(*agreed, program_.points));
   }
 
   // What stands behind the points of a move.
@@ -253,7 +308,14 @@ class UrReader : MoveReader {
   }
 
   ProgramTarget& add_target(const UrValue& value, int line, bool is_straight) {
+    return add_target_at(target_of(value, line, is_straight),
+                         values_.point_of(value, program_.points));
+  }
+
+  // Without its point.
+  ProgramTarget target_of(const UrValue& value, int line, bool is_straight) const {
     ProgramTarget target;
+    target.kind = value.kind;
     target.line = line;
     target.begin = value.begin;
     target.end = value.end;
@@ -261,13 +323,17 @@ class UrReader : MoveReader {
     target.tool = tool_;
     target.near = value.near;
     target.configuration.continues = is_straight;
-    return add_target_at(target, values_.point_of(value, program_.points));
+    return target;
   }
 
   const KnownFrames& known_;
   const TargetParts parts_;
   std::string text_;
+  const std::vector<Statement> statements_;
   UrValues values_;
+  std::set<std::string> functions_with_parameters_;
+  std::vector<MoveToParameter> of_parameters_;
+  std::vector<HandingCall> calls_;
   ProgramFlow::Values tools_;   // in the frames
   int tool_ = -1;               // of the move that is read
   bool is_move_ = false;        // the statement moves the arm

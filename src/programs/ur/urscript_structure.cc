@@ -50,7 +50,7 @@ class UrStructureReader {
     if (const std::string name = function_of(word, cursor); !name.empty()) {
       flow.add(word == "THREAD" ? Step::interrupt : Step::routine, at, name);
       result_.scopes.open(at);
-      read_parameters(cursor, result_.scopes.at(at));
+      read_parameters(name, cursor, result_.scopes.at(at));
       open_.push_back({at, true});
     } else if (word == "IF" || word == "WHILE") {
       flow.add(word == "IF" ? Step::branch : Step::loop, at);
@@ -69,14 +69,18 @@ class UrStructureReader {
   }
 
   // (pose, speed=0.1)
-  void read_parameters(TextCursor cursor, int scope) {
+  void read_parameters(const std::string& function, TextCursor cursor, int scope) {
     if (!cursor.take('(')) return;
     const size_t begin = cursor.at();
     cursor.skip_to(")");
+    size_t position = 0;
     for (const Statement& part : split_arguments(text_, begin, cursor.at(), ","))
       if (const size_t length = TextCursor(text_, part.begin, part.end).take_name().size();
           length > 0)
-        result_.parameters.emplace_back(text_.substr(part.begin, length), scope);
+        result_.parameters.push_back({std::string(text_.substr(part.begin, length)),
+                                      part.begin,
+                                      scope,
+                                      {function, position++}});
   }
 
   std::string_view text_;

@@ -6,17 +6,26 @@
 #include <utility>
 #include <vector>
 
+#include "programs/move_reader.h"
 #include "programs/program_flow.h"
 #include "programs/scoped_names.h"
 #include "programs/statement.h"
 
 namespace armtrue {
 
+/// A parameter of a URScript function.
+struct UrParameter {
+  std::string name;
+  size_t at = 0;  ///< in the head
+  int scope = 0;  ///< of the function
+  RoutineParameter parameter;
+};
+
 /// The functions and threads of a URScript program, and how it runs through them.
 struct UrStructure {
   Scopes scopes;
   ProgramFlow flow;
-  std::vector<std::pair<std::string, int>> parameters;  ///< and the scopes of their functions
+  std::vector<UrParameter> parameters;
   std::optional<size_t> open;  ///< where the first function begins that has no end
 };
 

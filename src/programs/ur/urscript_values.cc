@@ -10,11 +10,20 @@
 #include "programs/frame_list.h"
 
 namespace armtrue {
+namespace {
+
+constexpr int kDeepest = 2;  // calls in one another
+
+}  // namespace
 
 void UrValues::read(const std::vector<Statement>& statements, const UrStructure& structure) {
   scopes_ = structure.scopes;
-  for (const auto& [name, scope] : structure.parameters)
-    variables_.declare(name, scope).is_parameter = true;
+  for (const UrParameter& parameter : structure.parameters) {
+    Variable& variable = variables_.declare(parameter.name, parameter.scope);
+    variable.parameter = parameter.parameter;
+    parameters_[parameter.parameter.routine].push_back(&variable);
+    moves_.insert(parameter.at);
+  }
   for (const Statement& statement : statements) read_assignment(statement);
 }
 
@@ -116,7 +125,7 @@ std::string UrValues::why_not(const Statement& argument) {
   const std::string name = take_spelled(cursor);
   const Variable* const variable = variables_.find(scopes_, name, scopes_.at(argument.begin));
   if (!variable || !cursor.done()) return "its target is an expression or has no plain numbers";
-  if (variable->is_parameter) return "its point is a parameter of the function";
+  if (variable->parameter) return "its point is a parameter of the function";
   if (variable->values > 1) return "its point is given several values";
   if (!find(name, argument.begin)) return "its point is given its value in another function";
   return "its point is calculated at run time";
@@ -133,12 +142,14 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   const std::string name = cursor.take_name();
   if (cursor.done()) {
     const Variable* const variable = find(spelled(name, cursor.at()), argument.begin);
+    if (variable && variable->handed && variable->values == 0 && depth <= kDeepest)
+      return value_of(*variable->handed, depth + 1);
     if (!variable || variable->values != 1) return std::nullopt;
     std::optional<UrValue> value = variable->literal;
     if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
     return value;
   }
-  if (cursor.next() != '(' || depth > 2) return std::nullopt;
+  if (cursor.next() != '(' || depth > kDeepest) return std::nullopt;
   const size_t open = cursor.at(), close = closing(open, argument.end);
   TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
   if (!rest.done()) return std::nullopt;
@@ -177,7 +188,8 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
     return base.is_known ? std::optional(base.pose * pose) : std::nullopt;
   }
   TextCursor cursor(text_, argument.begin, argument.end);
-  if (cursor.take_name() != "POSE_INV" || cursor.next() != '(' || depth > 2) return std::nullopt;
+  if (cursor.take_name() != "POSE_INV" || cursor.next() != '(' || depth > kDeepest)
+    return std::nullopt;
   const size_t open = cursor.at(), close = closing(open, argument.end);
   const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
   TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
@@ -247,17 +259,67 @@ void UrValues::leave(const Statement& argument) {
   if (!cursor.done()) offsets_[argument.begin] = argument.end;
 }
 
-void UrValues::finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points) {
+// Variables that other statements than moves name.
+std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Statement>& statements) {
+  std::set<Variable*> found;
   for (const Statement& statement : statements)
     each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
       const bool is_named = cursor.take('=') && cursor.next() != '=';  // NAME=..
       const auto behind = offsets_.upper_bound(at);
       const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
       if (is_named || is_offset || moves_.contains(at)) return;
-      const Variable* const variable =
+      Variable* const variable =
           variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
-      if (variable && variable->point >= 0) points[variable->point].is_shared = true;
+      if (variable) found.insert(variable);
     });
+  return found;
+}
+
+void UrValues::finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points) {
+  for (const Variable* const variable : used_elsewhere(statements))
+    if (variable->point >= 0) points[variable->point].is_shared = true;
+}
+
+// The part that says where a move ends. An offset of a point is none: what corrects the point
+// would be wrong for it.
+std::optional<Statement> UrValues::point_in(const Statement& argument, int depth) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
+  if (cursor.done()) return argument;
+  if (cursor.next() != '(' || depth > kDeepest) return std::nullopt;
+  const std::vector<Statement> arguments =
+      arguments_in(argument.line, cursor.at(), closing(cursor.at(), argument.end));
+  if (name == "GET_INVERSE_KIN") return point_in(arguments[0], depth + 1);
+  const bool is_in_frame = name == "POSE_TRANS" && arguments.size() == 2;
+  return is_in_frame ? point_in(arguments[1], depth + 1) : std::nullopt;
+}
+
+std::optional<RoutineParameter> UrValues::parameter_in(const Statement& argument) {
+  const auto point = point_in(argument, 0);
+  if (!point) return std::nullopt;
+  TextCursor cursor(text_, point->begin, point->end);
+  const Variable* const variable = find(take_spelled(cursor), point->begin);
+  if (!variable || !variable->parameter) return std::nullopt;
+  moves_.insert(point->begin);
+  return variable->parameter;
+}
+
+void UrValues::hand_over(const std::string& function, const std::vector<Statement>& arguments) {
+  for (Variable* const variable : parameters_[function])
+    if (variable->parameter->position < arguments.size())
+      variable->handed = arguments[variable->parameter->position];
+    else
+      variable->handed.reset();
+}
+
+void UrValues::note_uses(const std::vector<Statement>& statements) {
+  for (Variable* const variable : used_elsewhere(statements)) variable->is_used = true;
+}
+
+bool UrValues::only_moves_use(const RoutineParameter& parameter) {
+  return std::ranges::none_of(parameters_[parameter.routine], [&](const Variable* variable) {
+    return variable->parameter == parameter && (variable->values > 0 || variable->is_used);
+  });
 }
 
 }  // namespace armtrue

@@ -54,6 +54,16 @@ class UrValues {
   /// Once all moves are read: marks the points that other statements use, too.
   void finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points);
 
+  /// The parameter that a move drives to: its argument is it, or an expression of it that
+  /// value_of() understands; nothing of any other.
+  std::optional<RoutineParameter> parameter_in(const Statement& argument);
+  /// From now on the parameters of a function stand for the arguments of a call of it.
+  void hand_over(const std::string& function, const std::vector<Statement>& arguments);
+  /// Once all moves are read: notes which parameters other statements use.
+  void note_uses(const std::vector<Statement>& statements);
+  /// Whether moves alone use a parameter, and it is what a call states.
+  bool only_moves_use(const RoutineParameter& parameter);
+
   /// The arguments between the brackets of a call.
   std::vector<Statement> arguments_in(int line, size_t open, size_t close) const;
   /// The bracket that closes the one at `open`; `end` if there is none.
@@ -69,7 +79,9 @@ class UrValues {
     bool is_calculated = false;  // its value is that of a call
     int scope = 0;               // where it is given its value
     int point = -1;
-    bool is_parameter = false;
+    std::optional<RoutineParameter> parameter;  // that it is
+    std::optional<Statement> handed;            // that stands for it
+    bool is_used = false;                       // a parameter, by other statements than moves
   };
 
   void read_assignment(const Statement& statement);
@@ -84,6 +96,8 @@ class UrValues {
     return spelled(name, cursor.at());
   }
   bool is_calculated(const Statement& frame);
+  std::optional<Statement> point_in(const Statement& argument, int depth);
+  std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements);
   std::optional<UrValue> literal_in(const Statement& part) const;
   std::optional<UrValue> value_of(const Statement& argument, int depth);
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
@@ -96,7 +110,8 @@ class UrValues {
   const KnownFrames& known_;
   Scopes scopes_;
   ScopedNames<Variable> variables_;
-  std::set<size_t> moves_;            // where a move names its point
+  std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
+  std::set<size_t> moves_;            // where a move, or the head of a function, names its point
   std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
 };
 
