@@ -30,8 +30,8 @@ void add_correction_options(Command& command, CorrectionArguments& arguments);
 
 CompensationOptions compensation_options(const CorrectionArguments& arguments, const Robot& robot);
 
-/// Throws UsageError if every target of a program states its own tool, or its own frame, and --tool,
-/// or --base, gives another.
+/// Throws UsageError if every target of a program states its own tool, or its own frame, and
+/// --tool, or --base, gives another.
 void refuse_overruled_frames(const RobotProgram& program, const ProgramArguments& arguments);
 
 /// The kind of the commands for the targets of a table.

@@ -108,9 +108,8 @@ void warn_of_unused(Command& command, const RobotProgram& program, const KnownFr
   std::vector<std::string> names;
   for (const ProgramFrame& frame : program.frames) names.push_back(frame.name);
   for (const auto& [name, pose] : known)
-    if (std::ranges::none_of(names, [&](const std::string& used) {
-          return lower_case(used) == lower_case(name);
-        }))
+    if (std::ranges::none_of(
+            names, [&](const std::string& used) { return lower_case(used) == lower_case(name); }))
       command.warn(fmt::format("--frame: no move of {} uses '{}'; its frames and tools are {}",
                                program.texts[0].name, name,
                                names.empty() ? "none" : fmt::to_string(fmt::join(names, ", "))));

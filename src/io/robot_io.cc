@@ -355,10 +355,11 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   read_contacts(document, robot.chain);
   read_beams_and_cameras(document, robot.chain);
   if (const auto twice = ambiguous_parameter(robot.chain))
-    document.fail(section_of(twice->owner),
-                  "'" + to_string(*twice) +
-                      "' names two parameters; give the link, target, anchor or contact a name that "
-                      "does not end like the name of a parameter");
+    document.fail(
+        section_of(twice->owner),
+        "'" + to_string(*twice) +
+            "' names two parameters; give the link, target, anchor or contact a name that "
+            "does not end like the name of a parameter");
   read_masses(document, robot);
   use_convention(document, robot);
   use_positioner(document, robot);

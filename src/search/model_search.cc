@@ -238,9 +238,9 @@ bool ModelSearch::may_be_knock(int k) {
                              [&](const CandidateScore& score) { return score.score > least; });
 }
 
-// Whether a chosen family whose effects occur together shows in too few of them, or, as an event, at
-// no time. For a load, the common sign and the ratio of the compliances are evidence for the weaker
-// axes, too.
+// Whether a chosen family whose effects occur together shows in too few of them, or, as an event,
+// at no time. For a load, the common sign and the ratio of the compliances are evidence for the
+// weaker axes, too.
 bool ModelSearch::is_half_shown(int k) {
   // Of a campaign. The time of a step that is just clear enough to be found (a fall of 30) lies within
   // 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no event.

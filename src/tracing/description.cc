@@ -267,8 +267,7 @@ std::string verdict_in_words(const LoopResult& result) {
   std::string text =
       held_out ? fmt::format("error {:.3g} -> {:.3g} mm, {:+.0f} %, floor {}",
                              result.before / kMillimetre, result.after / kMillimetre,
-                             100 * (result.after / std::max(result.before, 1e-300) - 1),
-                             floor)
+                             100 * (result.after / std::max(result.before, 1e-300) - 1), floor)
                : fmt::format("no poses held out, floor {} mm", floor);
   if (result.rejected) text += "; effects predict worse and are left out";
   if (result.applied && held_out)

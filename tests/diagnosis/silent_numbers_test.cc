@@ -375,7 +375,8 @@ std::vector<Mistake> mistakes() {
        }(),
        "x, y, z, w under the names qw,qx,qy,qz; name the columns in the order of their values; "
        "with that, the poses look inverted"},
-      {"depths 20 % short", of_a_long_camera(0.8), "along z of R_A the readings are 20 % too short"},
+      {"depths 20 % short", of_a_long_camera(0.8),
+       "along z of R_A the readings are 20 % too short"},
       {"depths 3 % long", of_a_long_camera(1.03), "along z of R_A the readings are 2.9 % too long"},
       {"all lengths 0.3 % long", with_poses_changed(1, scaled(1.003)),
        "the links come out longer by 0.32 % alike"},
@@ -468,9 +469,9 @@ TEST(SilentNumbers, ATableOfOneAxisIsAskedNothing) {
   table.bodies.clear();
   Robot truth = table;
   truth.chain.tool.translation.x() += 1.5e-3;
-  const Campaign readings = simulate(table, truth,
-                                     {.poses = 60, .repeats = 2, .noise_position = 1e-4,
-                                      .noise_orientation = 1.5e-4, .seed = 1});
+  const Campaign readings = simulate(
+      table, truth,
+      {.poses = 60, .repeats = 2, .noise_position = 1e-4, .noise_orientation = 1.5e-4, .seed = 1});
   EXPECT_EQ(find_needless_calibration(table, readings), std::nullopt);
 }
 

@@ -1,4 +1,5 @@
-// Where a calibration starts from: the base on readings of which some are wrong, base and tool together.
+// Where a calibration starts from: the base on readings of which some are wrong, base and tool
+// together.
 
 #include "armtrue/observation/registration.h"
 
@@ -52,7 +53,8 @@ void read_points(const Robot& robot, Campaign& campaign) {
   chain.base = kBase;
   const ChainEvaluator evaluator(chain);
   for (int row = 0; row < campaign.rows(); ++row) {
-    const Eigen::Vector3d wrong = row % 3 == 0 ? Eigen::Vector3d(0.5, 0, 0) : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d wrong =
+        row % 3 == 0 ? Eigen::Vector3d(0.5, 0, 0) : Eigen::Vector3d::Zero();
     campaign.position.push_back(evaluator.pose(campaign.q[row]).translation + wrong);
   }
 }
@@ -93,9 +95,8 @@ Campaign wires(const Robot& robot, int poses) {
 
 TEST(RegisteredBase, FollowsFromWiresWhoseReadingsBeginAtAZero) {
   Robot robot = arm();
-  robot.chain.anchors = {{"1", {2.5, 1.5, 0.1}, 0.2},
-                         {"2", {2.5, -1.5, 0.3}, -0.1},
-                         {"3", {-0.5, 2.8, 1.5}, 0.3}};
+  robot.chain.anchors = {
+      {"1", {2.5, 1.5, 0.1}, 0.2}, {"2", {2.5, -1.5, 0.3}, -0.1}, {"3", {-0.5, 2.8, 1.5}, 0.3}};
   expect_near(registered_base(robot, wires(robot, 12)), kBase, 1e-8);
 }
 
@@ -152,7 +153,8 @@ TEST(Placement, TurnsOfACubeAreThe24Rotations) {
 TEST(Placement, CommonTurnIsTheMiddleOfMost) {
   const Eigen::Matrix3d middle = rotation_exp({1, 2, -0.5});
   std::vector<Eigen::Matrix3d> turns;
-  for (const double angle : {0.9, 1.0, 1.1, 1.2}) turns.push_back(middle * rotation_exp({angle, 0, 0}));
+  for (const double angle : {0.9, 1.0, 1.1, 1.2})
+    turns.push_back(middle * rotation_exp({angle, 0, 0}));
   for (int axis = 0; axis < 3; ++axis)
     for (const double angle : {-0.02, 0.02})
       turns.push_back(middle * rotation_exp(angle * Eigen::Vector3d::Unit(axis)));

@@ -39,8 +39,8 @@ TEST(Verdict, AtTheFloorNothingIsLeft) {
 
 // The arm moves, and nothing shows which of its parts.
 TEST(Verdict, AFamilyOfWhichNoMemberIsShownIsNotNothing) {
-  for (const auto& [effects, verdict] : {std::pair{kNone, Verdict::not_separable},
-                                         {kOne, Verdict::closed}}) {
+  for (const auto& [effects, verdict] :
+       {std::pair{kNone, Verdict::not_separable}, {kOne, Verdict::closed}}) {
     Grounds grounds = at_the_floor(effects);
     grounds.shown_family = true;
     EXPECT_EQ(conclude(grounds), verdict);

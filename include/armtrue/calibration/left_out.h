@@ -10,9 +10,9 @@ namespace armtrue {
 
 /// Parameters of the links that `Robot::identify` leaves out although the readings show them.
 struct LeftOut {
-  std::vector<int> parameters;  ///< that `auto` would identify besides
-  double without = 0;           ///< mean error of the fit without them [m]
-  double with = 0;              ///< mean error of the fit with them [m]
+  std::vector<int> parameters;   ///< that `auto` would identify besides
+  double without = 0;            ///< mean error of the fit without them [m]
+  double with = 0;               ///< mean error of the fit with them [m]
   std::vector<Effect> beside{};  ///< effects that a search finds beside all parameters
 };
 

@@ -24,7 +24,7 @@ enum class CommandNote {
   outside_readings,  ///< leverage above 1: no pose of the calibration was like this
   below_std,         ///< the error before is below the standard deviation after correction
   turn,              ///< a joint crosses zero: its turn (KUKA: bit of T) changes
-  arrival,     ///< no command keeps the direction of arrival that its correction assumes
+  arrival,           ///< no command keeps the direction of arrival that its correction assumes
   fewer_axes,  ///< of an arm of fewer than six axes: `after` is the error that it cannot correct
 };
 

@@ -31,9 +31,10 @@ struct ArmDifference {
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
 };
 
-/// Up to 200 of 2000 random poses over the travel of the joints, always the same ones: those that the
-/// readings of both calibrations cover (Prediction::leverage of at most 1), at the angles that curves
-/// over a joint have seen (Effect::measured). If fewer than 40 remain, the first 200 of the 2000.
+/// Up to 200 of 2000 random poses over the travel of the joints, always the same ones: those that
+/// the readings of both calibrations cover (Prediction::leverage of at most 1), at the angles that
+/// curves over a joint have seen (Effect::measured). If fewer than 40 remain, the first 200 of the
+/// 2000.
 std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after);
 
 /// The difference at these poses, without payload and forces. Effects of the station do not count,

@@ -13,7 +13,7 @@ namespace armtrue {
 struct Findings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely
-  std::string other_arm;  ///< the warning that the robot file may be of another arm; else empty
+  std::string other_arm;   ///< the warning that the robot file may be of another arm; else empty
   bool of_change = false;  ///< a warning is of a change among the readings
 };
 

@@ -50,8 +50,9 @@ struct Effect {
   /// Whether the effect may be an error of the instrument and not of the arm; see
   /// may_be_instrument(). The effect then predicts readings, but does not correct programs.
   bool may_be_instrument = false;
-  /// If may_be_instrument, or if a scale of the instrument may be the growth of the arm: mean of the
-  /// effect over the poses of its calibration [SI]. The parameter of the arm is then constant + mean.
+  /// If may_be_instrument, or if a scale of the instrument may be the growth of the arm: mean of
+  /// the effect over the poses of its calibration [SI]. The parameter of the arm is then constant +
+  /// mean.
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
   /// Beyond this range the effect keeps its value at the nearer end, because its coefficients would

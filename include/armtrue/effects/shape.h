@@ -38,7 +38,7 @@ enum class SeriesBasis {
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
-  double at = 0;  ///< of a step or kink [s, rad]; if counts_from(): the origin of x [s, degC]
+  double at = 0;        ///< of a step or kink [s, rad]; if counts_from(): the origin of x [s, degC]
   double tau = 0;       ///< exponential [s], pre_sliding [rad]
 
   SeriesBasis basis = SeriesBasis::cosine;

@@ -25,9 +25,8 @@ struct ImportOptions {
   std::vector<std::string> presets;
   std::string body;  ///< rigid body or marker, of several in a table; child frame of transforms
   std::string points_topic, joints_topic;  ///< of a recording of ROS 2; empty: the only ones
-  std::vector<std::string>
-      markers;             ///< markers that are read, if rows have several; empty: those with
-                           ///< numbers
+  std::vector<std::string> markers;  ///< markers that are read, if rows have several; empty: those
+                                     ///< with numbers
   std::string join;        ///< id, order, time, stops or empty
   double max_gap_s = 0.1;  ///< join by time: largest gap of joint samples around a point
   /// Added to the times of the points, for a join by time or stops [s]. For a join by stops it is

@@ -248,8 +248,8 @@ std::optional<double> parameter_value(const KinematicChain& chain, int index);
 std::optional<double> parameter_change(const KinematicChain& before, const KinematicChain& after,
                                        int index);
 
-/// Adds `delta` [m, rad or px] to one parameter. One that has no constant leaves the chain as it is.
-/// Throws std::out_of_range for an index that the chain has not.
+/// Adds `delta` [m, rad or px] to one parameter. One that has no constant leaves the chain as it
+/// is. Throws std::out_of_range for an index that the chain has not.
 void move_parameter(KinematicChain& chain, int index, double delta);
 
 }  // namespace armtrue

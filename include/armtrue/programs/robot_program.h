@@ -195,7 +195,7 @@ struct RobotProgram {
   /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set
   /// before the call.
   std::vector<ProgramCall> calls_not_given;
-  int left_alone = 0;              ///< moves that may run and that the parser does not understand
+  int left_alone = 0;  ///< moves that may run and that the parser does not understand
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
 };

@@ -15,9 +15,8 @@ struct PageHead {
   const Document& product;            ///< of the command; the page shows its values
   std::vector<std::string> warnings;  ///< of the command
   std::optional<About> about;         ///< who measured what, when and with what, if stated
-  bool arm_in_doubt =
-      false;  ///< a warning doubts that the robot file is of the arm: the page shows no good
-              ///< verdict
+  bool arm_in_doubt = false;  ///< a warning doubts that the robot file is of the arm: the page
+                              ///< shows no good verdict
 };
 
 /// A picture as a file of its own.

@@ -27,7 +27,8 @@ YAML::Node unseen_scale_node(const UnseenScale& scale);
 
 YAML::Node noise_node(const NoiseFloor& noise);
 
-/// The mean error of a perfect model in mm, `floor` in m; null if nothing says how large the noise is.
+/// The mean error of a perfect model in mm, `floor` in m; null if nothing says how large the noise
+/// is.
 YAML::Node floor_node(const NoiseFloor& noise, double floor);
 
 }  // namespace armtrue

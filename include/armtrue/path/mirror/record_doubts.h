@@ -59,10 +59,10 @@ struct RecordDoubts {
   /// Present if the deviation is above 2 mm and the motion leaves at most a third of it. An arm
   /// with the same error all along the path looks the same.
   std::optional<RigidDeviation> rigid;
-  /// Present if the tool stands at both ends of the record, and one motion of the whole record, turned
-  /// by more than 0.3 deg, leaves a third of its deviation along the path, also at the standing
-  /// ends, where neither clock nor lag moves it. Arms err by 1 to 2 mm in a metre, which turns a
-  /// part by 0.1 deg. Empty if `rigid` is present.
+  /// Present if the tool stands at both ends of the record, and one motion of the whole record,
+  /// turned by more than 0.3 deg, leaves a third of its deviation along the path, also at the
+  /// standing ends, where neither clock nor lag moves it. Arms err by 1 to 2 mm in a metre, which
+  /// turns a part by 0.1 deg. Empty if `rigid` is present.
   std::optional<TurnedRecord> turned;
   /// Takes halves and quarters of the samples. There p and m are the differences of the program and
   /// of the record from their best straight motion with constant velocity. Present if p is above 2
