@@ -60,15 +60,6 @@ WayToGo by_last_motion(const Campaign& readings, const Campaign& all, Eigen::Ind
   return {ways, true};
 }
 
-// The column of a zero offset, each row times its factor.
-Eigen::VectorXd times(const Eigen::VectorXd& column, const Eigen::VectorXd& factors) {
-  const Eigen::Index size = column.size() / factors.size();
-  Eigen::VectorXd product = column;
-  for (Eigen::Index row = 0; row < factors.size(); ++row)
-    product.segment(row * size, size) *= factors[row];
-  return product;
-}
-
 // Sag of each joint under weights that the links beyond it carry: torques about the joint of a
 // weight at x and at y of its own frame and of the next, whose masses are free.
 Eigen::MatrixXd sag_columns(const FitEquations& equations, const Robot& robot,
@@ -90,7 +81,7 @@ Eigen::MatrixXd sag_columns(const FitEquations& equations, const Robot& robot,
           torques[row] = frame(joint).col(2).dot(frame(carrier).col(axis).cross(down));
         }
         if ((torques.array() - torques.mean()).abs().maxCoeff() > kNoTorque)
-          columns.push_back(times(equations.columns.col(joint), torques));
+          columns.push_back(times_of_rows(equations.columns.col(joint), torques));
       }
   Eigen::MatrixXd all(equations.residual.size(), std::ssize(columns));
   for (size_t k = 0; k < columns.size(); ++k) all.col(k) = columns[k];
@@ -127,7 +118,7 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   constexpr double kHalf = 0.5, kQuarter = 0.25, kDeviations = 3;
   Eigen::MatrixXd each = equations.columns;
   for (int j = 0; j < each.cols(); ++j)
-    each.col(j) = joint_link(chain, j).sign * times(equations.columns.col(j), way.of_joints.col(j));
+    each.col(j) = joint_link(chain, j).sign * times_of_rows(equations.columns.col(j), way.of_joints.col(j));
   const Eigen::MatrixXd common = each.rowwise().sum();
   const JointFit one = fit_beside(common, equations), own = fit_beside(each, equations);
   const double c = one.value[0];

@@ -218,6 +218,14 @@ JointFit fit_beside(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& on_basis
   return {std::min(1 - 1e-12, value.dot(scaled) / whole), unit.asDiagonal() * value};
 }
 
+Eigen::VectorXd times_of_rows(const Eigen::VectorXd& column, const Eigen::VectorXd& factors) {
+  const Eigen::Index size = column.size() / factors.size();
+  Eigen::VectorXd product = column;
+  for (Eigen::Index row = 0; row < factors.size(); ++row)
+    product.segment(row * size, size) *= factors[row];
+  return product;
+}
+
 JointFit fit_beside(const Eigen::MatrixXd& columns, const FitEquations& equations) {
   return fit_beside(columns.transpose() * columns, equations.basis.transpose() * columns,
                     columns.transpose() * equations.residual, equations);

@@ -40,6 +40,9 @@ struct FitEquations {
 
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
 
+/// A column of FitEquations::columns, the equations of each reading times its factor.
+Eigen::VectorXd times_of_rows(const Eigen::VectorXd& column, const Eigen::VectorXd& factors);
+
 /// The same with all rows of an image as one reading. With O the derivatives of its corners by the
 /// pose of the board and Q an orthonormal basis of the columns of O, its six equations are Q^T
 /// times those of the corners: all that an image shows of the pose of an arm. Corners that

@@ -8,6 +8,7 @@
 #include "diagnosis/depth_check.h"
 #include "diagnosis/early_angles.h"
 #include "diagnosis/far_set_up_change.h"
+#include "diagnosis/gravity_check.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
@@ -76,6 +77,7 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
   if (!suspicion) suspicion = find_early_angles(*fit, campaign);
+  if (!suspicion) suspicion = find_reversed_gravity(*fit);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (!suspicion) suspicion = find_rounded_readings(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);

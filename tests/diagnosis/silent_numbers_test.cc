@@ -461,6 +461,17 @@ TEST(SilentNumbers, AnArmThatNeedsNoCalibrationIsNamed) {
   }
 }
 
+// Axis 3 of the tutorial's arm gives way under gravity.
+TEST(SilentNumbers, AGravityThatPointsUpIsNamed) {
+  Robot ceiling = spindle();
+  ceiling.gravity = -ceiling.gravity;
+  EXPECT_THAT(find_suspicions(ceiling, tutorial()).warnings,
+              ElementsAre(HasSubstr("A3 turns against the torque of gravity")));
+  EXPECT_THAT(find_suspicions(spindle(), tutorial()).warnings, IsEmpty());
+  for (const std::uint64_t seed : {1, 2, 3})
+    EXPECT_THAT(find_suspicions(ceiling, of_table_4(seed)).warnings, IsEmpty());
+}
+
 // Base and tool take up all that a table of one axis does.
 TEST(SilentNumbers, ATableOfOneAxisIsAskedNothing) {
   Robot table = spindle();
