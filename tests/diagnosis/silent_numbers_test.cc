@@ -24,6 +24,7 @@ namespace armtrue::silent_numbers_test {
 namespace {
 
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
