@@ -35,7 +35,7 @@ std::vector<int> scanned_contacts(const KinematicChain& chain) {
     if (contact.kind != ContactKind::plane && contact.kind != ContactKind::sphere) continue;
     if (contact.is_placed)
       contacts.push_back(c);
-    else
+    else if (unplaced.empty())
       unplaced = contact.name;
   }
   if (contacts.empty())

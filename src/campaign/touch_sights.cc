@@ -35,7 +35,7 @@ std::vector<TouchSight> touch_sights_of(const KinematicChain& chain) {
     const Contact& contact = chain.contacts[c];
     if (!is_touched(contact.kind)) continue;
     if (!contact.is_placed) {
-      unplaced = contact.name;
+      if (unplaced.empty()) unplaced = contact.name;
       continue;
     }
     const bool has_parts = contact.kind == ContactKind::artefact;
