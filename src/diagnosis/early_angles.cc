@@ -118,7 +118,8 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   constexpr double kHalf = 0.5, kQuarter = 0.25, kDeviations = 3;
   Eigen::MatrixXd each = equations.columns;
   for (int j = 0; j < each.cols(); ++j)
-    each.col(j) = joint_link(chain, j).sign * times_of_rows(equations.columns.col(j), way.of_joints.col(j));
+    each.col(j) =
+        joint_link(chain, j).sign * times_of_rows(equations.columns.col(j), way.of_joints.col(j));
   const Eigen::MatrixXd common = each.rowwise().sum();
   const JointFit one = fit_beside(common, equations), own = fit_beside(each, equations);
   const double c = one.value[0];
