@@ -14,7 +14,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/campaign/sighted_poses.h"
+#include "armtrue/campaign/sights.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
@@ -564,12 +564,15 @@ TEST(Camera, SimulatedPixelsAreThoseOfTheOracle) {
     // Sighted poses show the whole board; a turn of some tens of degrees moves parts of it out of
     // the image.
     std::vector<JointVector> commanded;
-    for (const SightedPose& pose : random_sighted_poses(robot.chain, Sensor::camera, 20, 3)) {
+    for (const PlannedPose& pose :
+         random_sighted_poses(robot.chain, {sights_of_boards(robot.chain)}, 20, 3)) {
       commanded.push_back(pose.q);
       commanded.push_back(pose.q);
       commanded.back()[4] += 0.5;
     }
-    const Campaign campaign = simulate(commanded, robot, {.images = true});
+    SimulationOptions options;
+    options.images = true;
+    const Campaign campaign = simulate(commanded, robot, options);
     std::vector<std::vector<bool>> is_seen(commanded.size(), std::vector<bool>(35, false));
     for (int row = 0; row < campaign.rows(); ++row) {
       const PixelName name(campaign.contact_names[campaign.touch[row].contact]);

@@ -148,7 +148,10 @@ TEST(StationCheck, AConstantOfTheReflectorIsNamed) {
 TEST(StationCheck, ComputedPointsAreNoReadings) {
   Robot shown = spindle();
   shown.chain.tool.translation = {0.1, 0.02, 0.25};
-  Campaign campaign = simulate(spindle(), shown, {.poses = 20, .orientation = false});
+  SimulationOptions options;
+  options.poses = 20;
+  options.orientation = false;
+  Campaign campaign = simulate(spindle(), shown, options);
   for (Eigen::Vector3d& point : campaign.position)
     for (double& x : point) x = 1e-6 * std::round(1e6 * x);
   EXPECT_THAT(find_computed_points(spindle(), campaign).value_or(""),
