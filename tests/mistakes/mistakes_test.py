@@ -404,6 +404,8 @@ def prepare():
     make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "-o", "controller.csv")
     make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "--noise-mm", 0.05, "--noise-mrad",
          0.1, "-o", "visits.csv")
+    make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "--noise-mm", 0.05, "--noise-mrad",
+         0.1, "--seed", 2, "-o", "others.csv")
     make("simulate-poses", "--robot", ROBOT, "--count", 12, "--repeats", 2, "--points", "-o", "computed-visits.csv")
     make("plan-poses", "--robot", ROBOT, "--count", 20, "-o", "targets.csv")
     written("one-joint.csv", [dict(row, **{q: "20" for q in JOINTS if q != "q2_deg"}) for row in rows("targets.csv")])
@@ -645,6 +647,8 @@ TABLE = {
     "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
                                          "is the certificate of these same readings"),
+    "certificate compared with one of other poses": (certificate("others.csv", more=("--against", "certificate.yaml")), 0,
+                                                     "poses of 20 of 20 names have other joint values"),
     "certificate compared with that of another type": (
         lambda: against_certificate_with("type: KR 360", "type: KR 210"), 0,
         "other.yaml: robot: type is KR 210, and that of --robot"),

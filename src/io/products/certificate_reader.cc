@@ -105,6 +105,14 @@ About parse_about(const std::string& text, const std::string& file) {
   return about;
 }
 
+CertifiedValue certified_pose(YamlMap& pose, double expanded) {
+  CertifiedValue value{pose.text("pose"), not_negative(pose, "ap_mm") * kMillimetre, expanded};
+  if (!pose.has("joints")) return value;
+  YamlMap joints = pose.map("joints");
+  for (const std::string& column : joints.keys()) value.joints[column] = joints.number(column);
+  return value;
+}
+
 CertifiedValue certified_value(YamlMap map, const std::string& name) {
   CertifiedValue value{name, not_negative(map, "value") * kMillimetre, {}};
   if (map.has("expanded")) value.expanded = not_negative(map, "expanded") * kMillimetre;
@@ -143,8 +151,7 @@ CertificateFile read_certificate(const std::string& path) {
   YamlMap budget = document.map("budget");
   const double expanded = not_negative(budget, "expanded_mm") * kMillimetre;
   for (YamlMap& pose : document.maps("poses"))
-    file.values.poses.push_back(
-        {pose.text("pose"), not_negative(pose, "ap_mm") * kMillimetre, expanded});
+    file.values.poses.push_back(certified_pose(pose, expanded));
   return file;
 }
 
