@@ -709,6 +709,8 @@ TABLE = {
     "a pass twice": (mirror(lambda: ["pass.csv", changed("pass.csv", add("t_s", 5), "copy.csv")]), 0, "holds the same as"),
     "goal in um": (mirror("pass.csv", more=("--goal-mm", 50)), 0, "is it in um?"),
     "forces in kN": (mirror(record(scale(FORCE, 1e-3)), more=("--robot", ROUGHING)), 0, "check unit and axes of fx_n"),
+    "forces in kN, without a robot": (mirror(record(scale(FORCE, 1e-3))), 0, "are fx_n, fy_n and fz_n in N?"),
+    "forces in uN, without a robot": (mirror(record(scale(FORCE, 1e6))), 0, "are fx_n, fy_n and fz_n in N?"),
     "forces of the cut in kN": (from_force(scale(FORCE, 1e-6)), 0, "which is nothing: are they in N"),
     "forces of the cut in mN": (from_force(scale(FORCE, 1e3)), 0, "are they in N?"),
     "cut with a robot that does not yield": (from_force(each(lambda r: None), ROBOT), 0, "which is nothing"),
