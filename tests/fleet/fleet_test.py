@@ -329,6 +329,32 @@ class OneArm(unittest.TestCase):
                 self.assertEqual(list(history(self.folder)), [("arm-01", "2026-11-25", "check")])
                 (self.home / name).unlink()
 
+    def alone(self, script, *words):
+        """Runs a copy of the script, with no packages of this machine in reach, and the commands of the test."""
+        return subprocess.run([sys.executable, "-BIS", script, "-C", self.folder, *words], capture_output=True, text=True)
+
+    def test_an_installed_script_finds_its_module(self):
+        share = self.folder / "share/armtrue"
+        shutil.copytree(FLEET.parent, share / "fleet")
+        done = self.alone(share / "fleet/fleet", "--help")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("fleet run [-j N]", done.stdout)
+        done = self.alone(share / "fleet/fleet", "run", "--today", NIGHTS[-1])
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("the Python module of armtrue is missing", done.stderr)
+        self.assertFalse((self.folder / "results").exists())
+        shutil.copytree(SOURCES / "apps/python/armtrue", share / "python/armtrue")
+        done = self.alone(share / "fleet/fleet", "run", "--today", NIGHTS[-1])
+        self.assertEqual((done.returncode, done.stderr), (3, ""))
+        self.assertIn("no calibration of this arm", done.stdout.lower())
+
+    def test_an_arm_without_its_robot_is_named(self):
+        (self.home / "robot.yaml").unlink()
+        done = fleet(self.folder, "run")
+        self.assertEqual((done.returncode, done.stderr), (3, ""))
+        self.assertEqual(done.stdout, "arm-01: check-2026-11-25.csv: arms/arm-01/robot.yaml is missing: put the nominal robot of "
+                                      "this arm there\n")
+
     def test_missing_commands_are_one_error_and_no_result(self):
         places = {"PATH": "/usr/bin:/bin", "ARMTRUE_BIN": str(self.folder)}
         done = subprocess.run([sys.executable, "-B", FLEET, "-C", self.folder, "run"], env=places, capture_output=True,
