@@ -355,6 +355,17 @@ class OneArm(unittest.TestCase):
         self.assertEqual(done.stdout, "arm-01: check-2026-11-25.csv: arms/arm-01/robot.yaml is missing: put the nominal robot of "
                                       "this arm there\n")
 
+    def test_an_axis_that_does_not_repeat_has_no_move(self):
+        """Joint 2 stands up to 0.05 deg off, elsewhere at each pose; both visits of a pose agree."""
+        write_readings(self.home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "c")
+        draw = random.Random(3)
+        loose = [virtual_cell.Arm(altered(real_arm("arm-01"), "A2", "theta_deg", draw.uniform(-0.05, 0.05))) for _ in range(12)]
+        write_readings(self.home / "check-2026-11-25.csv", lambda share: loose[round(23 * share) % 12], 12, "x")
+        done = fleet(self.folder, "run", "--only-catalogue")
+        self.assertEqual((done.returncode, done.stderr), (3, ""))
+        self.assertEqual(done.stdout, "arm-01: Changed since 2026-11-25, but no single parameter explains it: another arm, or an "
+                                      "axis that does not repeat?\n")
+
     def test_missing_commands_are_one_error_and_no_result(self):
         places = {"PATH": "/usr/bin:/bin", "ARMTRUE_BIN": str(self.folder)}
         done = subprocess.run([sys.executable, "-B", FLEET, "-C", self.folder, "run"], env=places, capture_output=True,
