@@ -611,11 +611,13 @@ TABLE = {
     "iiwa 14 in place of an iiwa 7": (
         lambda: (make("simulate-poses", "--robot", CONFIG / "robots/iiwa7.yaml", "--count", 40, "--noise-mm", 0.1,
                       "--noise-mrad", 0.15, "-o", "iiwa7.csv"),
-                 ("calibrate", "--robot", CONFIG / "robots/iiwa14.yaml", "iiwa7.csv"))[1], 0, "config/robots/iiwa7.yaml (KUKA LBR iiwa 7 R800) fits the points"),
+                 ("calibrate", "--robot", CONFIG / "robots/iiwa14.yaml", "iiwa7.csv"))[1], 0,
+        "config/robots/iiwa7.yaml (KUKA LBR iiwa 7 R800) fits the points"),
     "UR10e in place of a UR5e": (
         lambda: (make("simulate-poses", "--robot", CONFIG / "robots/ur5e.yaml", "--count", 40, "--noise-mm", 0.1,
                       "--noise-mrad", 0.15, "-o", "ur5e.csv"),
-                 ("calibrate", "--robot", CONFIG / "robots/ur10e.yaml", "ur5e.csv"))[1], 1, "config/robots/ur5e.yaml (UR5e) fits the points"),
+                 ("calibrate", "--robot", CONFIG / "robots/ur10e.yaml", "ur5e.csv"))[1], 1,
+        "config/robots/ur5e.yaml (UR5e) fits the points"),
     # robot programs of compensate
     "program without a tool": (krl(START, *NEXT, tool=None), 0, "no $TOOL stands before this move"),
     "program with a tool in m": (krl(START, *NEXT, tool="$TOOL={X 0,Y 0,Z 0.15,A 0,B 0,C 0}"), 0, "is it in m?"),

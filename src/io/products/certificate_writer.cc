@@ -108,8 +108,9 @@ YAML::Node pose_node(const PoseFigures& figures, const std::vector<JointName>& j
   add("vap_axes_mrad", figures.vap_turn);
   add("drift_ap_axes_mrad", figures.drift_ap_turn);
   add("drift_rp_axes_mrad", figures.drift_rp_turn);
-  for (const auto& [column, value] : joint_columns(figures, joints))
-    node["joints"][column] = rounded(value);
+  YAML::Node at(YAML::NodeType::Map);
+  for (const auto& [column, value] : joint_columns(figures, joints)) at[column] = rounded(value);
+  node["joints"] = flow(at);
   return flow(node);
 }
 
