@@ -109,7 +109,8 @@ YAML::Node pose_node(const PoseFigures& figures, const std::vector<JointName>& j
   add("drift_ap_axes_mrad", figures.drift_ap_turn);
   add("drift_rp_axes_mrad", figures.drift_rp_turn);
   YAML::Node at(YAML::NodeType::Map);
-  for (const auto& [column, value] : joint_columns(figures, joints)) at[column] = rounded(value);
+  for (const auto& [column, value] : joint_columns(figures, joints))
+    at[column] = number_in_form("{:.4f}", value);
   node["joints"] = flow(at);
   return flow(node);
 }
