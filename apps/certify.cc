@@ -108,6 +108,8 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   if (const std::string doubt = before ? doubt_of_type(before->type, robot.name) : "";
       !doubt.empty())
     command.warn(arguments.against + ": " + doubt);
+  if (const std::string doubt = comparison ? doubt_of_poses(*comparison) : ""; !doubt.empty())
+    command.warn(arguments.against + ": " + doubt);
   std::vector<Product> products;
   const Document product = write_certificate(certificate, comparison, command.provenance());
   if (!arguments.page.empty())

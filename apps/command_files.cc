@@ -250,9 +250,9 @@ std::string shipped_arm_in_words(const Robot& robot, const Campaign& campaign) {
   const FittingArm found = arm_that_fits(arms, robot, campaign);
   if (found.index < 0) return "";
   return fmt::format(
-      "the points fit {} (config/robots/{}) to {:.3g} mm and {} to {:.3g} mm (median, base and "
-      "tool placed): is that the arm?",
-      arms[found.index].name, kShippedRobots[found.index].first, found.miss / kMillimetre,
+      "config/robots/{} ({}) fits the points to {:.3g} mm, and the file of --robot ({}) to {:.3g} "
+      "mm (median, base and tool placed): is that the arm?",
+      kShippedRobots[found.index].first, arms[found.index].name, found.miss / kMillimetre,
       robot.name, placed_miss(robot, campaign).value_or(0) / kMillimetre);
 }
 

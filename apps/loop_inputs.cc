@@ -1,5 +1,8 @@
 #include "loop_inputs.h"
 
+#include <filesystem>
+#include <system_error>
+
 #include "armtrue/diagnosis/mistakes.h"
 #include "columns.h"
 
@@ -60,6 +63,11 @@ void add_loop_options(Command& command, LoopArguments& arguments) {
 
 MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments,
                                 const Robot& robot) {
+  std::error_code missing;  // of standard input, or a file that reading names
+  if (!arguments.test.empty() &&
+      std::filesystem::equivalent(arguments.test, command.input, missing) && !missing)
+    throw InputError(arguments.test +
+                     ": --test and FILE are the same file; --test needs poses that no fit uses");
   MeasuredLoop measured;
   measured.all = command.read_campaign(command.input, robot);
   refuse_mistakes(command, robot, measured.all);

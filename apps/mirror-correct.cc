@@ -91,7 +91,10 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
       describe_passes(findings, inputs.programmed.path, paths(inputs.passes), earlier,
                       inputs.robot);
     });
-    if (findings.robot) app::warn_of_prediction(command, inputs.passes.front(), *findings.robot);
+    if (findings.robot)
+      app::warn_of_prediction(command, inputs.passes.front(), *findings.robot);
+    else if (findings.force)
+      app::warn_of_force_law(command, inputs.passes.front(), *findings.force);
     command.tell(mirror_table(findings));
   }
   std::optional<Document> product;

@@ -281,6 +281,19 @@ void warn_of_prediction(Command& command, const PathFile& pass, const ForceLine&
                   pass.source, times, 100 * std::max(0.0, measured.r2)));
 }
 
+void warn_of_force_law(Command& command, const PathFile& pass, const ForceLaw& measured) {
+  // mm/N: arms yield by 1e-5 to 1e-2, a small one with a long tool by some hundredths.
+  constexpr double kStiffest = 1e-6, kSoftest = 0.1;
+  const std::optional<Estimate>& k = measured.magnitude.k;
+  if (!k) return;
+  const double least = k->ci95[0] / kMillimetre, most = k->ci95[1] / kMillimetre;
+  if (least <= 0 || (least <= kSoftest && most >= kStiffest)) return;
+  command.warn(fmt::format(
+      "{}: the tool deviates by {:.3g} mm for each N of the force, and arms by {:g} to {:g} mm: are "
+      "fx_n, fy_n and fz_n in N?",
+      pass.source, k->value / kMillimetre, kStiffest, kSoftest));
+}
+
 void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
                     const MirrorOptions& options) {
   constexpr double kNoBending = 1e-6, kMostBending = 0.02;  // m: no arm bends so under a cut
@@ -320,11 +333,17 @@ void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResu
 
 void warn_of_clipping(Command& command, const MirrorResult& result, const MirrorOptions& options) {
   constexpr double kLeastShare = 0.05;  // of the deviation: less is no correction
-  if (result.clipped == 0 || options.max > kLeastShare * result.before.mean) return;
-  command.warn(fmt::format(
-      "--max-mm {:g} leaves the mean deviation of {:.3g} mm nearly as it is, and cuts the "
-      "correction of {} samples: is it in mm?",
-      options.max / kMillimetre, result.before.mean / kMillimetre, result.clipped));
+  if (result.clipped == 0) return;
+  if (options.max > kLeastShare * result.before.mean)
+    command.warn(fmt::format(
+        "--max-mm {:g} cuts the correction of {} of {} samples; the rest of their deviation stays. "
+        "Give a larger --max-mm if it is that of the tool",
+        options.max / kMillimetre, result.clipped, result.position.cols()));
+  else
+    command.warn(fmt::format(
+        "--max-mm {:g} leaves the mean deviation of {:.3g} mm nearly as it is, and cuts the "
+        "correction of {} samples: is it in mm?",
+        options.max / kMillimetre, result.before.mean / kMillimetre, result.clipped));
 }
 
 }  // namespace armtrue::app

@@ -49,12 +49,16 @@ void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResu
 /// their axes are exchanged.
 void warn_of_prediction(Command& command, const PathFile& pass, const ForceLine& measured);
 
+/// Warns if no arm yields so to the force that the passes recorded, as by forces in kN.
+void warn_of_force_law(Command& command, const PathFile& pass, const ForceLaw& measured);
+
 /// Of --from-force: warns if the deviation that the forces make is none of an arm, as of forces in
 /// kN or mN. `deviation`: of each sample [m].
 void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
                     const MirrorOptions& options);
 
-/// Warns if --max-mm is so small that hardly anything is corrected, as one in m is.
+/// Warns of samples whose correction --max-mm cuts, and if hardly anything is corrected, as with
+/// one in m.
 void warn_of_clipping(Command& command, const MirrorResult& result, const MirrorOptions& options);
 
 }  // namespace armtrue::app

@@ -14,8 +14,6 @@
 namespace armtrue::app {
 namespace {
 
-constexpr double kNoError = 1e-9;  // [m]
-
 // With points between the targets of a program `text` if --spacing-mm is given.
 DividedProgram compensate_file(const Robot& robot, const Robot& controller, const ProgramFile& file,
                                const RobotProgram* text, const CorrectionArguments& arguments) {
@@ -122,9 +120,7 @@ std::vector<std::string> doubts_of_commands(const Models& models,
                                             const CorrectionArguments& arguments) {
   std::vector<std::string> found =
       doubts_of_models(pair_of(models.robot, models.controller, arguments), visits, "the commands");
-  const bool is_nothing = std::ranges::all_of(
-      targets, [](const CorrectedTarget& t) { return t.before.position < kNoError; });
-  if (is_nothing)
+  if (need_no_correction(targets))
     found.push_back("the controller already runs the model of " + arguments.robot +
                     ": there is nothing to correct");
   return found;

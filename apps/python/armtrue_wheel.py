@@ -53,7 +53,8 @@ def files_of(stage):
         files[f"armtrue/pages/{page.name}"] = page
     stage = pathlib.Path(stage)
     for path in sorted([*(stage / "lib" / "armtrue").rglob("*"), *(stage / "share" / "armtrue").rglob("*")]):
-        is_twice = re.fullmatch(r"libarmtrue(_base)?\.so(\.\d+){3}", path.name)  # the file behind the link that is loaded
+        # The module, and the file behind the link that is loaded.
+        is_twice = stage / "share/armtrue/python" in path.parents or re.fullmatch(r"libarmtrue(_base)?\.so(\.\d+){3}", path.name)
         if path.is_file() and not is_twice:
             files[f"armtrue/commands/{path.relative_to(stage).as_posix()}"] = path
     return files

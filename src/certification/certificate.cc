@@ -142,6 +142,31 @@ void add_figures(const SetFigures& set, double expanded, const std::string& pref
   values.push_back({prefix + "rp", set.rp.value, set.rp_expanded()});
 }
 
+// The joint that differs most, if the values are those of two poses. Joints return within some
+// hundredths, and commands that compensate writes differ by some tenths.
+std::optional<OtherPose> other_pose(const CertifiedValue& before, const CertifiedValue& now) {
+  constexpr double kSamePose = 1;  // deg, or mm of a rail
+  OtherPose other{now.name, "", kSamePose};
+  for (const auto& [column, value] : now.joints) {
+    const auto old = before.joints.find(column);
+    if (old == before.joints.end()) continue;
+    const double apart = std::abs(value - old->second);
+    if (apart > other.apart) other = {now.name, column, apart};
+  }
+  if (other.joint.empty()) return std::nullopt;
+  return other;
+}
+
+std::vector<OtherPose> other_poses(const std::vector<CertifiedValue>& before,
+                                   const std::vector<CertifiedValue>& now) {
+  std::vector<OtherPose> others;
+  for (const CertifiedValue& value : now)
+    if (const auto old = std::ranges::find(before, value.name, &CertifiedValue::name);
+        old != before.end())
+      if (const auto other = other_pose(*old, value)) others.push_back(*other);
+  return others;
+}
+
 // Values of equal names, not judged yet.
 std::vector<CertifiedChange> differences(const std::vector<CertifiedValue>& before,
                                          const std::vector<CertifiedValue>& now) {
@@ -184,6 +209,7 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   Certificate certificate;
   certificate.about = about;
   certificate.robot = robot.name;
+  certificate.joints = joint_names(robot.chain);
   certificate.refitted = options.refitted;
   certificate.tolerance = options.tolerance;
   certificate.all = largest_of(found.poses);
@@ -211,6 +237,13 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   return certificate;
 }
 
+JointColumns joint_columns(const PoseFigures& figures, const std::vector<JointName>& joints) {
+  JointColumns columns;
+  for (size_t j = 0; j < joints.size(); ++j)
+    columns[joints[j].encoder()] = figures.q[static_cast<Eigen::Index>(j)] / joints[j].si();
+  return columns;
+}
+
 CertifiedValues values_of(const Certificate& certificate) {
   CertifiedValues values{
       certificate.about.serial, certificate.about.type, certificate.about.date, {}, {}};
@@ -218,7 +251,8 @@ CertifiedValues values_of(const Certificate& certificate) {
   add_figures(certificate.all, expanded, "", values.figures);
   if (certificate.cube) add_figures(*certificate.cube, expanded, "cube ", values.figures);
   for (const PoseFigures& figures : certificate.poses)
-    values.poses.push_back({figures.pose, figures.ap, expanded});
+    values.poses.push_back(
+        {figures.pose, figures.ap, expanded, joint_columns(figures, certificate.joints)});
   return values;
 }
 
@@ -229,7 +263,11 @@ Comparison compare(const CertifiedValues& before, const CertifiedValues& now) {
                     "the older certificate of the same robot",
                     before.serial, now.serial));
   Comparison comparison{before.date, differences(before.figures, now.figures),
-                        differences(before.poses, now.poses)};
+                        differences(before.poses, now.poses), other_poses(before.poses, now.poses)};
+  std::erase_if(comparison.poses, [&](const CertifiedChange& change) {
+    return std::ranges::find(comparison.others, change.name, &OtherPose::name) !=
+           comparison.others.end();
+  });
   judge(comparison.figures, 1);
   if (comparison.poses.empty()) return comparison;
   // P(|N(0, 1)| > 2) = 4.55 %, shared by the poses.
@@ -237,6 +275,21 @@ Comparison compare(const CertifiedValues& before, const CertifiedValues& now) {
   constexpr double kFreedomOfNormal = 1e6;  // the law of t is normal there
   judge(comparison.poses, student_t_quantile(1 - tail, kFreedomOfNormal) / kCoverage);
   return comparison;
+}
+
+std::string doubt_of_poses(const Comparison& comparison) {
+  const std::vector<OtherPose>& others = comparison.others;
+  if (others.empty()) return "";
+  std::vector<std::string> names;
+  for (const OtherPose& other : others) names.push_back(other.name);
+  const OtherPose& most = *std::ranges::max_element(others, {}, &OtherPose::apart);
+  return fmt::format(
+      "poses of {} of {} names have other joint values ({}; {} of {} differs by {:.4g}): their "
+      "differences are not those of one pose, and are left out. AP and RP of all poses are of "
+      "other "
+      "poses, too; visit the poses of the older certificate",
+      others.size(), others.size() + comparison.poses.size(), first_of(names), most.joint,
+      most.name, most.apart);
 }
 
 }  // namespace armtrue

@@ -109,6 +109,7 @@ Visit visit_of(const Campaign& campaign, const Evaluation& evaluation, int row) 
   }
   if (!campaign.arrival.empty()) visit.arrival = campaign.arrival[row];
   if (!campaign.time_s.empty()) visit.time_s = campaign.time_s[row];
+  visit.q = campaign.q[row];
   return visit;
 }
 
@@ -166,6 +167,7 @@ PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visi
   PoseFigures figures;
   figures.pose = pose;
   figures.visits = static_cast<int>(visits.size());
+  figures.q = visits.front().q;
   figures.ap_axes = mean_of(visits, &Visit::error);
   figures.ap = figures.ap_axes.norm();
   const Repeatability repeats = repeatability(visits);

@@ -83,7 +83,17 @@ std::vector<int> worst_targets(const std::vector<CorrectedTarget>& targets, int 
   return rows;
 }
 
+bool need_no_correction(const std::vector<CorrectedTarget>& targets) {
+  constexpr double kNoError = 1e-9;  // [m]
+  return std::ranges::all_of(targets,
+                             [](const CorrectedTarget& t) { return t.before.position < kNoError; });
+}
+
 std::string compensation_sentence(const std::vector<CorrectedTarget>& targets) {
+  if (need_no_correction(targets))
+    return fmt::format(
+        "None of {} targets needs a correction: the controller already runs the model of the arm.",
+        targets.size());
   const auto corrected = std::ranges::count_if(targets, &CorrectedTarget::is_corrected);
   std::string text = fmt::format(
       "{} of {} targets are corrected; the mean predicted error is {:.3g} mm without and {:.3g} mm "

@@ -61,10 +61,11 @@ std::optional<std::string> find_needless_calibration(const Robot& robot,
         moved > of_noise * (1 + kDeviations * std::sqrt(2 / unknowns)))
       return std::nullopt;
     return fmt::format(
-        "the robot file fits these readings without a calibration, which would move its points by "
-        "{:.2g} mm (RMS) and is noise: no arm is made so. Is the absolute accuracy of the "
-        "controller active, so that it corrects what is measured? Then log the joint angles that "
-        "the arm takes, or switch it off; or are the joint angles computed from the measured poses?",
+        "the robot file already fits these readings. Was it calibrated from them? Another "
+        "calibration would move its points by {:.2g} mm (RMS), which is noise, and no nominal arm "
+        "is so exact. Is the absolute accuracy of the controller active, so that it corrects what "
+        "is measured? Then log the joint angles that the arm takes, or switch it off; or are the "
+        "joint angles computed from the measured poses?",
         std::sqrt(moved) / kMillimetre);
   } catch (const std::invalid_argument&) {
     return std::nullopt;  // too few readings

@@ -301,6 +301,16 @@ void require_times(const TableReader& points, const TableReader& joints) {
     if (!table->has("t"))
       throw InputError(table->table().file +
                        ": has no column of times to join by; name it: --column t_s=NAME");
+  constexpr double kMostApart = 1e5;  // s: no log is so slow, and none has a sample in 1e5 ns
+  const TableReader::Clock clock = joints.clock();
+  const int rows = joints.rows();
+  if (rows < 2 || !clock.is_number) return;
+  const double apart = (clock.seconds.back() - clock.seconds.front()) / (rows - 1);
+  if (apart >= kMostApart)
+    joints.fail(1, "t",
+                fmt::format("the rows are {:.3g} s apart in the mean, as no joint angles are "
+                            "logged: are the times in ns? Correct their unit",
+                            apart));
 }
 
 void require_same_clocks(const TableReader& points, const TableReader::Clock& a,

@@ -37,7 +37,8 @@ struct JointMatches {
   std::vector<std::string> warnings;
 };
 
-/// Throws InputError if a table has no column of times.
+/// Throws InputError if a table has no column of times, or if those of the joint angles are so far
+/// apart that they are in ns.
 void require_times(const TableReader& points, const TableReader& joints);
 
 /// Throws InputError if two clocks that should count the same time but for an offset are written in

@@ -42,6 +42,12 @@ double median_gap(const Eigen::VectorXd& times) {
   return gaps.empty() ? 0 : median(gaps);
 }
 
+std::string rate_text(double rate) {
+  constexpr double kNone = 1e-9;  // 0.1 ms in a day
+  if (std::abs(rate) < kNone) return "1";
+  return fmt::format("1 {} {:.2g}", rate < 0 ? "-" : "+", std::abs(rate));
+}
+
 // Some columns of a record with their times, and the rows of the table that they stand in.
 struct Record {
   Eigen::VectorXd times;
@@ -355,9 +361,9 @@ class StopJoin {
                                              joints_file(), lost, stops_.size()));
     matches.how = fmt::format(
         "by standstills, {} of {} of the points with {} of {} of the joints; clock offset {:.3f} s "
-        "in the middle, rate of the points' clock 1 {} {:.2g}",
+        "in the middle, rate of the points' clock {}",
         matches.rows.size(), readings_.size(), way.standstills, stops_.size(),
-        shift_at_middle(way.clock), way.clock.rate < 0 ? "-" : "+", std::abs(way.clock.rate));
+        shift_at_middle(way.clock), rate_text(way.clock.rate));
     if (miss_of_robot_ >= 0)
       matches.how += fmt::format("; {:.3g} mm (median) from the robot, base and tool fitted",
                                  miss_of_robot_ / kMillimetre);

@@ -103,8 +103,10 @@ std::string comparison_table(const Comparison& comparison) {
   };
   add(comparison.figures, "");
   add(comparison.poses, "ap of ");
+  const std::string doubt = doubt_of_poses(comparison);
   return "<h2>Compared with the certificate of " + escaped(comparison.date_before) + ", mm</h2>\n" +
-         table({"", "before", "now", "difference", "U", "significant"}, rows);
+         table({"", "before", "now", "difference", "U", "significant"}, rows) +
+         (doubt.empty() ? "" : paragraph("Doubt: " + escaped(doubt) + "."));
 }
 
 std::string notes_list(const std::vector<std::string>& notes) {

@@ -1,5 +1,6 @@
 #include "armtrue/certification/budget.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,6 +13,7 @@ namespace armtrue::budget_test {
 namespace {
 
 using Eigen::Vector3d;
+using testing::HasSubstr;
 
 constexpr double kMicro = 1e-6;
 
@@ -176,6 +178,32 @@ TEST(Comparison, OfAValueWithoutUncertaintyIsNotSignificant) {
   EXPECT_NEAR(comparison.figures[1].difference, 4.9e-3, 1e-12);
   EXPECT_FALSE(comparison.figures[1].expanded);
   EXPECT_FALSE(comparison.figures[1].significant);
+}
+
+// "P1" of both is visited with other joint angles; a correction of 0.3 deg is the same pose.
+TEST(Comparison, OfOtherPosesOfOneNameIsLeftOut) {
+  CertifiedValues before = values(0.5e-3, 0.4e-3);
+  before.poses[0].joints = {{"q1_deg", 10}, {"q2_deg", -90}};
+  before.poses.push_back({"P2", 0.4e-3, 0.03e-3, {{"q1_deg", 20}, {"q2_deg", -90}}});
+  before.poses.push_back({"P3", 0.4e-3, 0.03e-3});  // of an earlier version
+  CertifiedValues now = before;
+  now.poses[0].joints = {{"q1_deg", 12}, {"q2_deg", -60}};
+  now.poses[1].joints["q1_deg"] += 0.3;
+  now.poses[2].joints = {{"q1_deg", 50}};
+  const Comparison comparison = compare(before, now);
+  ASSERT_EQ(comparison.poses.size(), 2u);
+  EXPECT_EQ(comparison.poses[0].name, "P2");
+  EXPECT_EQ(comparison.poses[1].name, "P3");
+  // By hand: two poses share 4.55 %, 2.275 % each: 2.2776 standard uncertainties instead of 2.
+  EXPECT_NEAR(*comparison.poses[0].expanded, std::sqrt(2) * 0.03e-3 * 2.2776 / 2, 1e-9);
+  ASSERT_EQ(comparison.others.size(), 1u);
+  EXPECT_EQ(comparison.others[0].name, "P1");
+  EXPECT_EQ(comparison.others[0].joint, "q2_deg");
+  EXPECT_NEAR(comparison.others[0].apart, 30, 1e-12);
+  EXPECT_THAT(doubt_of_poses(comparison),
+              HasSubstr("poses of 1 of 3 names have other joint values (P1; q2_deg of P1 differs "
+                        "by 30)"));
+  EXPECT_EQ(doubt_of_poses(compare(before, before)), "");
 }
 
 // Of 40 poses that share 4.55 %: 0.1138 % each, 3.25 standard uncertainties instead of 2.

@@ -329,6 +329,43 @@ class OneArm(unittest.TestCase):
                 self.assertEqual(list(history(self.folder)), [("arm-01", "2026-11-25", "check")])
                 (self.home / name).unlink()
 
+    def alone(self, script, *words):
+        """Runs a copy of the script, with no packages of this machine in reach, and the commands of the test."""
+        return subprocess.run([sys.executable, "-BIS", script, "-C", self.folder, *words], capture_output=True, text=True)
+
+    def test_an_installed_script_finds_its_module(self):
+        share = self.folder / "share/armtrue"
+        shutil.copytree(FLEET.parent, share / "fleet")
+        done = self.alone(share / "fleet/fleet", "--help")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("fleet run [-j N]", done.stdout)
+        done = self.alone(share / "fleet/fleet", "run", "--today", NIGHTS[-1])
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("the Python module of armtrue is missing", done.stderr)
+        self.assertFalse((self.folder / "results").exists())
+        shutil.copytree(SOURCES / "apps/python/armtrue", share / "python/armtrue")
+        done = self.alone(share / "fleet/fleet", "run", "--today", NIGHTS[-1])
+        self.assertEqual((done.returncode, done.stderr), (3, ""))
+        self.assertIn("no calibration of this arm", done.stdout.lower())
+
+    def test_an_arm_without_its_robot_is_named(self):
+        (self.home / "robot.yaml").unlink()
+        done = fleet(self.folder, "run")
+        self.assertEqual((done.returncode, done.stderr), (3, ""))
+        self.assertEqual(done.stdout, "arm-01: check-2026-11-25.csv: arms/arm-01/robot.yaml is missing: put the nominal robot of "
+                                      "this arm there\n")
+
+    def test_an_axis_that_does_not_repeat_has_no_move(self):
+        """Joint 2 stands up to 0.05 deg off, elsewhere at each pose; both visits of a pose agree."""
+        write_readings(self.home / "calibration-2026-11-01.csv", lambda share: self.arm, 30, "c")
+        draw = random.Random(3)
+        loose = [virtual_cell.Arm(altered(real_arm("arm-01"), "A2", "theta_deg", draw.uniform(-0.05, 0.05))) for _ in range(12)]
+        write_readings(self.home / "check-2026-11-25.csv", lambda share: loose[round(23 * share) % 12], 12, "x")
+        done = fleet(self.folder, "run", "--only-catalogue")
+        self.assertEqual((done.returncode, done.stderr), (3, ""))
+        self.assertEqual(done.stdout, "arm-01: Changed since 2026-11-25, but no single parameter explains it: another arm, or an "
+                                      "axis that does not repeat?\n")
+
     def test_missing_commands_are_one_error_and_no_result(self):
         places = {"PATH": "/usr/bin:/bin", "ARMTRUE_BIN": str(self.folder)}
         done = subprocess.run([sys.executable, "-B", FLEET, "-C", self.folder, "run"], env=places, capture_output=True,

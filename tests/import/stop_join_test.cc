@@ -204,6 +204,44 @@ TEST(StopJoin, ALongRecordShowsTheRate) {
   }
 }
 
+// Stops of irregular length, read in their middles by the clock of the joints; times `scale` s.
+std::pair<std::string, std::string> on_one_clock(double scale) {
+  std::string points = "t_s,X [mm],Y [mm],Z [mm]\n";
+  std::string joints = "t_s,A1 [deg],A2 [deg],A3 [deg],A4 [deg],A5 [deg],A6 [deg]\n";
+  int tick = 0;  // 0.05 s
+  for (int k = 0; k < 20; ++k) {
+    const int ticks = 30 + 2 * (7 * k % 16);
+    const auto time = [&](int at) { return std::to_string(scale * (tick + at) / 20); };
+    for (int i = 0; i <= ticks; ++i)
+      joints += time(i) + "," + std::to_string(10 + 5 * k) + ",0,0,0,0,0\n";
+    points += time(ticks / 2) + "," + std::to_string(1000 + 20 * k) + ",0," +
+              std::to_string(k * k % 7) + "\n";
+    tick += ticks + 20 + 61 * k * k % 240;
+  }
+  return {points, joints};
+}
+
+// The fit leaves 1e-19 of the rate.
+TEST(StopJoin, OfOneClockHasTheRateOne) {
+  const auto [points, joints] = on_one_clock(1);
+  const std::string mapping = joined(points, joints).mapping;
+  EXPECT_THAT(mapping, HasSubstr("rate of the points' clock 1\n"));
+}
+
+TEST(StopJoin, TimesInNanosecondsAreNamed) {
+  const auto [points, joints] = on_one_clock(1e9);
+  EXPECT_THAT(error_of(points, joints), HasSubstr("are the times in ns?"));
+  ImportOptions options;
+  options.join = "time";
+  const TemporaryFile of_points(points), of_joints(joints);
+  try {
+    import_readings(of_points.path, of_joints.path, options);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("are the times in ns?"));
+  }
+}
+
 TEST(StopJoin, ARecordOfHoursMayDriftByMoreThanAStop) {
   expect_joined({.offset = -30, .rate = 4e-4, .stops = 1000, .step = 0.1}, 1000);
 }

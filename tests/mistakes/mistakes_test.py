@@ -404,6 +404,8 @@ def prepare():
     make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "-o", "controller.csv")
     make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "--noise-mm", 0.05, "--noise-mrad",
          0.1, "-o", "visits.csv")
+    make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "--noise-mm", 0.05, "--noise-mrad",
+         0.1, "--seed", 2, "-o", "others.csv")
     make("simulate-poses", "--robot", ROBOT, "--count", 12, "--repeats", 2, "--points", "-o", "computed-visits.csv")
     make("plan-poses", "--robot", ROBOT, "--count", 20, "-o", "targets.csv")
     written("one-joint.csv", [dict(row, **{q: "20" for q in JOINTS if q != "q2_deg"}) for row in rows("targets.csv")])
@@ -609,11 +611,13 @@ TABLE = {
     "iiwa 14 in place of an iiwa 7": (
         lambda: (make("simulate-poses", "--robot", CONFIG / "robots/iiwa7.yaml", "--count", 40, "--noise-mm", 0.1,
                       "--noise-mrad", 0.15, "-o", "iiwa7.csv"),
-                 ("calibrate", "--robot", CONFIG / "robots/iiwa14.yaml", "iiwa7.csv"))[1], 0, "(config/robots/iiwa7.yaml)"),
+                 ("calibrate", "--robot", CONFIG / "robots/iiwa14.yaml", "iiwa7.csv"))[1], 0,
+        "config/robots/iiwa7.yaml (KUKA LBR iiwa 7 R800) fits the points"),
     "UR10e in place of a UR5e": (
         lambda: (make("simulate-poses", "--robot", CONFIG / "robots/ur5e.yaml", "--count", 40, "--noise-mm", 0.1,
                       "--noise-mrad", 0.15, "-o", "ur5e.csv"),
-                 ("calibrate", "--robot", CONFIG / "robots/ur10e.yaml", "ur5e.csv"))[1], 1, "(config/robots/ur5e.yaml)"),
+                 ("calibrate", "--robot", CONFIG / "robots/ur10e.yaml", "ur5e.csv"))[1], 1,
+        "config/robots/ur5e.yaml (UR5e) fits the points"),
     # robot programs of compensate
     "program without a tool": (krl(START, *NEXT, tool=None), 0, "no $TOOL stands before this move"),
     "program with a tool in m": (krl(START, *NEXT, tool="$TOOL={X 0,Y 0,Z 0.15,A 0,B 0,C 0}"), 0, "is it in m?"),
@@ -645,6 +649,8 @@ TABLE = {
     "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
                                          "is the certificate of these same readings"),
+    "certificate compared with one of other poses": (certificate("others.csv", more=("--against", "certificate.yaml")), 0,
+                                                     "poses of 20 of 20 names have other joint values"),
     "certificate compared with that of another type": (
         lambda: against_certificate_with("type: KR 360", "type: KR 210"), 0,
         "other.yaml: robot: type is KR 210, and that of --robot"),
@@ -705,6 +711,8 @@ TABLE = {
     "a pass twice": (mirror(lambda: ["pass.csv", changed("pass.csv", add("t_s", 5), "copy.csv")]), 0, "holds the same as"),
     "goal in um": (mirror("pass.csv", more=("--goal-mm", 50)), 0, "is it in um?"),
     "forces in kN": (mirror(record(scale(FORCE, 1e-3)), more=("--robot", ROUGHING)), 0, "check unit and axes of fx_n"),
+    "forces in kN, without a robot": (mirror(record(scale(FORCE, 1e-3))), 0, "are fx_n, fy_n and fz_n in N?"),
+    "forces in uN, without a robot": (mirror(record(scale(FORCE, 1e6))), 0, "are fx_n, fy_n and fz_n in N?"),
     "forces of the cut in kN": (from_force(scale(FORCE, 1e-6)), 0, "which is nothing: are they in N"),
     "forces of the cut in mN": (from_force(scale(FORCE, 1e3)), 0, "are they in N?"),
     "cut with a robot that does not yield": (from_force(each(lambda r: None), ROBOT), 0, "which is nothing"),

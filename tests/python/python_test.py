@@ -122,6 +122,9 @@ class Wheel(unittest.TestCase):
             program.chmod(0o755)
             (program.parent / "libarmtrue.so.0.2.0").write_text("library")
             (program.parent / "libarmtrue.so.0.2").symlink_to("libarmtrue.so.0.2.0")
+            module = stage / "share/armtrue/python/armtrue/__init__.py"  # for an installed tree
+            module.parent.mkdir(parents=True)
+            module.write_text("")
             names = [armtrue_wheel.write_wheel(stage, folder) for _ in range(2)]
             wheel = pathlib.Path(folder, names[0])
             first = wheel.read_bytes()
@@ -138,6 +141,7 @@ class Wheel(unittest.TestCase):
                     self.assertEqual(digest, "sha256=" + hashed)
                 self.assertEqual(sorted(archive.namelist()), sorted(line.rsplit(",", 2)[0] for line in record))
                 self.assertNotIn("armtrue/commands/lib/armtrue/libarmtrue.so.0.2.0", archive.namelist())
+                self.assertFalse([name for name in archive.namelist() if "share/armtrue/python" in name])
                 archive.extractall(pathlib.Path(folder, "site"))
                 mode = archive.getinfo("armtrue/commands/lib/armtrue/launcher").external_attr >> 16
                 self.assertEqual(mode & 0o777, 0o755)

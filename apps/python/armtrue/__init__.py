@@ -81,7 +81,8 @@ def program(name: str) -> str:
 
 def shipped(name: str) -> pathlib.Path:
     """The path of a shipped file, such as robots/kr360-spindle.yaml or campaigns/tutorial.csv."""
-    for folder in (_HERE / "commands" / "share" / "armtrue", _HERE.parents[2] / "config"):
+    # Of pip, of the sources, of an installed tree.
+    for folder in (_HERE / "commands" / "share" / "armtrue", _HERE.parents[2] / "config", _HERE.parents[1]):
         if (folder / name).exists():
             return folder / name
     raise FileNotFoundError(f"armtrue has no file {name}")

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "armtrue/certification/path_figures.h"
 #include "armtrue/certification/pose_accuracy.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
@@ -44,6 +46,7 @@ struct Certificate {
   std::optional<Budget> path_budget;  ///< of AT, which the model of the robot has no part in
   Budget budget;                      ///< of AP
   std::vector<PoseFigures> poses;
+  std::vector<JointName> joints;   ///< of the robot
   std::vector<std::string> notes;  ///< sentences on the limits of the figures
   /// Contradictions within the readings, see doubts_of_visits(); also among the notes.
   std::vector<std::string> doubts;
@@ -54,11 +57,18 @@ struct Certificate {
 Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
                     const About& about, const CertificateOptions& options);
 
+/// Encoder values by the columns of measured poses, in their units: "q1_deg", "e1_mm".
+using JointColumns = std::map<std::string, double>;
+
+/// The joint values of a pose.
+JointColumns joint_columns(const PoseFigures& figures, const std::vector<JointName>& joints);
+
 /// A value of a certificate with its expanded uncertainty [m].
 struct CertifiedValue {
   std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, or the name of a pose
   double value = 0;
   std::optional<double> expanded;  ///< empty if the visits do not show it
+  JointColumns joints{};           ///< of a pose; older certificates have none
 };
 
 /// The values of a certificate that a comparison uses: ap and rp of all poses and of the cube, and
@@ -78,14 +88,27 @@ struct CertifiedChange {
   bool significant = false;        ///< |difference| > expanded; not without it
 };
 
-/// Differences of the values that both certificates have. The expanded uncertainty of the m poses
-/// is widened so that the chance of any false difference is 4.55 % in all (Bonferroni).
+/// A pose whose joint values are not those of the pose with this name in the older certificate.
+struct OtherPose {
+  std::string name;
+  std::string joint;  ///< column of the joint that differs most
+  double apart = 0;   ///< of that joint, in the unit of its column
+};
+
+/// Differences of the values that both certificates have, without those of other poses. The
+/// expanded uncertainty of the m poses is widened so that the chance of any false difference
+/// is 4.55 % in all (Bonferroni).
 struct Comparison {
   std::string date_before;
   std::vector<CertifiedChange> figures, poses;
+  std::vector<OtherPose> others;  ///< a joint differs by more than 1 deg, or 1 mm
 };
 
 /// Throws std::invalid_argument if these are not certificates of one robot.
 Comparison compare(const CertifiedValues& before, const CertifiedValues& now);
+
+/// What the comparison leaves out because names of poses have another meaning: a sentence, empty if
+/// nothing.
+std::string doubt_of_poses(const Comparison& comparison);
 
 }  // namespace armtrue

@@ -23,6 +23,7 @@ struct Visit {
   Eigen::Vector3d turn_error = Eigen::Vector3d::Zero();  ///< rotation vector, R_A [rad]
   Direction arrival{};                                   ///< all 0: not known
   std::optional<double> time_s;
+  JointVector q;  ///< encoder values [rad or m]
 };
 
 /// ISO 9283:1998, 7.2 and 7.6, of one pose with n visits x_j, mean x and command c:
@@ -30,6 +31,7 @@ struct Visit {
 struct PoseFigures {
   std::string pose;
   int visits = 0;
+  JointVector q;  ///< encoder values of the first visit [rad or m]
   Eigen::Vector3d ap_axes = Eigen::Vector3d::Zero();  ///< x - c, along the axes of R_A [m]
   double ap = 0;                                      ///< [m]
   double rp = 0;  ///< [m]; 0 if rounding explains the spread, as in all figures below

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstdio>
 
@@ -71,13 +73,16 @@ void read_instrument(YamlMap map, About& about) {
 
 void read_temperature(YamlMap map, StatedUncertainty& stated) {
   stated.temperature_half_width = not_negative(map, "within_k");
-  constexpr double kLeastExpansion = 0.01,
-                   kMostExpansion = 1000;  // um per m and K, of any material; 0: none
+  // um per m and K: an arm of carbon fibre or invar has some tenths, plastics have 200. 11.7 in mm
+  // is 0.0117. 0: none.
+  constexpr double kLeastExpansion = 0.1, kMostExpansion = 300;
   const double expansion = not_negative(map, "expansion_um_per_m_k");
   if (expansion > 0 && (expansion < kLeastExpansion || expansion > kMostExpansion))
     map.fail("expansion_um_per_m_k",
-             "is that of no material; give it in um per m and K, such as "
-             "11.7 for steel");
+             fmt::format("is {:.4g}, and that of an arm lies between {:g} and {:g}: is it in "
+                         "another unit? Give it in um per m and K, such as 11.7 for steel, or 0 if "
+                         "the arm does not expand",
+                         expansion, kLeastExpansion, kMostExpansion));
   stated.expansion = expansion * kMicrometre;
   stated.length = not_negative(map, "length_mm") * kMillimetre;
   map.finish();
@@ -98,6 +103,14 @@ About parse_about(const std::string& text, const std::string& file) {
   read_temperature(document.map("temperature"), about.stated);
   document.finish();
   return about;
+}
+
+CertifiedValue certified_pose(YamlMap& pose, double expanded) {
+  CertifiedValue value{pose.text("pose"), not_negative(pose, "ap_mm") * kMillimetre, expanded};
+  if (!pose.has("joints")) return value;
+  YamlMap joints = pose.map("joints");
+  for (const std::string& column : joints.keys()) value.joints[column] = joints.number(column);
+  return value;
 }
 
 CertifiedValue certified_value(YamlMap map, const std::string& name) {
@@ -138,8 +151,7 @@ CertificateFile read_certificate(const std::string& path) {
   YamlMap budget = document.map("budget");
   const double expanded = not_negative(budget, "expanded_mm") * kMillimetre;
   for (YamlMap& pose : document.maps("poses"))
-    file.values.poses.push_back(
-        {pose.text("pose"), not_negative(pose, "ap_mm") * kMillimetre, expanded});
+    file.values.poses.push_back(certified_pose(pose, expanded));
   return file;
 }
 

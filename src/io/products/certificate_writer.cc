@@ -89,7 +89,7 @@ YAML::Node axes_node(const Eigen::Vector3d& vector, double unit) {
   return flow(node);
 }
 
-YAML::Node pose_node(const PoseFigures& figures) {
+YAML::Node pose_node(const PoseFigures& figures, const std::vector<JointName>& joints) {
   YAML::Node node;
   node["pose"] = figures.pose;
   node["visits"] = whole_number(figures.visits);
@@ -108,6 +108,10 @@ YAML::Node pose_node(const PoseFigures& figures) {
   add("vap_axes_mrad", figures.vap_turn);
   add("drift_ap_axes_mrad", figures.drift_ap_turn);
   add("drift_rp_axes_mrad", figures.drift_rp_turn);
+  YAML::Node at(YAML::NodeType::Map);
+  for (const auto& [column, value] : joint_columns(figures, joints))
+    at[column] = number_in_form("{:.4f}", value);
+  node["joints"] = flow(at);
   return flow(node);
 }
 
@@ -150,7 +154,8 @@ Document write_certificate(const Certificate& certificate,
   root["all"] = set_node(certificate.all, certificate.budget);
   if (certificate.path) root["path"] = path_node(*certificate.path, *certificate.path_budget);
   root["budget"] = budget_node(certificate.budget);
-  for (const PoseFigures& figures : certificate.poses) root["poses"].push_back(pose_node(figures));
+  for (const PoseFigures& figures : certificate.poses)
+    root["poses"].push_back(pose_node(figures, certificate.joints));
   root["notes"] = texts_node(certificate.notes);
   if (comparison) root["comparison"] = comparison_node(*comparison);
   return print_document(root);
