@@ -380,8 +380,8 @@ TEST(Calibration, FewReadingsLeaveTheLinksNearNominal) {
 }
 
 // Of 40000 poses the covariance looks at some. Readings err independently, so it is that of
-// independent readings; also of a joint that was mastered anew before the last three poses, of
-// which none may be among those looked at.
+// independent readings; also of a joint that was mastered anew before the last two poses, which are
+// not among those looked at.
 TEST(Calibration, SomeOfManyPosesTellTheStandardDeviations) {
   Robot truth = shipped("kr360-table4");
   Campaign campaign = measured(truth, 40000, 3, 0.095, 0.15);
@@ -391,7 +391,7 @@ TEST(Calibration, SomeOfManyPosesTellTheStandardDeviations) {
   robot.effects = {{"re-mastered joint",
                     "A2.theta",
                     {DriverKind::time, -1, -1, ""},
-                    step_shape((times[times.size() - 4] + times[times.size() - 3]) / 2),
+                    step_shape((times[times.size() - 3] + times[times.size() - 2]) / 2),
                     {{}}}};
   const CalibrationResult fit = calibrate(robot, campaign);
   for (Eigen::Index k = 0; k < fit.change.size(); ++k) {
