@@ -39,7 +39,7 @@ TEST(Coverage, IsTheDeviationOfTheArmAlone) {
   const OracleArm arm = second(robot);
   for (int k = 0; k < 20; ++k) {
     const JointVector q = random_target(nominal.chain, uniform);
-    Program program = joint_program({q});
+    const Program program = joint_program({q});
     const CorrectedTarget target = compensate(robot, nominal, program, options).front();
     const auto sag = [](double c) -> armtrue_oracle::HiddenEffect {
       return [c](const armtrue_oracle::Moment& m, OracleArm& a) {
@@ -59,6 +59,11 @@ TEST(Coverage, IsTheDeviationOfTheArmAlone) {
     }
     ASSERT_TRUE(target.deviation);
     EXPECT_NEAR(*target.deviation, std::sqrt(variance), 1e-3 * std::sqrt(variance));
+    // What the model lacks comes on top, along each axis.
+    Robot lacking = robot;
+    lacking.uncertainty->rest = 1e-4;
+    const CorrectedTarget less_sure = compensate(lacking, nominal, program, options).front();
+    EXPECT_NEAR(*less_sure.deviation, std::sqrt(variance + 3e-8), 1e-3 * std::sqrt(variance));
     EXPECT_LT(*target.leverage, 1);
   }
 }
