@@ -288,10 +288,11 @@ void warn_of_force_law(Command& command, const PathFile& pass, const ForceLaw& m
   if (!k) return;
   const double least = k->ci95[0] / kMillimetre, most = k->ci95[1] / kMillimetre;
   if (least <= 0 || (least <= kSoftest && most >= kStiffest)) return;
-  command.warn(fmt::format(
-      "{}: the tool deviates by {:.3g} mm for each N of the force, and arms by {:g} to {:g} mm: are "
-      "fx_n, fy_n and fz_n in N?",
-      pass.source, k->value / kMillimetre, kStiffest, kSoftest));
+  command.warn(
+      fmt::format("{}: the tool deviates by {:.3g} mm for each N of the force, and arms by {:g} to "
+                  "{:g} mm: are "
+                  "fx_n, fy_n and fz_n in N?",
+                  pass.source, k->value / kMillimetre, kStiffest, kSoftest));
 }
 
 void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
