@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -71,6 +72,9 @@ Instrument points_of(const Robot& truth, bool with_orientation, const ReadingErr
 }
 
 Instrument distances_of(const Robot& truth, const ReadingErrors& errors) {
+  if (truth.chain.anchors.empty())
+    throw std::invalid_argument(
+        "the robot file has nothing that distances are measured from; add it under 'anchors'");
   return [&chain = truth.chain, model = RobotModel(truth), errors](const Visit& visit) {
     std::vector<ReadRow> rows;
     for (int anchor = 0; anchor < anchor_count(chain); ++anchor)
