@@ -96,6 +96,12 @@ PathFile Command::read_path(const std::string& path, KeepRows keep,
   return file;
 }
 
+PathFile Command::read_force_record(const std::string& path) {
+  PathFile file = armtrue::read_force_record(path);
+  inputs_.emplace_back(file.source, file.sha256);
+  return file;
+}
+
 namespace {
 
 // Whether angles that were read as degrees are those of an arm in radians: it moves by most of its

@@ -121,6 +121,7 @@ class Command : public OptionGroup {
   /// Joint columns are those of the robot, without one those of six axes.
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no,
                      const std::optional<Robot>& robot = std::nullopt);
+  PathFile read_force_record(const std::string& path);
   /// All columns are kept for the output.
   ProgramFile read_program(const std::string& path, const Robot& robot);
   About read_about(const std::string& path);

@@ -7,6 +7,7 @@
 #include "armtrue/import/import_io.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/path_io.h"
 #include "command_line.h"
 #include "import_inputs.h"
 #include "standard_streams.h"
@@ -60,10 +61,19 @@ std::vector<std::string> doubts_of(const ImportedReadings& readings,
   return doubts;
 }
 
+int run_pass(app::Command& command, const app::ImportArguments& arguments) {
+  const ImportedPass pass = import_pass(command.input, arguments.import);
+  write_output(command.output, write_path(pass.path, pass.joints));
+  if (!command.quiet) app::print_error(pass.mapping);
+  for (const std::string& warning : pass.warnings) command.warn(warning);
+  return app::kSuccess;
+}
+
 int run(app::Command& command, app::ImportArguments arguments) {
   const bool has_images = !arguments.images.empty();
   app::complete(command, arguments);
   command.progress("reading");
+  if (arguments.is_pass) return run_pass(command, arguments);
   const ImportedReadings readings =
       has_images ? read_images(command, arguments)
       : arguments.points.empty()
@@ -80,7 +90,7 @@ int run(app::Command& command, app::ImportArguments arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::Command command("import-readings", "Exported tables to measured poses.",
+  app::Command command("import-readings", "Exported tables to measured poses, and to passes for mirror-correct.",
                        "import-readings --points tracker.csv --joints controller.csv "
                        "--angle-unit deg -o measured.csv");
   app::ImportArguments arguments;

@@ -70,7 +70,7 @@ void add_column_options(Command& command, ImportOptions& import) {
 }  // namespace
 
 void add_import_options(Command& command, ImportArguments& arguments) {
-  command.add_input("A table with joint angles and measured points");
+  command.add_input("A table with joint angles and measured points, or with --pass the record of a motion");
   command.add_output();
   Option points = command.file(
       "--points", arguments.points,
@@ -91,6 +91,13 @@ void add_import_options(Command& command, ImportArguments& arguments) {
   board.needs(images);
   command.option("--camera", arguments.camera, "Name of the camera, where the robot has several")
       .needs(images);
+  command
+      .flag("--pass", arguments.is_pass,
+            "FILE is the record of a motion for mirror-correct, points or forces or both: write "
+            "t_s, x_mm, y_mm, z_mm, fx_n, fy_n, fz_n")
+      .excludes(points)
+      .excludes(joints)
+      .excludes(images);
   Option robot = command.file("--robot", arguments.robot,
                               "Robot of the joints in the table. Join by stops: its geometry "
                               "decides which stops belong together");
@@ -117,7 +124,6 @@ void add_import_options(Command& command, ImportArguments& arguments) {
                           "armtrue-formats(5). One for the points, one for the joint angles",
                           fmt::join(import_presets(), ", ")))
       .one_each()
-      .needs(joints)
       .check(preset());
   join.option("--body", import.body,
               "Rigid body or marker on the robot, of a motion capture or a table that has several; "
@@ -138,6 +144,8 @@ void complete(Command& command, ImportArguments& arguments) {
                      " are both given; give one of them");
   if (!arguments.joints.empty() && !has_images && arguments.points.empty())
     throw UsageError("--joints needs --points or --images: what was read there");
+  if (!arguments.import.presets.empty() && arguments.joints.empty() && !arguments.is_pass)
+    throw UsageError("--preset needs --joints or --pass: it is of one table of two, or of a pass");
   if (has_images && !arguments.import.join.empty())
     throw UsageError(
         "--join is of two tables; images are joined by the column 'image' of "

@@ -10,6 +10,7 @@ namespace armtrue::app {
 /// What import-readings is asked for.
 struct ImportArguments {
   std::string points, joints, robot, urdf, images, board, camera;
+  bool is_pass = false;  ///< the table is the record of a motion
   ImportOptions import;
 };
 

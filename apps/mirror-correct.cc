@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/deviation_io.h"
 #include "armtrue/io/products/mirror_io.h"
@@ -50,6 +52,36 @@ std::vector<Path> without_bad(app::Command& command, const Path& programmed,
     good.push_back(without(pass.path, bad));
   }
   return good;
+}
+
+// Gives the passes the forces that plates recorded with clocks of their own.
+std::vector<MirrorFindings::Force> add_forces(app::MirrorInputs& inputs,
+                                              const MirrorOptions& options,
+                                              std::optional<double> stated_offset) {
+  std::vector<MirrorFindings::Force> forces;
+  Path executed = inputs.programmed.path;
+  if (options.executed) executed.position = *options.executed;
+  for (size_t p = 0; p < inputs.forces.size(); ++p) {
+    PathFile& pass = inputs.passes[p];
+    const PathFile& force = inputs.forces[p];
+    if (pass.path.has_force())
+      throw InputError(pass.source + ": has forces, and --forces names " + force.source +
+                       " for them; leave one out");
+    try {
+      const Path good = without(pass.path, find_bad_samples(executed, pass.path));
+      const ForceClock clock = stated_offset
+                                   ? ForceClock{*stated_offset, 0}
+                                   : fit_force_clock(executed, good, force.path, options.clock);
+      Path forced = with_force(executed, pass.path, force.path, clock, options.clock);
+      const auto first = std::ranges::find(pass.path.time, forced.time[0]) - pass.path.time.begin();
+      pass.line = {pass.line.begin() + first, pass.line.begin() + first + forced.samples()};
+      pass.path = std::move(forced);
+      forces.push_back({force.source, clock});
+    } catch (const std::invalid_argument& error) {
+      throw InputError(force.source + ": beside " + pass.source + ": " + error.what());
+    }
+  }
+  return forces;
 }
 
 Eigen::Matrix3Xd corrected_from_force(app::Command& command, const PathFile& programmed,
@@ -122,12 +154,13 @@ int run(app::Command& command, const app::MirrorArguments& arguments) {
   if (findings.goal > kLargestGoal)
     command.warn(
         fmt::format("--goal-mm {:g}: every arm meets it; is it in um?", arguments.goal_mm));
-  const app::MirrorInputs inputs = app::read_mirror_inputs(command, arguments);
+  app::MirrorInputs inputs = app::read_mirror_inputs(command, arguments);
+  if (inputs.previous) findings.options.executed = inputs.previous->path.position;
+  findings.forces = add_forces(inputs, findings.options, arguments.force_offset_s);
   for (const PathFile& pass : inputs.passes) {
     findings.files.push_back(pass.source);
     findings.lines.push_back(pass.line);
   }
-  if (inputs.previous) findings.options.executed = inputs.previous->path.position;
 
   command.progress("correcting");
   if (!arguments.from_force)

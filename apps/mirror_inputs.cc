@@ -1,5 +1,7 @@
 #include "mirror_inputs.h"
 
+#include <fmt/format.h>
+
 #include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "pass_warnings.h"
@@ -74,6 +76,15 @@ void add_mirror_options(Command& command, MirrorArguments& arguments) {
       "Robot file with effects that a force drives: its prediction is compared with the pass"));
   // For an option that means nothing without a measured pass.
   const auto of_passes = [&](Option option) { option.excludes(from_force); };
+  const Option forces = command.file(
+      "--forces", arguments.forces,
+      "Record of a force plate with a clock of its own, for each pass of --measured: "
+      "t_s,fx_n,fy_n,fz_n. The deviation of the pass tells its clock");
+  of_passes(forces);
+  command
+      .option("--force-offset-s", arguments.force_offset_s,
+              "The plate's clock is this far ahead of the instrument's; not fitted")
+      .needs(forces);
   of_passes(
       command.flag("--engaged-only", arguments.engaged_only, "Correct only where the tool cuts"));
   of_passes(command.file("--before", arguments.before,
@@ -133,6 +144,11 @@ MirrorInputs read_mirror_inputs(Command& command, const MirrorArguments& argumen
   inputs.about = read_about(command, arguments.page);
   inputs.passes = read_passes(command, arguments.measured, inputs.robot);
   inputs.earlier = read_passes(command, arguments.before, inputs.robot);
+  for (const std::string& file : arguments.forces)
+    inputs.forces.push_back(command.read_force_record(file));
+  if (!inputs.forces.empty() && inputs.forces.size() != inputs.passes.size())
+    throw UsageError(fmt::format("--forces names {} records and --measured {} passes; name one for each, in the same order",
+                                 inputs.forces.size(), inputs.passes.size()));
   for (const std::vector<PathFile>* passes : {&inputs.passes, &inputs.earlier})
     for (const PathFile& pass : *passes)
       refuse_corrected(pass, "what the instrument recorded", kAsPrevious);

@@ -16,12 +16,12 @@ namespace armtrue::app {
 /// What mirror-correct is asked for.
 struct MirrorArguments {
   std::string programmed, robot, previous;
-  std::vector<std::string> measured, before;
+  std::vector<std::string> measured, before, forces;
   bool from_force = false, engaged_only = false, fit_frame = false;
   int order = MirrorOptions{}.order;
   double goal_mm = kFormGoal / kMillimetre;
   std::string cutoff_hz = "1.5625", gain = "auto", points = "turning";
-  std::optional<double> max_mm, offset_s;
+  std::optional<double> max_mm, offset_s, force_offset_s;
   PathProgramArguments program;
   std::string poses, summary, deviation;
   ReportArguments page;
@@ -37,6 +37,7 @@ struct MirrorInputs {
   PathFile programmed;
   std::optional<Robot> robot;
   std::vector<PathFile> passes, earlier;
+  std::vector<PathFile> forces;  ///< of each pass, or none
   std::optional<PathFile> previous;
   std::optional<RobotProgram> program;
   std::optional<About> about;

@@ -24,6 +24,10 @@ bool is_pose_part(const std::string& quantity) {
   return kParts.contains(quantity) || quantity.starts_with("quat") || is_of_matrix;
 }
 
+bool is_force(const std::string& quantity) {
+  return quantity == "fx" || quantity == "fy" || quantity == "fz";
+}
+
 bool is_number(const std::string& quantity) {
   static const std::set<std::string> kTexts{"pose", "session", "target", "date", "repeat"};
   return !kTexts.contains(quantity);
@@ -44,7 +48,7 @@ class Mapper {
       });
     for (int k = 0; k < std::ssize(table_.columns); ++k) map_column(k);
     refuse_target_without_pose();
-    if (role_ != TableRole::points) find_joints();
+    if (role_ != TableRole::points && (role_ != TableRole::pass || has_joint())) find_joints();
     ColumnUnits units(table_, names_, options_, mapping_.joints);
     require_columns(units);
     for (auto& [quantity, column] : mapping_.columns) units.find(quantity, column);
@@ -83,6 +87,7 @@ class Mapper {
       table_.fail_header("the column '" + name + "' could be " + our_column(quantity) +
                          ", for which --column names another; leave it out: --ignore '" + name +
                          "'");
+    if (is_force(quantity) && role_ != TableRole::pass) return leave_out(k, "not used");
     if (quantity == "image" && role_ != TableRole::images) return leave_out(k, "not used");
     if (!has_points(role_) && is_pose_part(quantity))
       return leave_out(k, "pose of the controller, not measured");
@@ -114,6 +119,11 @@ class Mapper {
                         "--ignore '" +
                         header(k) + "'");
     leave_out(k, "no axis of the robot, and it stands still");
+  }
+
+  bool has_joint() const {
+    return std::ranges::any_of(mapping_.columns,
+                               [](const auto& entry) { return joint_number(entry.first) > 0; });
   }
 
   // Of the robot, or those of the table: the joints of the arm, then the external axes.
@@ -178,7 +188,12 @@ class Mapper {
 
   void require_columns(const ColumnUnits& units) const {
     std::vector<std::string> needed;
-    if (has_points(role_)) needed = {"x", "y", "z"};
+    const bool has_force = std::ranges::any_of(
+        mapping_.columns, [](const auto& entry) { return is_force(entry.first); });
+    if (has_points(role_) && (!has_force || mapping_.has("x") || mapping_.has("y")))
+      needed = {"x", "y", "z"};
+    if (has_force) needed.insert(needed.end(), {"fx", "fy", "fz"});
+    if (role_ == TableRole::pass) needed.emplace_back("t");
     for (const JointName& joint : mapping_.joints) needed.push_back(joint.column);
     std::string missing, there;
     bool is_joint = false;

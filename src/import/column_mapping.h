@@ -64,9 +64,10 @@ enum class TableRole {
   points,
   joints,  ///< poses in it come from the controller and are not used
   images,  ///< the same, one row for each image
+  pass,    ///< samples of one motion: points, forces or both, and joint angles if it has them
 };
 constexpr bool has_points(TableRole role) {
-  return role == TableRole::readings || role == TableRole::points;
+  return role == TableRole::readings || role == TableRole::points || role == TableRole::pass;
 }
 
 struct MappedColumn {

@@ -74,6 +74,11 @@ const std::map<std::string, ColumnUnit, std::less<>>& units() {
        "c",
        {UnitKind::temperature, 1}},
       {"degc", {UnitKind::temperature, 1}},
+      {"n", {UnitKind::force, 1}},
+      {"newton", {UnitKind::force, 1}},
+      {"newtons", {UnitKind::force, 1}},
+      {"kn", {UnitKind::force, 1e3}},
+      {"lbf", {UnitKind::force, 4.4482216152605}},
   };
   return kUnits;
 }
@@ -95,6 +100,7 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
       const std::string name(1, axis);
       add(name, UnitKind::length, {name, "pos" + name, "position" + name, "poseposition" + name});
       add("r" + name, UnitKind::angle, {"r" + name});
+      add("f" + name, UnitKind::force, {"f" + name, "force" + name});
     }
     for (const char axis : std::string("wxyz")) {
       const std::string name(1, axis);
@@ -154,7 +160,11 @@ ColumnName unit_behind_sign(std::string_view header) {
   while (!stem.empty() && std::string_view("_ /,.-").find(stem.back()) != std::string_view::npos)
     stem.remove_suffix(1);
   if (stem.size() > 3 && stem.ends_with(" in")) stem.remove_suffix(3);
-  if (stem.empty() || !find_unit(unit)) return {};
+  const auto known = find_unit(unit);
+  if (stem.empty() || !known) return {};
+  const auto quantity = quantity_of_stem(stem);
+  const bool is_of_force = quantity && quantity->kind == UnitKind::force;
+  if (known->kind == UnitKind::force && !is_of_force) return {};  // X_N may be a nominal X
   return {std::string(stem), std::string(unit)};
 }
 
@@ -208,6 +218,8 @@ std::string our_column(const std::string& quantity) {
       return quantity + (quantity.front() == 'e' ? "_mm" : "_deg");
     case UnitKind::time:
       return quantity + "_s";
+    case UnitKind::force:
+      return quantity + "_n";
     default:
       return quantity;
   }

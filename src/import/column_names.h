@@ -8,11 +8,11 @@
 namespace armtrue {
 
 /// Of a joint's encoder value the unit tells whether it is an angle or a length.
-enum class UnitKind { none, length, angle, encoder, time, mass, temperature };
+enum class UnitKind { none, length, angle, encoder, time, mass, temperature, force };
 
 struct ColumnUnit {
   UnitKind kind = UnitKind::none;
-  double factor = 1;  ///< to m, rad, s, kg or deg C
+  double factor = 1;  ///< to m, rad, s, kg, deg C or N
 };
 
 /// mm, m, in, deg, °, rad, ms, ...; capital letters do not count. Nothing if it is no unit.
@@ -27,7 +27,7 @@ ColumnName column_name(std::string_view header);
 
 /// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q16, e1 to e6, x,
 /// y, z, a, b, c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose
-/// order the names do not tell), payload, temp_<where>, image (the file of a row). Presets also
+/// order the names do not tell), fx, fy, fz, payload, temp_<where>, image (the file of a row). Presets also
 /// know cov0 to cov35, the entries of a covariance, row by row.
 struct KnownQuantity {
   std::string name;

@@ -26,6 +26,8 @@ const char* example_unit(UnitKind kind) {
       return "s";
     case UnitKind::mass:
       return "kg";
+    case UnitKind::force:
+      return "N";
     default:
       return "C";
   }

@@ -9,21 +9,16 @@
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "import/bag.h"
-#include "import/bag_table.h"
-#include "import/body_columns.h"
 #include "import/covariance_columns.h"
-#include "import/instrument_tables.h"
+#include "import/imported_table.h"
 #include "import/joint_match.h"
 #include "import/joint_stops.h"
-#include "import/marker_columns.h"
 #include "import/presets.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kSamePose = 0.1 * kDegree;  // as read_campaign() requires
-constexpr double kFrom1970 = 1e8;            // [s]: further than a clock counts that began at 0
 
 // Numbers the texts of a column in the order in which they first stand.
 int index_of(std::vector<std::string>& names, std::map<std::string, int>& places,
@@ -174,14 +169,6 @@ class CampaignBuilder {
   std::map<std::string, int> poses_, targets_, sessions_;
 };
 
-void refuse_lone_dates(const PlainTable& table, const ColumnMapping& mapping) {
-  if (mapping.has("date") && !mapping.has("t"))
-    table.fail_header(
-        "the column of dates has no column of times beside it; name it: --column t_s=NAME, or "
-        "leave "
-        "the dates out with --ignore");
-}
-
 ImportedReadings built(const TableReader& points, const TableReader& joints,
                        const JointMatches& matches) {
   ImportedReadings result;
@@ -208,113 +195,6 @@ ImportedReadings built(const TableReader& points, const TableReader& joints,
   return result;
 }
 
-// One table on its way: text, then columns with names.
-struct Import {
-  ImportNames names;
-  PlainTable table;
-  ColumnMapping mapping;
-};
-
-// Rows of a file that holds several topics, of which this one has nothing.
-void leave_out_empty_rows(Import& import) {
-  const auto is_empty = [&](const PlainRow& row) {
-    return std::ranges::all_of(import.mapping.joints, [&](const JointName& joint) {
-      return row.cells[import.mapping.find(joint.column)->column].empty();
-    });
-  };
-  const size_t before = import.table.rows.size();
-  std::erase_if(import.table.rows, is_empty);
-  if (import.table.rows.empty())
-    import.table.fail_header("no row has joint angles; export them too");
-  if (import.table.rows.size() < before)
-    import.table.notes.push_back(
-        fmt::format("{} rows without joint angles", before - import.table.rows.size()));
-}
-
-std::optional<Preset> preset_for(const ImportOptions& options, bool holds_joints) {
-  std::optional<Preset> found;
-  for (const std::string& name : options.presets) {
-    const Preset* const shipped = find_preset(name);
-    const Preset preset = shipped ? *shipped : read_preset(name);
-    if (preset.holds_joints != holds_joints) continue;
-    if (found)
-      throw InputError(fmt::format("--preset {} and {} are both for the table of {}; leave one out",
-                                   found->name, preset.name,
-                                   holds_joints ? "joint angles" : "points"));
-    found = preset;
-  }
-  return found;
-}
-
-PlainTable read_table(const std::string& path, const ImportNames& names,
-                      const ImportOptions& options, TableRole role) {
-  const Preset* const preset = names.preset();
-  if (preset && preset->form != TableForm::header)
-    return read_instrument_table(path, *preset, options.body);
-  TableStyle style;
-  if (preset) {
-    style.separators = preset->separators;
-    style.blanks_too = false;
-    style.comments = preset->comments;
-  }
-  if (!has_points(role) && options.robot)
-    style.fewest_known = std::min(style.fewest_known, joint_count(options.robot->chain));
-  return read_plain_table(path, style,
-                          [&](std::string_view header) { return names.is_known(header); });
-}
-
-// The table of a recording has the columns of those that PlotJuggler writes.
-void read_bag(const std::string& path, const ImportOptions& options, TableRole role,
-              Import& import) {
-  if (role == TableRole::readings)
-    throw InputError(path +
-                     ": is a recording; give it as --points and as --joints, or the table that has "
-                     "one of them");
-  const bool of_joints = !has_points(role);
-  if (const auto preset = preset_for(options, of_joints))
-    throw InputError(path + ": is a recording, which states its columns; leave out --preset " +
-                     preset->name);
-  import.names.set_preset(*find_preset(of_joints ? "plotjuggler-joints" : "plotjuggler-poses"));
-  import.table = read_bag_table(
-      path, {of_joints, of_joints ? options.joints_topic : options.points_topic, options.body});
-}
-
-Import read_import(const std::string& path, const ImportOptions& options, TableRole role) {
-  Import import{ImportNames(options), {}, {}};
-  if (is_bag(path)) {
-    read_bag(path, options, role, import);
-  } else {
-    if (!(has_points(role) ? options.points_topic : options.joints_topic).empty())
-      throw InputError(path + ": is a table, not a recording, so it has no topic; leave out " +
-                       (has_points(role) ? "--points-topic" : "--joints-topic"));
-    if (role != TableRole::readings)
-      import.names.set_preset(preset_for(options, !has_points(role)));
-    import.table = read_table(path, import.names, options, role);
-  }
-  import.names.apply_preset(import.table, options);
-  if (has_points(role) && !import.names.preset()) {
-    keep_body(import.table, import.names, options.body);
-    spread_markers(import.table, import.names, options.markers);
-  } else if (has_points(role) && !options.markers.empty()) {
-    throw InputError("--marker is of tables without --preset; name the body of the preset: --body");
-  }
-  return import;
-}
-
-void map_import(Import& import, const ImportOptions& options, TableRole role) {
-  import.mapping = map_columns(import.table, role, import.names, options);
-  refuse_lone_dates(import.table, import.mapping);
-  if (import.table.has_markers && !import.mapping.orientation.empty())
-    import.table.fail_header(
-        "an orientation stands beside several markers, and each of them would count it once more; "
-        "leave its columns out with --ignore, or choose one marker with --marker");
-  if (import.table.has_markers && options.join == "stops")
-    import.table.fail_header(
-        "--join stops follows one point, and several stand in each row; choose one with --marker, "
-        "or join by id or time");
-  if (import.names.preset() && import.names.preset()->is_sparse) leave_out_empty_rows(import);
-}
-
 }  // namespace
 
 std::vector<std::string> import_presets() {
@@ -332,9 +212,9 @@ std::string moved_into_travel(TableReader& joints, const ImportOptions& options)
 }  // namespace
 
 ImportedReadings import_readings(const std::string& path, const ImportOptions& options) {
-  Import import = read_import(path, options, TableRole::readings);
+  ImportedTable import = read_imported_table(path, options, TableRole::readings);
   import.names.check_all_found({&import.table});
-  map_import(import, options, TableRole::readings);
+  map_imported_table(import, options, TableRole::readings);
   TableReader reader(import.table, import.mapping);
   JointMatches matches;
   const std::string moved = moved_into_travel(reader, options);
@@ -348,9 +228,9 @@ ImportedReadings import_readings(const std::string& path, const ImportOptions& o
 }
 
 JointStops read_joint_stops(const std::string& joints, const ImportOptions& options) {
-  Import import = read_import(joints, options, TableRole::images);
+  ImportedTable import = read_imported_table(joints, options, TableRole::images);
   import.names.check_all_found({&import.table});
-  map_import(import, options, TableRole::images);
+  map_imported_table(import, options, TableRole::images);
   TableReader reader(import.table, import.mapping);
   JointStops stops;
   if (std::string moved = moved_into_travel(reader, options); !moved.empty())
@@ -369,11 +249,11 @@ JointStops read_joint_stops(const std::string& joints, const ImportOptions& opti
 
 ImportedReadings import_readings(const std::string& points, const std::string& joints,
                                  const ImportOptions& options) {
-  Import of_points = read_import(points, options, TableRole::points);
-  Import of_joints = read_import(joints, options, TableRole::joints);
+  ImportedTable of_points = read_imported_table(points, options, TableRole::points);
+  ImportedTable of_joints = read_imported_table(joints, options, TableRole::joints);
   of_points.names.check_all_found({&of_points.table, &of_joints.table});
-  map_import(of_points, options, TableRole::points);
-  map_import(of_joints, options, TableRole::joints);
+  map_imported_table(of_points, options, TableRole::points);
+  map_imported_table(of_joints, options, TableRole::joints);
   for (const auto& [quantity, column] : of_points.mapping.columns)
     if (joint_number(quantity) > 0)
       of_points.table.fail_header(

@@ -76,7 +76,7 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
           "--column '" + text + "': '" + pair.left +
           "' is no column of measured poses that this command writes; write OUR=THEIRS "
           "with pose, repeat, session, target, t_s, q1_deg, e1_mm, x_mm, a_deg, roll, rx, qw, "
-          "payload_kg or temp_NAME_c on the left");
+          "payload_kg, temp_NAME_c or, of a pass, fx_n on the left");
     if (!quantities_.insert({pair.right, quantity->name}).second)
       throw InputError("--column: '" + pair.right + "' is named twice; leave one out");
     if (quantity->kind == UnitKind::encoder)
@@ -88,7 +88,7 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
     if (!find_unit(pair.right))
       throw InputError("--unit '" + text + "': '" + pair.right +
                        "' is no unit; known are mm, cm, m, um, in, deg, rad, mrad, s, ms, us, ns, "
-                       "min, h, kg, C");
+                       "min, h, kg, C, N, kN, lbf");
     if (!units_.insert({pair.left, pair.right}).second)
       throw InputError("--unit: '" + pair.left + "' is named twice; leave one out");
     named_.push_back(pair.left);
@@ -197,7 +197,7 @@ bool ImportNames::is_known(std::string_view header) const {
   const std::string name(header);
   if (is_matrix_element(header) || is_marker_coordinate(name) || is_of_body(name)) return true;
   return quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle ||
-                      quantity->kind == UnitKind::encoder);
+                      quantity->kind == UnitKind::encoder || quantity->kind == UnitKind::force);
 }
 
 bool ImportNames::is_ignored(const std::string& header) const {

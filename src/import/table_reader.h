@@ -10,6 +10,9 @@
 
 namespace armtrue {
 
+/// Numbers of seconds beyond it count from 1970: further than a clock counts that began at 0.
+inline constexpr double kFrom1970 = 1e8;
+
 /// The cells of one table by quantity, in m, rad, s. Errors throw InputError with file, line,
 /// column, content and remedy.
 class TableReader {

@@ -222,6 +222,11 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
               "table."
             : "; the robot has these axes: name the columns so, add them, or give the robot of "
               "this table.";
+  constexpr size_t kOfAnExport = 3;  // hardly a column is ours
+  if (missing.size() >= kOfAnExport && what.empty())
+    remedy = std::string("; convert an exported table with import-readings") +
+             (std::ranges::count(missing, "t_s") ? " --pass" : "") +
+             ", or name the columns so.";
   if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
     remedy = "; separate them by commas or semicolons, not by tabs.";
   std::vector<std::string> candidates;

@@ -84,6 +84,12 @@ std::optional<std::vector<Quantity>> find_joints(const CsvTable& table,
   return columns;
 }
 
+std::optional<std::array<Quantity, 3>> find_force(const CsvTable& table) {
+  return group<3>(
+      table, {find_plain(table, "fx_n"), find_plain(table, "fy_n"), find_plain(table, "fz_n")},
+      {"fx_n", "fy_n", "fz_n"});
+}
+
 PathColumns find_columns(const CsvTable& table, const std::vector<JointName>& joints) {
   PathColumns columns;
   const auto time = find_plain(table, "t_s");
@@ -97,9 +103,7 @@ PathColumns find_columns(const CsvTable& table, const std::vector<JointName>& jo
   columns.orientation =
       group<3>(table, {table.find_angle("a"), table.find_angle("b"), table.find_angle("c")},
                {"a_deg", "b_deg", "c_deg"});
-  columns.force = group<3>(
-      table, {find_plain(table, "fx_n"), find_plain(table, "fy_n"), find_plain(table, "fz_n")},
-      {"fx_n", "fy_n", "fz_n"});
+  columns.force = find_force(table);
   columns.q = find_joints(table, joints);
   return columns;
 }
@@ -118,6 +122,24 @@ class SampleBuffer {
  private:
   std::vector<double> values_;
 };
+
+// Adds the time of the row.
+void add_time(const CsvTable& table, const Quantity& column, std::vector<double>& times) {
+  const double t = table.seconds(column.column);
+  if (!times.empty() && t <= times.back())
+    table.fail(column.column,
+               table.quoted(column.column) + " is not later than the sample before (" +
+                   number_text(times.back()) + "); sort the rows by time and remove doubled ones");
+  times.push_back(t);
+}
+
+// Throws InputError for a path of fewer than two samples.
+void set_times(const std::vector<double>& times, PathFile& file) {
+  if (times.size() < 2)
+    throw InputError(file.source + ": has " + std::to_string(times.size()) +
+                     " samples; a path needs at least two");
+  file.path.time = Eigen::Map<const Eigen::VectorXd>(times.data(), times.size());
+}
 
 bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
   const auto is_empty = [&](const Quantity& column) { return table.is_empty(column.column); };
@@ -174,12 +196,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
       ++result.lost;
       continue;
     }
-    const double t = table.seconds(columns.time.column);
-    if (!time.empty() && t <= time.back())
-      table.fail(columns.time.column,
-                 table.quoted(columns.time.column) + " is not later than the sample before (" +
-                     number_text(time.back()) + "); sort the rows by time and remove doubled ones");
-    time.push_back(t);
+    add_time(table, columns.time, time);
     result.line.push_back(table.line_number());
     position.add(table, columns.position);
     if (columns.orientation) orientation.add(table, *columns.orientation);
@@ -195,10 +212,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
       result.rows += '\n';
     }
   }
-  if (time.size() < 2)
-    throw InputError(result.source + ": has " + std::to_string(time.size()) +
-                     " samples; a path needs at least two");
-  result.path.time = Eigen::Map<const Eigen::VectorXd>(time.data(), time.size());
+  set_times(time, result);
   result.path.position = position.matrix<Eigen::Matrix3Xd>(3);
   result.path.orientation = orientation.matrix<Eigen::Matrix3Xd>(3);
   result.path.force = force.matrix<Eigen::Matrix3Xd>(3);
@@ -208,8 +222,33 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   return result;
 }
 
+PathFile read_force_record(const std::string& file) {
+  Source source(file);
+  CsvTable table(source, "t_s,fx_n,fy_n,fz_n");
+  const auto time_column = find_plain(table, "t_s");
+  const auto columns = find_force(table);
+  std::vector<std::string> missing;
+  if (!time_column) missing.push_back("t_s");
+  if (!columns) missing.insert(missing.end(), {"fx_n", "fy_n", "fz_n"});
+  if (!missing.empty()) table.fail_missing(missing);
+  PathFile result;
+  result.source = source.name();
+  SampleBuffer force;
+  std::vector<double> times;
+  while (table.next_row()) {
+    add_time(table, *time_column, times);
+    result.line.push_back(table.line_number());
+    force.add(table, *columns);
+  }
+  set_times(times, result);
+  result.path.force = force.matrix<Eigen::Matrix3Xd>(3);
+  result.sha256 = source.sha256();
+  return result;
+}
+
 std::string write_path(const Path& path, const std::vector<JointName>& joints) {
-  std::string text = "t_s,x_mm,y_mm,z_mm";
+  std::string text = "t_s";
+  if (path.has_position()) text += ",x_mm,y_mm,z_mm";
   if (path.has_orientation()) text += ",a_deg,b_deg,c_deg";
   if (path.has_joints())
     for (const JointName& joint : joints) text += "," + joint.encoder();
@@ -221,7 +260,7 @@ std::string write_path(const Path& path, const std::vector<JointName>& joints) {
   };
   for (Eigen::Index i = 0; i < path.samples(); ++i) {
     text += decimal_text(path.time[i], 7);
-    add(path.position.col(i), kMillimetre, 6);
+    if (path.has_position()) add(path.position.col(i), kMillimetre, 6);
     if (path.has_orientation()) add(path.orientation.col(i), kDegree, 9);
     for (size_t j = 0; path.has_joints() && j < joints.size(); ++j)
       text += ',' + decimal_text(path.q(j, i) / joints[j].si(), 9);

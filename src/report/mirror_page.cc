@@ -82,6 +82,18 @@ std::string passes_table(const Page& page, size_t passes) {
                rows);
 }
 
+std::string force_records_text(const Page& page, const MirrorFindings& findings) {
+  std::string html;
+  for (size_t p = 0; p < findings.forces.size(); ++p) {
+    const std::string key = fmt::format("passes/{}/force_record/", p);
+    html += paragraph("Forces of pass " + page.file_name(fmt::format("passes/{}/file", p)) +
+                      " from " + page.file_name(key + "file") + ", whose clock is " +
+                      page.value(key + "offset_s") + " s ahead of the instrument's (std " +
+                      page.value(key + "offset_std_s") + " s).");
+  }
+  return html;
+}
+
 std::string filter_table(const Page& page) {
   return table({"correction", ""},
                {{"cut-off, Hz", page.value("filter/cut_off_hz")},
@@ -140,7 +152,8 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
   add_mirror_next(page, findings);
   page.folded_section("Details");
   page.add(folded("Accuracy of the passes, each axis", accuracy_table(page, findings)));
-  page.add(folded("Passes and their clocks", passes_table(page, findings.files.size())));
+  page.add(folded("Passes and their clocks", passes_table(page, findings.files.size()) +
+                                                 force_records_text(page, findings)));
   page.add(folded("Filter and correction", filter_table(page)));
   return page.finish();
 }

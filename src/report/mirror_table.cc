@@ -9,7 +9,7 @@
 namespace armtrue {
 
 std::string mirror_table(const MirrorFindings& findings) {
-  const auto& [result, options, files, lines, accuracy, form, before, form_before, deviation_before,
+  const auto& [result, options, files, lines, forces, accuracy, form, before, form_before, deviation_before,
                force, robot, goal] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
@@ -20,6 +20,9 @@ std::string mirror_table(const MirrorFindings& findings) {
         files[p], pass.clock.offset, 1.96 * pass.clock.offset_deviation(), pass.clock.rate * 1e6,
         1.96e6 * std::sqrt(pass.clock.covariance(1, 1)), pass.samples, pass.lost, pass.bad.size());
   }
+  for (size_t p = 0; p < forces.size(); ++p)
+    table += fmt::format("{}: clock {:.4f} +- {:.4f} s ahead of {} (95 %)\n", forces[p].file,
+                         forces[p].clock.offset, 1.96 * forces[p].clock.deviation, files[p]);
   const auto row = [&](const std::string& what, double value) {
     table += fmt::format("{:<44}{:>9.3f}\n", what, value / kMillimetre);
   };

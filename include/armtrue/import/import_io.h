@@ -8,6 +8,7 @@
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "armtrue/path/path.h"
 
 namespace armtrue {
 
@@ -57,5 +58,16 @@ std::vector<std::string> import_presets();
 /// The same for two tables: measured points of an instrument, and joint angles of a controller.
 ImportedReadings import_readings(const std::string& points, const std::string& joints,
                                  const ImportOptions& options);
+
+struct ImportedPass {
+  Path path;                      ///< positions, forces or both
+  std::vector<JointName> joints;  ///< of the columns, if it has joint angles
+  std::string mapping;            ///< as of ImportedReadings
+  std::vector<std::string> warnings;
+};
+
+/// Reads the exported record of one pass, of its forces, or of both; its times increase. Rows
+/// without a point are lost samples and left out. Throws InputError as import_readings() does.
+ImportedPass import_pass(const std::string& path, const ImportOptions& options);
 
 }  // namespace armtrue

@@ -20,6 +20,7 @@ struct Path {
   Eigen::Matrix3Xd force;        ///< on the tool [N], in the axes of `position`
 
   int samples() const { return static_cast<int>(time.size()); }
+  bool has_position() const { return position.cols() > 0; }
   bool has_orientation() const { return orientation.cols() > 0; }
   bool has_joints() const { return q.cols() > 0; }
   bool has_force() const { return force.cols() > 0; }

@@ -47,6 +47,14 @@ YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vecto
   return node;
 }
 
+YAML::Node force_record_node(const MirrorFindings::Force& force) {
+  YAML::Node node;
+  node["file"] = force.file;
+  node["offset_s"] = number_in_form("{:.6f}", force.clock.offset);
+  node["offset_std_s"] = rounded(force.clock.deviation);
+  return flow(node);
+}
+
 YAML::Node accuracy_node(const PassAccuracy& accuracy, const FormError& form, double goal) {
   YAML::Node node;
   node["at_mm"] = millimetres(accuracy.path.at);
@@ -157,13 +165,16 @@ YAML::Node force_node(const ForceLaw& law) {
 }  // namespace
 
 Document write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
-  const auto& [result, options, files, lines, accuracy, form, before, form_before, deviation_before,
+  const auto& [result, options, files, lines, forces, accuracy, form, before, form_before, deviation_before,
                force, robot, goal] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
-  for (size_t p = 0; p < files.size(); ++p)
-    root["passes"].push_back(pass_node(result.passes[p], files[p], lines[p]));
+  for (size_t p = 0; p < files.size(); ++p) {
+    YAML::Node pass = pass_node(result.passes[p], files[p], lines[p]);
+    if (!forces.empty()) pass["force_record"] = force_record_node(forces[p]);
+    root["passes"].push_back(pass);
+  }
   const bool spline = options.points == CorrectionPoints::spline;
   std::vector<FlowEntry> filter{{"kind", spline ? "smoothing-spline" : "butterworth"}};
   if (!spline) filter.emplace_back("order", whole_number(options.order));

@@ -21,8 +21,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxRate = 1e-3;        // no clock is worse
-constexpr double kMaxOffsetSigma = 0.1;  // [s]: with more the offset counts as unknown
+constexpr double kMaxRate = 1e-3;  // no clock is worse
 
 void check_motion(const Path& path, const std::string& which) {
   if (extent(path) > 1e-3) return;

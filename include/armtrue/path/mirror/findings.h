@@ -9,6 +9,7 @@
 #include "armtrue/path/mirror/force_law.h"
 #include "armtrue/path/mirror/form_error.h"
 #include "armtrue/path/mirror/mirror.h"
+#include "armtrue/path/registration/force_clock.h"
 
 namespace armtrue {
 
@@ -18,6 +19,12 @@ struct MirrorFindings {
   MirrorOptions options;
   std::vector<std::string> files;       ///< the measured passes
   std::vector<std::vector<int>> lines;  ///< of the files, for each sample
+  /// Of each pass, if its force was recorded with a clock of its own; else empty.
+  struct Force {
+    std::string file;
+    ForceClock clock;
+  };
+  std::vector<Force> forces;
   PassAccuracy accuracy;                ///< of these passes, noise of the instrument included
   FormError form;                       ///< of these passes
   std::optional<PassAccuracy> before;   ///< of earlier passes, for comparison

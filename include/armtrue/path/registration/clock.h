@@ -12,6 +12,9 @@
 
 namespace armtrue {
 
+/// With a larger standard deviation the offset of a clock counts as unknown [s].
+inline constexpr double kMaxOffsetSigma = 0.1;
+
 /// Clock and frame of an instrument, relative to those of the program.
 struct ClockFit {
   /// t_instrument = offset + (1 + rate) * t_program [s]. The offset includes a constant lag of the
