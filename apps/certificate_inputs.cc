@@ -91,7 +91,7 @@ std::optional<PathFigures> certified_path(Command& command, const CertificateArg
   std::vector<const PathFile*> all{&commanded};
   for (const PathFile& pass : passes) all.push_back(&pass);
   for (const PathFile& pass : passes) refuse_corrected(pass, "what the instrument recorded");
-  warn_of_the_same(command, all);
+  refuse_the_same(command, all);
   warn_of_computed(command, commanded, passes);
   warn_of_copied(command, commanded, passes);
   std::vector<Path> paths;

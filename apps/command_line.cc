@@ -39,6 +39,8 @@ void keep_memory() {
 #endif
 }
 
+constexpr const char* kInputName = "file";  // of the argument FILE
+
 // With the options of all groups.
 std::vector<const CLI::Option*> all_options(const CLI::App& app) {
   std::vector<const CLI::Option*> all = app.get_options();
@@ -138,7 +140,7 @@ Command::Command(std::string name, const std::string& purpose, std::string examp
 
 void Command::add_input(const std::string& what) {
   has_input_ = true;
-  file("file", input, what + "; standard input if absent or -");
+  file(kInputName, input, what + "; standard input if absent or -");
 }
 
 void Command::add_output(ProductKind kind) {
@@ -180,8 +182,13 @@ void Command::add_new_sessions() {
 std::string Command::usage_mistake(const CLI::ParseError& error) const {
   // A misspelt option is the cause, where its absence is reported.
   for (const std::string& argument : app_->remaining(true))
-    if (argument.size() > 1 && argument.front() == '-' && !read_number(argument))
+    if (argument.size() > 1 && argument.front() == '-' && argument != "--" &&
+        !read_number(argument))
       return unknown_option(argument, all_options(*app_));
+  for (const std::string& argument : app_->remaining(true))
+    for (const char* const dash : {"\xE2\x80\x93", "\xE2\x80\x94", "\xE2\x88\x92"})
+      if (argument.starts_with(dash))
+        return "'" + argument + "' begins with a dash of a text; options begin with - or --";
   const std::string said = error.what();
   const auto parted = [&](const std::string& between) {
     const size_t at = said.find(between);
@@ -193,7 +200,10 @@ std::string Command::usage_mistake(const CLI::ParseError& error) const {
            (has_input_ ? "; one file is read, and '" + input + "' is it" : "");
   if (dynamic_cast<const CLI::ConversionError*>(&error)) {
     const auto [name, value] = parted(" = ");
-    return name.substr(name.rfind(' ') + 1) + ": '" + value + "' is not a number of this option";
+    std::string with_point = value;
+    std::ranges::replace(with_point, ',', '.');
+    return name.substr(name.rfind(' ') + 1) + ": '" + value + "' is not a number of this option" +
+           (with_point != value && read_number(with_point) ? "; write " + with_point : "");
   }
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) {
     const std::string name = parted(": ").first;
@@ -211,7 +221,8 @@ std::string Command::usage_mistake(const CLI::ParseError& error) const {
 int Command::finish_parsing(const CLI::ParseError& error) const {
   const bool is_mistake = error.get_exit_code() != 0;
   if (is_mistake)
-    print_error(printable(usage_mistake(error)) + "\nRun with --help for more information.\n");
+    print_error(name_ + ": " + printable(usage_mistake(error)) + "; " + name_ +
+                " --help lists the options\n");
   else
     app_->exit(error);
   std::cout.flush();
@@ -296,9 +307,22 @@ void Command::refuse_named(const std::string& path, const std::string& name,
   if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return;  // a device, a pipe
   for (const auto& [option, named] : named_files(own))
     if (same_file(named, path))
-      throw CLI::ValidationError(name, "'" + path + "' is named by " + option +
+      throw CLI::ValidationError(name, "'" + path + "' is named by " +
+                                           (option == kInputName ? "the argument FILE" : option) +
                                            " too; give each product a file of its own");
 }
+
+namespace {
+
+// A page in a .pdf opens nowhere.
+void refuse_foreign_ending(const std::string& path, const std::string& option) {
+  for (const char* const ending : {".pdf", ".png", ".jpg", ".xlsx", ".docx", ".ods"})
+    if (path.ends_with(ending))
+      throw CLI::ValidationError(option, "'" + path + "': no product is of this kind; pages end in " +
+                                             ".html, tables in .csv, documents in .yaml or .json");
+}
+
+}  // namespace
 
 void Command::check_derived_output(const std::string& path) const {
   refuse_named(path, path, nullptr);
@@ -331,6 +355,7 @@ void Command::check_outputs() const {
                                  "'" + path +
                                      "': JSON is written of documents of keys, and this product "
                                      "is a table, a text or a page; give the file another ending");
+    refuse_foreign_ending(path, option->get_name());
     refuse_named(path, option->get_name(), option);
     expect_output(path);
     if (is_device_or_pipe(path)) continue;

@@ -155,7 +155,7 @@ MirrorInputs read_mirror_inputs(Command& command, const MirrorArguments& argumen
   std::vector<const PathFile*> all = {&inputs.programmed};
   for (const PathFile& pass : inputs.passes) all.push_back(&pass);
   for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
-  warn_of_the_same(command, all);
+  refuse_the_same(command, all);
   warn_of_computed(command, inputs.programmed, inputs.passes);
   warn_of_computed(command, inputs.programmed, inputs.earlier);
   warn_of_copied(command, inputs.programmed, inputs.passes);

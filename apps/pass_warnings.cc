@@ -174,16 +174,18 @@ void check_frame(Command& command, const PathFile& programmed, const std::vector
 
 }  // namespace
 
-// A record that is named twice looks like two passes that agree; the program, named as a record,
-// looks like a pass without deviation.
-void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files) {
+void refuse_the_same(Command& command, const std::vector<const PathFile*>& files) {
   for (size_t i = 0; i < files.size(); ++i)
-    for (size_t k = 0; k < i; ++k)
-      if (files[i]->sha256 == files[k]->sha256 ||
-          (files[i]->path.position.cols() == files[k]->path.position.cols() &&
-           files[i]->path.position == files[k]->path.position))
-        command.warn(files[i]->source + " holds the same as " + files[k]->source +
-                     " and is taken for a pass of its own; name the program and each record once");
+    for (size_t k = 0; k < i; ++k) {
+      if (files[i]->sha256 != files[k]->sha256 &&
+          (files[i]->path.position.cols() != files[k]->path.position.cols() ||
+           files[i]->path.position != files[k]->path.position))
+        continue;
+      const std::string same = files[i]->source + ": holds the same as " + files[k]->source +
+                               "; name the program and each record once";
+      if (k > 0) throw InputError(same);
+      command.warn(same);  // a simulated arm may be as exact
+    }
 }
 
 void warn_of_copied(Command& command, const PathFile& programmed,

@@ -13,7 +13,10 @@ namespace armtrue::app {
 /// Warnings of deviations that are more likely a mistake than an error of the arm; see
 /// record_doubts.h and pass_doubts.h.
 
-void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files);
+/// A record that is named twice looks like two passes that agree: throws InputError. The program,
+/// named as a record, looks like a pass without deviation: warns. `files`: the program, then the
+/// records.
+void refuse_the_same(Command& command, const std::vector<const PathFile*>& files);
 
 /// Throws InputError if the path has the marks of a correction: it is neither a path as it should
 /// be nor a record. `instead`: what belongs there; `of_mirror`: what else, if mirror-correct wrote it.

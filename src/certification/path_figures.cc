@@ -12,7 +12,7 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   const std::vector<ClockFit> clocks = fit_clocks(commanded, passes, clock);
   for (size_t p = 0; p < passes.size(); ++p)
     registered_passes.push_back(registered(passes[p], clocks[p]));
-  const PathAccuracy found = pass_accuracy(commanded, registered_passes).path;
+  const PathAccuracy found = path_accuracy(commanded, registered_passes);
   const auto n = static_cast<int>(passes.size());
   PathFigures figures;
   figures.passes = n;

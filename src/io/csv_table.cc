@@ -61,6 +61,11 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
     throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
                      ": is HTML or XML, and a CSV table should stand here; open it in a "
                      "spreadsheet and save it as CSV");
+  if (line.starts_with("format:") || line.starts_with('{'))
+    throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
+                     ": is a document, such as a robot file; a table should stand here that begins "
+                     "with a row such as " +
+                     std::string(header));
   separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
   std::vector<std::string_view> names;
   original_ = line;

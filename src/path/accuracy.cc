@@ -129,20 +129,10 @@ PathErrors path_errors(const Eigen::Matrix3Xd& deviation) {
   return errors;
 }
 
-PassAccuracy pass_accuracy(const Path& command, const std::vector<Path>& passes) {
+PathAccuracy path_accuracy(const Path& command, const std::vector<Path>& passes) {
   std::vector<PlaneCrossings> crossings;
-  Eigen::Index count = 0;
-  for (const Path& pass : passes) {
-    crossings.push_back(cross_normal_planes(command, pass));
-    count += crossings.back().deviation.cols();
-  }
-  Eigen::Matrix3Xd deviation(3, count);
-  count = 0;
-  for (const PlaneCrossings& pass : crossings) {
-    deviation.middleCols(count, pass.deviation.cols()) = pass.deviation;
-    count += pass.deviation.cols();
-  }
-  return {path_accuracy(crossings), path_errors(deviation)};
+  for (const Path& pass : passes) crossings.push_back(cross_normal_planes(command, pass));
+  return path_accuracy(crossings);
 }
 
 Reduction reduction(const PathErrors& before, const PathErrors& after) {

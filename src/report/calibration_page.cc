@@ -34,10 +34,10 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result,
                : is_above        ? "calibrated, more than noise is left"
                                  : "calibrated",
                sentence);
-  page.tiles({{"Before", before.empty() ? "?" : before,
+  page.tiles({{"Nominal", before.empty() ? "?" : before,
                before.empty() ? "base and tool are not both identified"
-                              : "nominal robot, base and tool placed"},
-              {"After", after, "calibrated robot"},
+                              : "base and tool placed"},
+              {"Calibrated", after, "of the readings that the fit used"},
               floor_tile(page, story.quality.noise, "calibration/floor_mm")});
 }
 
@@ -135,9 +135,9 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
                    page.value("position_mm/p95") + " mm, largest " + page.value("position_mm/max") +
                    " mm, of " + page.value("rows") + " readings at " + page.value("poses") +
                    " poses.");
-  page.tiles({{"Before", against ? mean_mm(page, "against/") : "?",
+  page.tiles({{"Compared with", against ? mean_mm(page, "against/") : "?",
                against ? page.value("against/robot") : "--against names a robot"},
-              {"After", mean_mm(page, ""), "this robot"},
+              {"This robot", mean_mm(page, ""), "mean of these readings"},
               floor_tile(page, noise, "floor_mm")});
   page.add(unseen_scale_text(page, "unseen_scale/"));
   add_error_pictures(page, models, campaign, {}, "readings", upwards(robot));

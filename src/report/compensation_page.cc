@@ -27,11 +27,11 @@ void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& ta
   page.tiles(
       {{"Before", page.value("before_mm/mean") + " mm",
         "mean predicted error of " + page.value("targets") + " targets"},
-       {"After", page.value("expected_mm/mean") + " mm",
+       {"Expected", page.value("expected_mm/mean") + " mm",
         "with " + page.value("corrected") +
             (is_known ? " corrections, standard deviations of the model included"
                       : " corrections, if the model is exact")},
-       {"Floor", is_known ? page.value("std_mm/mean") + " mm" : "?",
+       {"Uncertainty", is_known ? page.value("std_mm/mean") + " mm" : "?",
         is_known ? "standard deviation of the model" : "the robot file states no uncertainty"}});
 }
 

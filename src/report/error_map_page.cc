@@ -19,7 +19,7 @@ void add_map_verdict(Page& page, const ErrorMap& map, const ErrorMapSummary& sum
                "mean of " + page.value("predicted") + " points"},
               {"After", page.value(is_known ? "after_mm/mean" : "constants_only_mm/mean") + " mm",
                is_known ? "left with constants and effects" : "left with the constants alone"},
-              {"Floor", is_known ? page.value("std_mm/mean") + " mm" : "?",
+              {"Uncertainty", is_known ? page.value("std_mm/mean") + " mm" : "?",
                is_known ? "uncertainty of the model" : "the robot file states no uncertainty"}});
 }
 

@@ -52,8 +52,9 @@ Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::stri
   if (noise.source == NoiseFloor::Source::none)
     return {"Floor", "?", "no repeats, and no noise of the instrument is stated"};
   return {"Floor", page.value(key) + " mm",
-          noise.source == NoiseFloor::Source::replicates ? "what repeats of a pose differ by"
-                                                         : "noise of the instrument, as stated"};
+          std::string("mean error of a perfect model, by the ") +
+              (noise.source == NoiseFloor::Source::replicates ? "repeats of poses"
+                                                              : "noise of the instrument as stated")};
 }
 
 }  // namespace armtrue

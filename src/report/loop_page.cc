@@ -63,8 +63,7 @@ bool has_effects(const LoopResult& result) {
 std::vector<Judged> models_of(const LoopResult& result, const Campaign& judging) {
   const bool has_more = has_effects(result);
   std::vector<Judged> models;
-  models.push_back({"nominal robot", has_more ? Look::nominal : Look::before,
-                    evaluate(result.nominal, judging)});
+  models.push_back({"nominal robot", Look::nominal, evaluate(result.nominal, judging)});
   models.push_back({"calibrated geometry", has_more ? Look::before : Look::after,
                     evaluate(result.trace.stages.front().robot, judging)});
   if (has_more)
@@ -78,14 +77,13 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
     return page.value(fmt::format("stages/{}/{}/position_mm/mean", stage, by.set)) + " mm";
   };
   const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
-  std::vector<Page::Tile> tiles{
-      {"Before",
-       held_out && has_more ? page.value("before_after/before_mm") + " mm"
-                            : mean_of(has_more ? 1 : 0),
-       has_more ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
-      {"After",
-       held_out ? page.value("before_after/after_mm") + " mm" : mean_of(result.stages.size() - 1),
-       (has_more ? "with its effects, " : "calibrated geometry, ") + readings}};
+  std::vector<Page::Tile> tiles{{"Nominal", mean_of(0), "base and tool placed, " + readings},
+                                {"Calibrated", mean_of(1), "geometry, " + readings}};
+  if (has_more)
+    tiles.push_back({"With effects",
+                     held_out ? page.value("before_after/after_mm") + " mm"
+                              : mean_of(result.stages.size() - 1),
+                     readings});
   if (result.after_arm)
     tiles.push_back({"The arm alone", page.value("before_after/after_arm_mm") + " mm",
                      "without what the station does, as programs are corrected"});

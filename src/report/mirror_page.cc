@@ -27,15 +27,24 @@ void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
                    page.value("accuracy/goal_rms_mm") + " mm. The largest sample deviates by " +
                    page.value("accuracy/whole_mm/max") + " mm; noise alone would give about " +
                    page.value("noise/largest_mm") + " mm.");
-  const bool has_uncorrected = findings.result.uncorrected.has_value();
   const bool has_spread = findings.files.size() > 1;
-  page.tiles(
-      {{"Before", page.value(has_uncorrected ? "uncorrected_mean_mm" : "deviation_mm/mean") + " mm",
-        has_uncorrected ? "mean deviation without any correction" : "mean deviation measured"},
-       {"After", page.value("expected_after_mean_mm") + " mm",
-        "mean deviation expected of the next pass"},
-       {"Floor", page.value(has_spread ? "noise/pass_to_pass_mm" : "noise/sample_mm") + " mm",
-        has_spread ? "spread from pass to pass, per axis" : "noise of one sample, per axis"}});
+  std::vector<Page::Tile> tiles;
+  if (findings.before)
+    tiles.push_back({"Before", page.value("before/form_rms_mm") + " mm",
+                     "RMS form error measured before the correction"});
+  tiles.push_back({findings.before ? "After" : "Measured",
+                   page.value("accuracy/form_rms_mm") + " mm",
+                   findings.before ? "RMS form error measured with the correction"
+                                   : "RMS form error of these passes"});
+  if (findings.result.uncorrected && !findings.before)
+    tiles.push_back({"Uncorrected", page.value("uncorrected_mean_mm") + " mm",
+                     "mean deviation, had the earlier correction not run"});
+  tiles.push_back({"Expected", page.value("expected_after_mean_mm") + " mm",
+                   "mean deviation of the next pass"});
+  tiles.push_back({"Noise",
+                   page.value(has_spread ? "noise/pass_to_pass_mm" : "noise/sample_mm") + " mm",
+                   has_spread ? "spread from pass to pass, per axis" : "of one sample, per axis"});
+  page.tiles(tiles);
 }
 
 std::string accuracy_table(const Page& page, const MirrorFindings& findings) {

@@ -143,7 +143,7 @@ Drawing correction_picture(const Path& programmed, const MirrorFindings& finding
                                      new_correction(programmed, result, findings.options))
                               .cwiseMin(most)),
                Look::after, "less the correction");
-  panel.rule_y(result.expected_after / kMillimetre, Look::mark, "expected mean");
+  panel.rule_y(result.expected_after / kMillimetre, Look::mark, "expected mean of the next pass");
   return picture;
 }
 

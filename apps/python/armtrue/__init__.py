@@ -89,7 +89,7 @@ def shipped(name: str) -> pathlib.Path:
 
 
 def _page(name: str) -> str:
-    for folder in (_HERE / "pages", _HERE.parent.parent):  # installed, or in the sources
+    for folder in (_HERE / "pages", _HERE.parents[1], _HERE.parents[1] / "pages"):  # pip, sources, installed
         page = folder / f"{name}.1.md"
         if page.exists():
             return page.read_text(encoding="utf-8")

@@ -47,24 +47,18 @@ struct PathAccuracy {
 /// plane that all of them meet.
 PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes);
 
+/// The same of passes in the clock and the frame of `command`. Throws as cross_normal_planes() does,
+/// too.
+PathAccuracy path_accuracy(const Path& command, const std::vector<Path>& passes);
+
 /// Mean, RMS, 95th percentile and maximum of |deviation| per axis and of its length [m].
 struct PathErrors {
   std::array<ErrorSummary, 3> axis;
   ErrorSummary whole;
 };
 
-/// `deviation` 3 x n [m], usually that of PlaneCrossings. For a form goal see form_error().
+/// `deviation` 3 x n [m]. For a form goal see form_error().
 PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
-
-/// Accuracy of passes against their program.
-struct PassAccuracy {
-  PathAccuracy path;
-  PathErrors errors;
-};
-
-/// `passes`: in the clock and the frame of `command`. The errors are those of all passes together.
-/// Throws std::invalid_argument as cross_normal_planes() and path_accuracy() do.
-PassAccuracy pass_accuracy(const Path& command, const std::vector<Path>& passes);
 
 /// 1 - after / before of the mean errors (table 6 of the seed paper): negative if an error grew,
 /// empty if it was zero before.

@@ -156,7 +156,10 @@ void YamlMap::finish() const {
     const auto key = entry.first.as<std::string>();
     if (!asked_.contains(key))
       throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
-                       "' is not known in " + what_ + "; correct or remove it");
+                       "' is not known in " + what_ +
+                       (read_number(key)
+                            ? "; is it the end of a number with a comma? Write 500.0, not 500,0"
+                            : "; correct or remove it"));
   }
 }
 
@@ -180,7 +183,10 @@ YamlMap read_document(const std::string& bytes, const std::string& file,
                        ": a second document stands here, after '---'; give it a file of its own");
   if (!root || root.IsNull()) throw InputError(file + ": is empty; " + expected);
   if (root.IsScalar() || root.IsSequence())
-    throw InputError(file + ":1: is no YAML document but a table or other text; " + expected);
+    throw InputError(file + ":1: is no YAML document but a table or other text; " + expected +
+                     (text.find(',') < text.find('\n')
+                          ? ". Are this file and that of the readings exchanged?"
+                          : ""));
   YamlMap document(root, file, "the document");
   const std::string format = document.text("format", "");
   if (std::find(formats.begin(), formats.end(), format) == formats.end()) {

@@ -17,11 +17,24 @@ std::vector<Path> all_registered(const std::vector<Path>& passes, const std::vec
   return in_time;
 }
 
+PassAccuracy pass_accuracy(const Path& programmed, const std::vector<Path>& passes) {
+  const std::vector<Eigen::Matrix3Xd> across = across_in_motion(programmed, passes);
+  Eigen::Index count = 0;
+  for (const Eigen::Matrix3Xd& of_pass : across) count += of_pass.cols();
+  Eigen::Matrix3Xd all(3, count);
+  count = 0;
+  for (const Eigen::Matrix3Xd& of_pass : across) {
+    all.middleCols(count, of_pass.cols()) = of_pass;
+    count += of_pass.cols();
+  }
+  return {path_accuracy(programmed, passes), path_errors(all), count};
+}
+
 }  // namespace
 
 double largest_of_noise(const MirrorFindings& findings) {
   const auto passes = static_cast<double>(findings.files.size());
-  const double samples = passes * findings.accuracy.path.planes;
+  const auto samples = static_cast<double>(findings.accuracy.samples);
   // That of the mean of the passes is smaller.
   const double noise = findings.result.deviation.noise * std::sqrt(passes);
   return noise * std::sqrt(-2 * std::log(-std::expm1(-std::log(2) / samples)));

@@ -9,7 +9,6 @@
 #include "armtrue/path/mirror/mirror_options.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/intervals.h"
-#include "path/mirror/corners.h"
 #include "path/mirror/mean_deviation.h"
 
 namespace armtrue {
@@ -25,22 +24,6 @@ constexpr double kStandsOut = 1e-3;       // chance of as much power in a band b
 // this share of n. With covariances 6, -4 and 1: 36 / (36 + 2 (16 + 1)).
 constexpr double kEfficiencyOfDifferences = 0.514;
 constexpr double kHardlyUncertain = 0.1;  // of the square of the bands below
-
-// Deviations across the path of the samples at which the program moves.
-Eigen::Matrix3Xd across_in_motion(const Path& programmed, const Eigen::Matrix3Xd& tangent,
-                                  const Path& pass) {
-  const Eigen::Matrix3Xd velocity = velocity_at(programmed, pass.time);
-  const Eigen::Matrix3Xd wanted = position_at(programmed, pass.time);
-  Eigen::Matrix3Xd across(3, pass.samples());
-  Eigen::Index count = 0, nearest = 0;
-  for (Eigen::Index i = 0; i < pass.samples(); ++i) {
-    nearest = nearest_sample(programmed, pass.time[i], nearest);
-    if (velocity.col(i).isZero(0)) continue;
-    const Eigen::Vector3d deviation = pass.position.col(i) - wanted.col(i);
-    across.col(count++) = deviation - tangent.col(nearest).dot(deviation) * tangent.col(nearest);
-  }
-  return across.leftCols(count);
-}
 
 // The first `count` coefficients of the orthonormal cosine transform of each row.
 Eigen::Matrix3Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix3Xd>& samples,
@@ -179,10 +162,9 @@ class FormSpectrum {
 }  // namespace
 
 FormError form_error(const Path& programmed, const std::vector<Path>& passes) {
-  const Eigen::Matrix3Xd tangent = side_tangents(programmed, find_corners(programmed));
+  const std::vector<Eigen::Matrix3Xd> across = across_in_motion(programmed, passes);
   FormSpectrum spectrum;
-  for (const Path& pass : passes)
-    spectrum.add(across_in_motion(programmed, tangent, pass), median_period(pass));
+  for (size_t p = 0; p < passes.size(); ++p) spectrum.add(across[p], median_period(passes[p]));
   return spectrum.form();
 }
 

@@ -9,6 +9,10 @@ namespace armtrue {
 /// The sample nearest in time, at `from` or after it.
 Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from);
 
+/// Deviations across the path of registered passes, of the samples at which the program moves [m].
+std::vector<Eigen::Matrix3Xd> across_in_motion(const Path& programmed,
+                                               const std::vector<Path>& passes);
+
 /// Registers the records, each by itself but for a fitted frame, which they share, and removes
 /// their bad samples: first those that could mislead the clock, then those that only the deviations
 /// show. Throws TooManyBadSamples, and UnusablePass where fit_clock() throws.

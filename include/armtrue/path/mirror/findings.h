@@ -13,6 +13,13 @@
 
 namespace armtrue {
 
+/// Accuracy of passes against their program, noise of the instrument included.
+struct PassAccuracy {
+  PathAccuracy path;  ///< in planes, as ISO 9283 says
+  PathErrors errors;  ///< of the samples of all passes while the program moves
+  Eigen::Index samples = 0;
+};
+
 /// A mirror correction and the other figures of its passes.
 struct MirrorFindings {
   MirrorResult result;
@@ -25,7 +32,7 @@ struct MirrorFindings {
     ForceClock clock;
   };
   std::vector<Force> forces;
-  PassAccuracy accuracy;                ///< of these passes, noise of the instrument included
+  PassAccuracy accuracy;                ///< of these passes
   FormError form;                       ///< of these passes
   std::optional<PassAccuracy> before;   ///< of earlier passes, for comparison
   std::optional<FormError> form_before;
