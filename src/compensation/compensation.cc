@@ -109,18 +109,18 @@ class Compensation {
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
     context.q = target.programmed;
-    const std::vector<Waypoint> way = way_to(row, context);
+    const ProgrammedWay way = way_to(row, context);
+    const std::vector<Waypoint>& places = way.places;
     std::vector<JointVector> programmed;
-    for (const Waypoint& place : way) programmed.push_back(place.q);
+    for (const Waypoint& place : places) programmed.push_back(place.q);
     programmed_motion_.arrive(context, programmed);
     programmed_motion_.go_to(programmed);
     const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
     settle(target, context, intended, way);
     const std::vector<JointVector> commands = commands_on(way, target);
     motion_.go_to(commands);
-    if (const size_t n = way.size(); n > 1)
-      target.pace = (commands[n - 1] - commands[n - 2]) / (way[n - 1].share - way[n - 2].share);
-    last_correction_ = target.q - target.programmed;
+    if (places.size() > 1) target.pace = pace_of(way, commands, target);
+    correction_before_last_ = std::exchange(last_correction_, target.q - target.programmed);
     visits_.arrival[row] = context.arrival;
     visits_.stroke[row] = context.stroke;
     finish(target, context, intended);
@@ -143,24 +143,57 @@ class Compensation {
     return own.controller.pose(visits_.context(static_cast<int>(other)));
   }
 
-  // The programmed way to a row, which has the joint angles of the context.
-  std::vector<Waypoint> way_to(size_t row, const Context& context) const {
+  // The programmed way to a row.
+  struct ProgrammedWay {
+    std::vector<Waypoint> places;
+    double middle = 0;  // of the end of an arc: where on the arc its auxiliary point is
+  };
+
+  // The joint angles of the context are those of the row.
+  ProgrammedWay way_to(size_t row, const Context& context) const {
     std::optional<TcpWay> way;
     if (motion_matters_ && reached_)
       way = tcp_way(program_, row, [&](size_t of) { return programmed_pose(of, row); });
-    if (!way) return {{1, context.q}};
-    return waypoints(controller(), program_, context, *way, {*reached_, context.q});
+    if (!way) return {{{1, context.q}}, 0};
+    return {waypoints(controller(), program_, context, *way, {*reached_, context.q}),
+            way->way.arc ? way->from : 0};
+  }
+
+  // The parabola through the corrections at the start, the middle and the end of an arc is
+  // start + (end - start) t + bend (t - 1) t; zero elsewhere.
+  JointVector bend_of_arc(double middle, const JointVector& here) const {
+    if (middle == 0 || !correction_before_last_) return JointVector::Zero(here.size());
+    const JointVector& start = *correction_before_last_;
+    return (start + (here - start) * middle - *last_correction_) / (middle * (1 - middle));
+  }
+
+  // Change of the commands at the end of a way, as if it lasted over all of it. The bend of an arc
+  // is a guess: a joint whose direction hangs on it has none.
+  JointVector pace_of(const ProgrammedWay& way, const std::vector<JointVector>& commands,
+                      const CorrectedTarget& target) const {
+    const size_t n = commands.size();
+    JointVector pace = (commands[n - 1] - commands[n - 2]) /
+                       (way.places[n - 1].share - way.places[n - 2].share);
+    const JointVector of_bend = bend_of_arc(way.middle, target.q - target.programmed) *
+                                std::pow(1 - way.middle, 2);
+    return (pace.array().abs() > of_bend.array().abs()).select(pace, 0);
   }
 
   // From command to command the correction of the joint angles changes evenly, as far as directions
-  // need it.
-  std::vector<JointVector> commands_on(const std::vector<Waypoint>& way,
+  // need it. On an arc, which the controller draws through three commands, it changes as the
+  // parabola through their corrections.
+  std::vector<JointVector> commands_on(const ProgrammedWay& way,
                                        const CorrectedTarget& target) const {
     const JointVector here = target.q - target.programmed;
     const JointVector before = last_correction_.value_or(here);
+    const double middle = way.middle;
+    const JointVector bend = bend_of_arc(middle, here);
     std::vector<JointVector> commands;
-    for (const Waypoint& place : way)
-      commands.push_back(place.q + before + place.share * (here - before));
+    for (const Waypoint& place : way.places) {
+      const double at = middle + place.share * (1 - middle);  // of the arc
+      commands.push_back(place.q + before + place.share * (here - before) +
+                         (at - middle) * (at - 1) * bend);
+    }
     return commands;
   }
 
@@ -169,7 +202,7 @@ class Compensation {
   // direction are consistent: the direction of the program is tried first, or commands would
   // alternate.
   void settle(CorrectedTarget& target, Context& context, const Pose& intended,
-              const std::vector<Waypoint>& way) const {
+              const ProgrammedWay& way) const {
     correct(target, context, intended);
     if (!motion_matters_) return;
     for (int k = 0; k < kMostTries; ++k) {
@@ -297,7 +330,8 @@ class Compensation {
   CommandedMotion motion_, programmed_motion_;
   std::vector<CorrectedTarget> targets_;
   std::optional<JointVector> reached_;  // joint angles of the last row that is reached
-  std::optional<JointVector> last_correction_;  // of these joint angles
+  // Corrections of these joint angles, and of those before.
+  std::optional<JointVector> last_correction_, correction_before_last_;
   std::optional<UnreachableTarget> unreachable_;
 };
 

@@ -197,9 +197,10 @@ class MoveDivision {
     std::vector<Row> rows;
     for (size_t i = 0; i < rows_.size(); ++i) {
       Row row = rows_[i];
-      if (row.is_inserted && !row.is_via && is_doubtful(i, of_moves[row.move])) {
+      if (row.is_inserted && !row.is_via && (is_doubtful(i, of_moves[row.move]) || spoils_end(i))) {
         const double nearest = std::min(row.t - start_of(i), end_behind(i) - row.t);
-        doubtful_[row.move].emplace_back(row.t - kClosed * nearest, row.t + kClosed * nearest);
+        doubtful_[row.move].emplace_back(row.t - kClosed * nearest,
+                                         spoils_end(i) ? 1 : row.t + kClosed * nearest);
         if (is_arc(row.move)) rows.pop_back();
         continue;
       }
@@ -218,8 +219,21 @@ class MoveDivision {
   // The end of the piece behind that of row i.
   double end_behind(size_t i) const { return rows_[i + rows_of_piece(rows_[i].move)].t; }
 
+  // Whether no command is right at the end of the move behind an inserted point: without the point
+  // it may be.
+  bool spoils_end(size_t i) const {
+    const size_t end = i + rows_of_piece(rows_[i].move);
+    return !rows_[end].is_inserted && misses_by_direction(end);
+  }
+
+  // A command that is right for neither direction of a joint.
+  bool misses_by_direction(size_t i) const {
+    return std::ranges::count(targets_[i].notes, CommandNote::arrival) > 0;
+  }
+
   // A joint that hardly moves on the whole move keeps its direction.
   bool is_doubtful(size_t i, const Travel& travel) const {
+    if (misses_by_direction(i)) return true;
     const JointVector& pace = targets_[i].pace;
     if (pace.size() == 0) return false;
     return std::ranges::any_of(with_backlash_, [&](int j) {

@@ -141,6 +141,38 @@ class ReversingMoves(unittest.TestCase):
             errors.append(straight.off_lines(places, line, reached)[0])
         return errors
 
+    # The controller draws an arc through its three commands: where the correction jumps at one of them, a joint may
+    # arrive at the end in the other direction than on the programmed arc. No end may miss by more than 0.02 mm.
+    def test_ends_of_inserted_arcs(self):
+        for dialect in ("krl", "fanuc"):
+            errors = [error for seed in range(3) for error in self.of_inserted_arcs(dialect, seed)]
+            if "--figures" in sys.argv:
+                print(f"{dialect}: {len(errors)} ends of inserted arcs, max {max(errors):.4f} mm")
+            self.assertGreater(len(errors), 30)
+            self.assertLess(max(errors), 0.02)
+
+    def of_inserted_arcs(self, dialect, seed):
+        """Distances of the true TCP from the programmed circles at the ends of the commanded arcs [mm]."""
+        cell = programs.Cell(dialect, f"reversing {seed}")
+        postures, arcs = circular.arcs_of(cell, dialect)
+        texts = getattr(circular, dialect + "_program")(cell, postures)
+        cell.true_text = with_backlash(programs.true_text(cell.nominal_text, cell.rng))
+        stands, tool, q = arm_with_backlash(cell.true_text), cell.tools[0], postures[0]
+        with tempfile.TemporaryDirectory() as folder:
+            compensate = programs.Compensation(BIN, pathlib.Path(folder), cell, dialect, *texts)
+            targets = straight.interpreter(dialect, cell)(*compensate("true.yaml", "--spacing-mm", "0.05"))
+        commanded = [vc.after(cell.nominal.pose(t.value), tool) if t.kind == "joints" else vc.after(t.base, t.value)
+                     for t in targets]
+        pieces = [circular.Arc(*commanded[k:k + 3], dialect == "rapid") for k in range(0, len(commanded) - 2, 2)]
+        errors = []
+        for number, piece in zip(circular.arc_of_each(pieces, arcs), pieces):
+            along = [q]
+            for t in PLACES:
+                along.append(programs.joints_at(cell.nominal, vc.after(piece.at(t), programs.inverse(tool)), along[-1]))
+            q = along[-1]
+            errors.append(arcs[number].off(vc.after(stands(directions_of(along)).pose(q), tool))[0])
+        return errors
+
     def test_krl(self):
         self.run_dialect("krl")
 
