@@ -298,7 +298,7 @@ class OneArm(unittest.TestCase):
         done = fleet(self.folder, "run")
         self.assertEqual(done.returncode, 3, done.stderr)
         self.assertIn("check-2026-11-25.csv:8", done.stdout)
-        self.assertIn("file not usable", (self.folder / "index.html").read_text())
+        self.assertIn("not read", (self.folder / "index.html").read_text())
 
     def test_a_check_without_a_calibration_says_so(self):
         done = fleet(self.folder, "run")
