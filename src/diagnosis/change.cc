@@ -123,8 +123,8 @@ void drop_superfluous(const ChangeProblem& problem, Explanation& current) {
   }
 }
 
-Explanation find_moves(const ChangeProblem& problem) {
-  Explanation current = explain(problem, {});
+// Adds moves to those of `current` as long as that is better.
+Explanation with_more_moves(const ChangeProblem& problem, Explanation current) {
   const double independent = 1;  // the scatter of the poses is known once what moved is taken out
   while (current.moved.size() < kMaxMoves) {
     Explanation more = each_beside(problem, current.moved).front();
@@ -136,6 +136,27 @@ Explanation find_moves(const ChangeProblem& problem) {
     exchange(problem, current);
   }
   return current;
+}
+
+Explanation find_moves(const ChangeProblem& problem) {
+  const Explanation nothing = explain(problem, {});
+  Explanation best = with_more_moves(problem, nothing);
+  if (best.moved.empty() ||
+      problem.p_value(best.moved, best.fit, 1) >= kChangeSignificance)
+    return best;
+  // Two moves that neither explains much alone are found as a pair, beside the first.
+  constexpr double kMostEquations = 2000;  // beyond, nobody waits for all pairs
+  if (problem.equations() > kMostEquations) return best;
+  const int first = best.moved.front();
+  std::optional<Explanation> pair;
+  for (int i = 0; i < problem.hypotheses(); ++i)
+    for (int j = 0; j < i; ++j) {
+      if (i == first || j == first) continue;
+      Explanation other = explain(problem, {first, j, i});
+      if (!pair || other.bic < pair->bic) pair = std::move(other);
+    }
+  if (!pair || !(pair->bic < best.bic)) return best;
+  return with_more_moves(problem, std::move(*pair));
 }
 
 // p-value of the largest fall of chi-square by any single move.

@@ -112,7 +112,6 @@ ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
   }
   count_replicates();
   enter_errors();
-  if (campaign.has_touches()) correlate_errors();
   enter_hypotheses();
   Eigen::Index unknowns = std::ssize(errors_);
   for (const Hypothesis& hypothesis : hypotheses_) {
@@ -179,6 +178,7 @@ void ChangeProblem::enter_errors() {
     const double deviation = deviation_of(k);
     if (!is_own(k) && deviation > 0) errors_.push_back({k, 0, sessions() - 1, deviation});
   }
+  correlate_errors();
   for (int s = 0; own_bases_ && s < sessions(); ++s) {
     std::vector<int> free;
     for (int k : models_.own(s)) {
@@ -200,17 +200,18 @@ void ChangeProblem::enter_errors() {
   }
 }
 
-// Touches determine places and links only relative to each other: taken as independent, their
-// errors would hide most moves.
+// Readings determine places and links only relative to each other: taken as independent, their
+// errors would hide most moves. Those of the bases of sessions, which follow, are independent.
 void ChangeProblem::correlate_errors() {
   if (!previous_.uncertainty) return;
   const std::vector<std::string>& known = previous_.uncertainty->parameters;
   std::vector<Eigen::Index> rows;
   for (const Unknown& error : errors_) {
     const auto found = std::ranges::find(known, parameter_name(start_.chain, error.parameter));
-    if (found == known.end()) return;
+    if (found == known.end()) break;
     rows.push_back(found - known.begin());
   }
+  if (rows.empty()) return;
   const Eigen::MatrixXd root = previous_.uncertainty->root(rows, Eigen::all);
   const Eigen::LLT<Eigen::MatrixXd> llt(root * root.transpose());
   if (llt.info() != Eigen::Success) return;
