@@ -89,7 +89,8 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
     app::require_sessions(robot, campaign);
   } else {
     command.progress("refitting " + arguments.refit);
-    app::warn_of_all(command, {hidden_by_refit(app::split_list(arguments.refit), robot, campaign)});
+    options.hidden = hidden_by_refit(app::split_list(arguments.refit), robot, campaign);
+    app::warn_of_all(command, {options.hidden.words});
     robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
   }
   options.path = app::certified_path(command, arguments);

@@ -72,6 +72,7 @@ class Command : public OptionGroup {
   bool verbose = false, quiet = false;
   bool arm_in_doubt = false;  ///< refuse_mistakes() doubts that the robot file is of the arm
   bool warned_of_change = false;  ///< refuse_mistakes() warned of a change among the readings
+  std::string wrong_scale;  ///< refuse_mistakes() found it: what is calibrated must not be used
 
   /// Parses the arguments, then runs `work`. Returns the exit code of the process. An exception
   /// becomes a message on stderr and an exit code.

@@ -102,7 +102,7 @@ void warn_of_steps(Command& command, const std::vector<PathFile>& passes,
     if (!step || *step / 2 <= result.expected_after) continue;
     command.warn(
         fmt::format("{}: its coordinates have steps of {:g} mm, which hide up to {:g} mm of the "
-                    "deviation: this is neither corrected nor in the forecast; record more digits",
+                    "deviation: this is not corrected; record more digits",
                     pass.source, *step / kMillimetre, *step / 2 / kMillimetre));
   }
 }

@@ -373,9 +373,9 @@ std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign
   return sentences;
 }
 
-std::string hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
+HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
                             const Campaign& campaign) {
-  if (refit.empty()) return "";
+  if (refit.empty()) return {};
   constexpr double kMostHidden = 0.2;  // of the RMS error
   Robot fitted = given;
   fitted.identify = refit;
@@ -388,11 +388,11 @@ std::string hidden_by_refit(const std::vector<std::string>& refit, const Robot& 
                      campaign.channel(row));
   const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
   const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
-  if (1 - left <= kMostHidden) return "";
-  return fmt::format(
+  if (1 - left <= kMostHidden) return {};
+  return {1 - left, fmt::format(
       "--refit {} fits {} unknowns to the {} numbers of these readings and so hides about {:.0f} % "
       "of the error; measure more poses",
-      fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left));
+      fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left))};
 }
 
 }  // namespace armtrue

@@ -192,6 +192,19 @@ void judge(std::vector<CertifiedChange>& differences, double factor) {
 
 }  // namespace
 
+namespace {
+
+// A fit of base and tool to few poses hides their errors: of other poses they are AP / (1 - hidden).
+Decision decision_on(const Certificate& certificate, double tolerance, double hidden) {
+  const double ap = certificate.all.ap.value, expanded = certificate.budget.expanded;
+  const Decision shown = decide(ap, expanded, tolerance);
+  const bool may_be_larger =
+      hidden == 1 || decide(ap / (1 - hidden), expanded, tolerance) != Decision::pass;
+  return shown == Decision::pass && may_be_larger ? Decision::undecided : shown;
+}
+
+}  // namespace
+
 Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
                     const About& about, const CertificateOptions& options) {
   CampaignFigures found = figures_of(campaign, evaluation);
@@ -219,13 +232,14 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
       budget_of(about.stated, scatter_of(found.poses), certificate.all.fewest_visits, range,
                 model_uncertainty(robot, campaign));
   if (options.tolerance)
-    certificate.decision =
-        decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance);
+    certificate.decision = decision_on(certificate, *options.tolerance, options.hidden.share);
   certificate.doubts = doubts_of_visits(robot, campaign, evaluation, about.stated.noise);
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
   for (const std::string& doubt : certificate.doubts)
     certificate.notes.push_back("Doubt: " + doubt + ".");
+  if (!options.hidden.words.empty())
+    certificate.notes.push_back("Doubt: " + options.hidden.words + ".");
   certificate.path = options.path;
   if (certificate.path) {
     certificate.path_budget = budget_of(about.stated, certificate.path->scatter,

@@ -75,7 +75,8 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   auto suspicion = find_change_of_any(*fit);
   found.of_change = suspicion.has_value();
   if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
-  if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
+  if (!suspicion)
+    if ((suspicion = find_scale_of_links(*fit, robot))) found.wrong_scale = *suspicion;
   if (!suspicion) suspicion = find_early_angles(*fit, campaign);
   if (!suspicion) suspicion = find_reversed_gravity(*fit);
   if (!suspicion) suspicion = find_rounded_angles(*fit);

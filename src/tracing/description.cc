@@ -306,6 +306,8 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::unexplained:
       break;
   }
+  if (!result.wrong_scale.empty())
+    return text + "; but " + result.wrong_scale + "; do not correct programs with this result";
   if (result.trace.left_out)
     return text +
            fmt::format("; the rest is of {} parameters that 'identify' leaves out: with them {:.3g} mm "

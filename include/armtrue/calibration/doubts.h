@@ -80,10 +80,15 @@ std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross);
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
                                               const IdentifiableSet& set);
 
-/// A sentence if the parameters `refit` absorb more than a fifth of the errors of the few readings
-/// that they were fitted to, so that other poses have larger errors; else empty. `given`: the robot
-/// before the fit.
-std::string hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
+/// What a fit hides of the errors of the readings that it was fitted to.
+struct HiddenError {
+  double share = 0;   ///< of the RMS error; below a fifth it is 0
+  std::string words;  ///< a sentence; empty if the share is 0
+};
+
+/// The errors that the parameters `refit` absorb, so that other poses have larger errors. `given`:
+/// the robot before the fit.
+HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& given,
                             const Campaign& campaign);
 
 }  // namespace armtrue

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/campaign/training_rows.h"
 #include "armtrue/certification/budget.h"
 #include "armtrue/certification/path_figures.h"
@@ -28,6 +29,7 @@ struct CertificateOptions {
   /// The five poses of the standard's cube; if empty, the poses P1 to P5, if all are there.
   std::vector<std::string> cube;
   std::string refitted;               ///< what was fitted to these readings, such as base,tool
+  HiddenError hidden;                 ///< by that fit
   bool robot_knows_readings = false;  ///< the robot file was made from these readings
   SeenPoses seen;                     ///< poses that took part in the calibration of the robot
   bool points_look_computed = false;  ///< no instrument seems to have read them

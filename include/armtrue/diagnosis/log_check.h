@@ -15,6 +15,9 @@ struct Findings {
   std::vector<std::string> warnings;  ///< likely
   std::string other_arm;   ///< the warning that the robot file may be of another arm; else empty
   bool of_change = false;  ///< a warning is of a change among the readings
+  /// The warning that all lengths come out wrong alike, as by a wrong scale of the instrument or of
+  /// an artefact; else empty. An arm with them is worse than the nominal one.
+  std::string wrong_scale;
 };
 
 /// Errors: a reading that stands twice, with its time, if repeats have no numbers; one number but 0

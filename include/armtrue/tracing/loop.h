@@ -86,6 +86,7 @@ struct LoopResult {
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
   std::string left_out_together;       ///< see left_out_together()
   std::string explanation;             ///< see explanation_of_rest()
+  std::string wrong_scale;             ///< see Findings; then nothing is explained
   std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
   Robot nominal;  ///< with base and tool fitted to the training readings: that of the first stage
   std::vector<Stage> stages;

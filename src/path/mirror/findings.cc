@@ -1,8 +1,11 @@
 #include "armtrue/path/mirror/findings.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "armtrue/path/low_pass.h"
+#include "armtrue/path/mirror/pass_doubts.h"
 #include "path/mirror/frame_error.h"
 #include "path/mirror/mean_deviation.h"
 
@@ -28,6 +31,21 @@ PassAccuracy pass_accuracy(const Path& programmed, const std::vector<Path>& pass
     count += of_pass.cols();
   }
   return {path_accuracy(programmed, passes), path_errors(all), count};
+}
+
+// What the trend has no part in, and the next pass meets again: vibration, and what the steps of
+// coarse coordinates hide, s / sqrt(12) per axis across the path and s / 2 at most.
+void add_unseen(const std::vector<Path>& passes, MirrorFindings& findings) {
+  const auto count = static_cast<double>(passes.size());
+  const double noise = findings.result.deviation.noise * std::sqrt(count);
+  double step = 0;
+  for (const Path& pass : passes) step = std::max(step, step_that_hides(pass, noise).value_or(0));
+  FormError& form = findings.form;
+  form.ci95 = {std::max(0.0, form.ci95[0] - step / 2), form.ci95[1] + step / 2};
+  const double mean_of_rms = std::sqrt(std::numbers::pi) / 2;
+  findings.result.expected_after =
+      std::hypot(findings.result.expected_after,
+                 mean_of_rms * std::hypot(form.faster, step / std::sqrt(6.0)));
 }
 
 }  // namespace
@@ -60,6 +78,7 @@ void describe_passes(MirrorFindings& findings, const Path& programmed,
         with_frame(form_error(programmed, earlier_in_time),
                    frame_error(programmed, *findings.deviation_before, fits.front()));
   }
+  add_unseen(passes, findings);
   const PathDeviation& deviation = findings.result.deviation;
   findings.force =
       force_law(deviation, programmed, position_at(programmed, deviation.time),

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "armtrue/path/low_pass.h"
@@ -90,7 +91,8 @@ bool hardly_deviates(const MirrorResult& result) {
 }
 
 std::optional<double> step_that_hides(const Path& record, double noise) {
-  for (const double step : {1e-3, 1e-4, 1e-5}) {
+  constexpr std::array kSteps{1e-3, 5e-4, 2.5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5, 2e-5, 1e-5};  // [m]
+  for (const double step : kSteps) {
     int most = 0;  // a path along an axis shows few digits of the others
     bool is_rounded = true;
     for (Index axis = 0; axis < 3 && is_rounded; ++axis) {
