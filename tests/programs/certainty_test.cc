@@ -299,6 +299,18 @@ TEST(Certainty, AUrFunctionMayGiveANameAnotherPoint) {
               ElementsAre(3));
 }
 
+// A bracket about an argument is an expression of one name.
+TEST(Certainty, ARapidCallMayHaveItsArgumentInBrackets) {
+  const std::string head = "MODULE m\n" + robtarget("p10") + "PROC main()\n",
+                    pick = "ENDPROC\nPROC pick(robtarget to, num n)\nMoveL to,v1,fine,tool0;\n"
+                           "ENDPROC\nENDMODULE\n";
+  for (const char* const call : {"pick(p10),3;\n", "pick ( p10 ) , 3;\n", "pick p10,3;\n"}) {
+    const RobotProgram program = parsed("m.mod", head + call + pick);
+    EXPECT_THAT(lines_of(program), ElementsAre(4)) << call;
+    EXPECT_EQ(program.left_alone, 0) << call;
+  }
+}
+
 TEST(Certainty, AUrPointThatOtherStatementsUseStaysWhereItIsDeclared) {
   const std::string declared = "a = p[1,2,3,0,0,0]\n";
   for (const char* const use :
