@@ -143,7 +143,8 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
       .option("--with", files.with,
               "A file that declares points, tools or frames that the program uses, or a folder "
               "with such files: $config.dat and other data lists of KUKA, modules of ABB, "
-              "POSREG.VA and SYSFRAME.VA of FANUC, a backup; may be given several times")
+              "POSREG.VA and SYSFRAME.VA of FANUC, RC.PRM, TOOL.CND and UFRAME.CND of Yaskawa, a "
+              "backup; may be given several times")
       .one_each()
       .needs(program);
   command
