@@ -52,10 +52,12 @@ const Dialect& dialect_of(const RobotProgramFiles& files) {
   for (const Dialect* dialect : dialects())
     for (const std::string& ending : dialect->facts().endings)
       endings.push_back(lower_case(ending));
-  throw UsageError(
-      fmt::format("--program: '{}' does not end as a program does ({}); say what it "
-                  "is with --dialect",
-                  files.path, fmt::join(endings, ", ")));
+  const bool is_polyscope = lower_case(files.path).ends_with(".urp");
+  throw UsageError(fmt::format(
+      "--program: '{}' does not end as a program does ({}); {}", files.path,
+      fmt::join(endings, ", "),
+      is_polyscope ? "take the .script that PolyScope writes beside it when it saves the program"
+                   : "say what it is with --dialect"));
 }
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
