@@ -680,6 +680,30 @@ TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
                     HasSubstr("LIN {X 1,Y 2,Z 4,A 0,B 0,C 0}\nEND")));
 }
 
+// What such a routine is called with elsewhere counts for itself only.
+TEST(Certainty, ARoutineThatSetsNothingHandsOnWhatItIsCalledWith) {
+  const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n",
+                    go = "def deep():\nmovel(p[1,2,3,0,0,0])\nend\ndef go():\ndeep()\nend\n",
+                    move = "movel(p[1,2,4,0,0,0])\n";
+  const RobotProgram program =
+      parsed("p.script", "def prog():\n" + kJoints + go + t1 + "go()\n" + move + t2 + "go()\n" +
+                             move + "def unused():\ngo()\nend\nend\n");
+  EXPECT_THAT(lines_of(program), ElementsAre(2, 11, 14));
+  EXPECT_EQ(tool_of(program, 1), "p[0,0,0.1,0,0,0]");
+  EXPECT_EQ(tool_of(program, 2), "p[0,0,0.2,0,0,0]");
+  EXPECT_THAT(program.warnings,
+              ElementsAre("p.script:4: left alone: its tool is not certain: set_tcp depends on "
+                          "calls or branches before it"));
+  // One that sets a tool, also by a call or in a branch, hands on none.
+  for (const std::string& set : {t2, "if x:\n" + t2 + "end\n"})
+    EXPECT_EQ(parsed("p.script", "def prog():\n" + kJoints + "def deep():\nend\ndef go():\ndeep()\n" +
+                                     set + "end\n" + t1 + move + "if y:\ngo()\nend\n" + move +
+                                     "end\n")
+                  .left_alone,
+              1)
+        << set;
+}
+
 TEST(Certainty, AFlowEndsWhereNothingChanges) {
   using Step = ProgramFlow::Step;
   ProgramFlow flow;  // two routines that call each other, and a thread
