@@ -52,10 +52,12 @@ const Dialect& dialect_of(const RobotProgramFiles& files) {
   for (const Dialect* dialect : dialects())
     for (const std::string& ending : dialect->facts().endings)
       endings.push_back(lower_case(ending));
-  throw UsageError(
-      fmt::format("--program: '{}' does not end as a program does ({}); say what it "
-                  "is with --dialect",
-                  files.path, fmt::join(endings, ", ")));
+  const bool is_polyscope = lower_case(files.path).ends_with(".urp");
+  throw UsageError(fmt::format(
+      "--program: '{}' does not end as a program does ({}); {}", files.path,
+      fmt::join(endings, ", "),
+      is_polyscope ? "take the .script that PolyScope writes beside it when it saves the program"
+                   : "say what it is with --dialect"));
 }
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
@@ -143,7 +145,8 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
       .option("--with", files.with,
               "A file that declares points, tools or frames that the program uses, or a folder "
               "with such files: $config.dat and other data lists of KUKA, modules of ABB, "
-              "POSREG.VA and SYSFRAME.VA of FANUC, a backup; may be given several times")
+              "POSREG.VA and SYSFRAME.VA of FANUC, RC.PRM, TOOL.CND and UFRAME.CND of Yaskawa, a "
+              "backup; may be given several times")
       .one_each()
       .needs(program);
   command

@@ -27,6 +27,7 @@ constexpr double kSmallestPart = 3e-3;  // m, about the origin of its frame: a p
 std::vector<double> values_of(const ProgramPoint& point) {
   std::vector<double> values;
   for (const ProgramNumber& number : point.numbers) values.push_back(number.value);
+  for (size_t i = 0; i < point.counts_per_unit.size(); ++i) values[i] /= point.counts_per_unit[i];
   return values;
 }
 

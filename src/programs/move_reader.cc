@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/programs/dialect.h"
+#include "programs/point_numbers.h"
 
 namespace armtrue {
 
@@ -21,7 +22,7 @@ ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
   for (const ProgramNumber& number : program_.points[point].numbers)
     numbers.push_back(number.value);
   if (target.kind == TargetKind::joints)
-    target.q = program_.dialect->joints_of_numbers(numbers);
+    target.q = joints_of_point(*program_.dialect, program_.points[point]);
   else if (target.has_orientation)
     target.pose = program_.dialect->pose_of_numbers(numbers);
   if (target.is_inverse) target.pose = inverse(target.pose);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace armtrue {
@@ -36,6 +37,7 @@ class FlowOfValue {
     std::ranges::stable_sort(events_, {}, &Event::at);
     find_routines();
     find_calls();
+    find_changing();
     merge(routines_[0].entry, initial);
     for (size_t i = routines_.size(); i-- > 0;) stale_.push_back(i);
   }
@@ -80,6 +82,7 @@ class FlowOfValue {
   struct Routine {
     std::string name;
     bool is_interrupt = false, is_called = false;
+    bool changes = false;  // the value, by itself or by a call; else each call has it again
     int entry = kUnreached, end = kUnreached, jumped = kUnreached, seen = kUnreached;
     int left = kUnreached;                 // by Step::leave
     std::map<std::string, int> gone_to{};  // labels, by Step::go_to
@@ -150,6 +153,20 @@ class FlowOfValue {
     if (is_any_called)
       for (const auto& [name, meant] : named_)
         for (const size_t callee : meant) routines_[callee].is_called = true;
+  }
+
+  void find_changing() {
+    std::vector<size_t> open = callers_of_any_;
+    for (size_t i = 0; i < routines_.size(); ++i)
+      if (std::ranges::any_of(routines_[i].events,
+                              [&](size_t event) { return !events_[event].step; }))
+        open.push_back(i);
+    while (!open.empty()) {
+      Routine& routine = routines_[open.back()];
+      open.pop_back();
+      if (!std::exchange(routine.changes, true))
+        open.insert(open.end(), routine.callers.begin(), routine.callers.end());
+    }
   }
 
   // Returns whether the value has changed.
@@ -336,7 +353,9 @@ class FlowOfValue {
     for (const size_t callee : meant->second) {
       enter(callee, walk.value);
       follow(callee);
-      after = joined(after, routines_[callee].end);
+      const Routine& called = routines_[callee];
+      const bool hands_on = !called.changes && called.end != kUnreached;
+      after = joined(after, hands_on ? walk.value : called.end);
     }
     walk.value = after;
   }

@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
 #include "programs/insertion.h"
+#include "programs/point_numbers.h"
 #include "programs/program_warnings.h"
 #include "programs/routine_copies.h"
 #include "programs/statement.h"
@@ -254,7 +255,7 @@ class Rewriter {
     for (size_t i = 0; i < wanted.numbers.size(); ++i)
       texts.push_back(!wanted.texts[i].empty()
                           ? wanted.texts[i]
-                          : rounded_text(wanted.numbers[i], 1, dialect_.decimals(point.kind, i)));
+                          : rounded_text(wanted.numbers[i], 1, decimals_of(dialect_, point, i)));
     return dialect_.written_out(program_, point, {texts, wanted.configuration, wanted.external});
   }
 
@@ -295,7 +296,7 @@ class Rewriter {
 
   int decimals(const ProgramPoint& point, size_t i) const {
     const ProgramNumber& number = point.numbers[i];
-    return std::max(written_decimals(text_of(number)), dialect_.decimals(point.kind, i));
+    return std::max(written_decimals(text_of(number)), decimals_of(dialect_, point, i));
   }
 
   // Targets that differ by one step of rounding agree; they take the numbers of the first.
@@ -370,14 +371,14 @@ class Rewriter {
   // As text_of_number(), with check digits.
   std::string checked_text(const ProgramPoint& point, size_t i, double value) const {
     const ProgramNumber& number = point.numbers[i];
-    const std::string text = text_of_number(number, value, dialect_.decimals(point.kind, i));
+    const std::string text = text_of_number(number, value, decimals_of(dialect_, point, i));
     return text.empty() ? text
                         : changed_text(point, i, value, written_decimals(text_of(number)));
   }
 
   // With at least so many decimals, and with check digits.
   std::string changed_text(const ProgramPoint& point, size_t i, double value, int at_least) const {
-    const int kept = dialect_.decimals(point.kind, i);
+    const int kept = decimals_of(dialect_, point, i);
     if (!by_) return rounded_text(value, at_least, std::max(at_least, kept));
     const NumberCheck check = dialect_.check(point.kind, i);
     if (check.rounded > 0)
@@ -390,7 +391,7 @@ class Rewriter {
   // An expression is written out whole, or stays.
   void round_expression(const ProgramPoint& point, Wanted& wanted) const {
     for (size_t i = 0; i < wanted.numbers.size(); ++i) {
-      const int kept = dialect_.decimals(point.kind, i);
+      const int kept = decimals_of(dialect_, point, i);
       if (std::abs(wanted.numbers[i] - point.numbers[i].value) > half_step(kept))
         wanted.texts[i] = changed_text(point, i, wanted.numbers[i], 1);
       else
@@ -414,7 +415,7 @@ class Rewriter {
     if (target.kind == TargetKind::joints)
       return (target.q - command.q).cwiseAbs().maxCoeff() < kSame
                  ? written
-                 : dialect_.numbers_of_joints(command.q);
+                 : numbers_of_joints(dialect_, point_of(index), command.q);
     const Pose programmed = of_point(target, target.pose);
     const Pose commanded = of_point(target, command.pose);
     const Eigen::Vector3d shift = commanded.translation - programmed.translation;
@@ -464,12 +465,12 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
     for (const ProgramNumber& number : point.numbers)
       written.push_back(std::isfinite(number.value) ? number.value : 0);
     const std::vector<double> beside =
-        is_joints ? program.dialect->numbers_of_joints(commands[k].q)
+        is_joints ? numbers_of_joints(*program.dialect, point, commands[k].q)
                   : program.dialect->numbers_of_pose(of_point(target, commands[k].pose), written);
     for (size_t i = 0; i < point.numbers.size(); ++i)
       if (point.numbers[i].is_written())
         result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],
-                          beside[i], program.dialect->decimals(point.kind, i),
+                          beside[i], decimals_of(*program.dialect, point, i),
                           program.dialect->moved_by_check(point.kind, i), k});
   }
   return result;

@@ -93,6 +93,10 @@ bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
 
 void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& texts) {
   for (const ProgramText& text : texts) {
+    // A comment would reach to the end of the text.
+    if (text.text.find('\r') != std::string::npos && text.text.find('\n') == std::string::npos)
+      throw InputError(text.name +
+                       ": its lines end with CR alone; save it with LF or CR LF at their ends");
     const auto open = dialect.open_part(text.text);
     if (!open) continue;
     const std::string line =

@@ -294,9 +294,58 @@ TEST(Certainty, AUrFunctionMayGiveANameAnotherPoint) {
   EXPECT_THAT(raised(program),
               AllOf(HasSubstr("global a = p[1,2,3.001,"), HasSubstr("movel(a)\ndef"),
                     HasSubstr("local a = p[1,2,5.001,")));
-  // Without `local` it is the global one.
-  EXPECT_THAT(lines_of(parsed("p.script", head + "def go():\na = p[1,2,4,0,0,0]\nend\nend\n")),
-              ElementsAre(3));
+  // Without `local` it is the global one, which has the other value once the function was called.
+  const std::string go = "def go():\na = p[1,2,4,0,0,0]\nend\n";
+  EXPECT_THAT(lines_of(parsed("p.script", head + go + "go()\nmovel(a)\nend\n")),
+              ElementsAre(3, 4));
+}
+
+TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
+  const std::string head = "def prog():\n" + kJoints +
+                           "f = p[0,0,1,0,0,0]\nhome = p[1,1,1,0,0,0]\n"
+                           "a = p[1,2,3,0,0,0]\nmovel(a)\n";
+  const RobotProgram program =
+      parsed("p.script", head + "a = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\nmovel(a)\n"
+                                "b = home\nmovel(b)\nend\n");
+  EXPECT_THAT(program.warnings, IsEmpty());
+  ASSERT_EQ(program.targets.size(), 5u);
+  EXPECT_EQ(program.targets[1].base, -1);
+  EXPECT_EQ(program.frames[program.targets[2].base].name, "f");
+  EXPECT_NEAR(program.targets[3].pose.translation.z(), 4, 1e-12);
+  EXPECT_NEAR(program.targets[4].pose.translation.z(), 1, 1e-12);
+  // Each where it is given; a name of which another is made stays.
+  EXPECT_THAT(raised(program),
+              AllOf(HasSubstr("a = p[1,2,3.001,0,0,0]\nmovel(a)\n"),
+                    HasSubstr("a = pose_trans(f, p[1,2,4.001,0,0,0])\nmovel(a)\nmovel(a)\n"),
+                    HasSubstr("home = p[1,1,1,0,0,0]\n"),
+                    HasSubstr("b = home\nmovel(p[1,1,1.001,0,0,0])\n")));
+  // Used by others, the expression is written out in the move.
+  EXPECT_THAT(raised(parsed("p.script", head + "c = pose_trans(f, p[1,2,4,0,0,0])\nmovel(c)\n"
+                                               "textmsg(c)\nend\n")),
+              AllOf(HasSubstr("c = pose_trans(f, p[1,2,4,0,0,0])\n"),
+                    HasSubstr("movel(pose_trans(f, p[1,2,4.001,0,0,0]))\n")));
+  // Not certain: behind a branch, in a loop that changes it, where a thread may, of one element,
+  // by itself, of the tool at another place, in a frame with several values.
+  for (const char* const lines :
+       {"if x:\na = p[1,2,4,0,0,0]\nend\nmovel(a)\n",
+        "while x:\nmovel(a)\na = p[1,2,4,0,0,0]\nend\n",
+        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nmovel(home)\n", "a[2] = 1\nmovel(a)\n",
+        "a = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\n", "a = g()\nmovel(a)\n",
+        "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
+        "f = p[0,0,2,0,0,0]\na = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\n"})
+    EXPECT_EQ(parsed("p.script", head + lines + "end\n").left_alone, 1) << lines;
+}
+
+// A bracket about an argument is an expression of one name.
+TEST(Certainty, ARapidCallMayHaveItsArgumentInBrackets) {
+  const std::string head = "MODULE m\n" + robtarget("p10") + "PROC main()\n",
+                    pick = "ENDPROC\nPROC pick(robtarget to, num n)\nMoveL to,v1,fine,tool0;\n"
+                           "ENDPROC\nENDMODULE\n";
+  for (const char* const call : {"pick(p10),3;\n", "pick ( p10 ) , 3;\n", "pick p10,3;\n"}) {
+    const RobotProgram program = parsed("m.mod", head + call + pick);
+    EXPECT_THAT(lines_of(program), ElementsAre(4)) << call;
+    EXPECT_EQ(program.left_alone, 0) << call;
+  }
 }
 
 TEST(Certainty, AUrPointThatOtherStatementsUseStaysWhereItIsDeclared) {
@@ -629,6 +678,30 @@ TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
   EXPECT_THAT(rewritten.texts[0],
               AllOf(HasSubstr("LIN XP1\nLIN {X 1,Y 2,Z 10,A 0,B 0,C 0}\nCIRC {X 1,Y 3,Z 9,"),
                     HasSubstr("LIN {X 1,Y 2,Z 4,A 0,B 0,C 0}\nEND")));
+}
+
+// What such a routine is called with elsewhere counts for itself only.
+TEST(Certainty, ARoutineThatSetsNothingHandsOnWhatItIsCalledWith) {
+  const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n",
+                    go = "def deep():\nmovel(p[1,2,3,0,0,0])\nend\ndef go():\ndeep()\nend\n",
+                    move = "movel(p[1,2,4,0,0,0])\n";
+  const RobotProgram program =
+      parsed("p.script", "def prog():\n" + kJoints + go + t1 + "go()\n" + move + t2 + "go()\n" +
+                             move + "def unused():\ngo()\nend\nend\n");
+  EXPECT_THAT(lines_of(program), ElementsAre(2, 11, 14));
+  EXPECT_EQ(tool_of(program, 1), "p[0,0,0.1,0,0,0]");
+  EXPECT_EQ(tool_of(program, 2), "p[0,0,0.2,0,0,0]");
+  EXPECT_THAT(program.warnings,
+              ElementsAre("p.script:4: left alone: its tool is not certain: set_tcp depends on "
+                          "calls or branches before it"));
+  // One that sets a tool, also by a call or in a branch, hands on none.
+  for (const std::string& set : {t2, "if x:\n" + t2 + "end\n"})
+    EXPECT_EQ(parsed("p.script", "def prog():\n" + kJoints + "def deep():\nend\ndef go():\ndeep()\n" +
+                                     set + "end\n" + t1 + move + "if y:\ngo()\nend\n" + move +
+                                     "end\n")
+                  .left_alone,
+              1)
+        << set;
 }
 
 TEST(Certainty, AFlowEndsWhereNothingChanges) {

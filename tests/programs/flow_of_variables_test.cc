@@ -170,7 +170,7 @@ class Runner {
   std::map<size_t, std::set<int>> seen_;
 };
 
-TEST(FlowOfVariables, KnowsWhatAllWaysHaveAndMoreThanWithoutTheRoutinesThatHandItOn) {
+TEST(FlowOfVariables, KnowsWhatAllWaysHaveAsTheFlowOfAllRoutinesDoes) {
   int certain = 0, certain_in_all = 0;
   for (unsigned seed = 0; seed < 400; ++seed) {
     const Program program = Writer(seed).write();
@@ -189,7 +189,7 @@ TEST(FlowOfVariables, KnowsWhatAllWaysHaveAndMoreThanWithoutTheRoutinesThatHandI
     }
   }
   EXPECT_GT(certain_in_all, 500);
-  EXPECT_GT(certain, certain_in_all);
+  EXPECT_EQ(certain, certain_in_all);
 }
 
 // A calls B and B calls A; both have what either is called with.

@@ -230,6 +230,114 @@ TEST(Inform, PulsesAreLeftAloneWithTheReason) {
   }
 }
 
+// As YRC1000 writes RC.PRM: gear ratios of two robots, one of them with six axes.
+std::string parameters(double denominator_of_b = -4) {
+  std::vector<double> robot(3000, 0);
+  const std::vector<double> denominators{45, -45, 45, 45, denominator_of_b, 45};
+  for (size_t i = 0; i < 6; ++i) {
+    robot[1030 + i] = i == 4 ? 3000 : 180 * 1024;  // limits
+    robot[1090 + i] = denominators[i];
+    robot[1100 + i] = i == 4 ? -8 : 90 * 45;
+  }
+  const auto block = [](const std::string& head, const std::vector<double>& numbers) {
+    std::string text = head;
+    for (size_t i = 0; i < numbers.size(); ++i)
+      text += (i % 10 == 0 ? "\r\n" : ",") + std::to_string(static_cast<int>(numbers[i]));
+    return text + "\r\n";
+  };
+  std::vector<double> seven = robot;
+  seven[1096] = 1;
+  seven[1106] = 50;
+  return "//RC YAS\r\n" + block("///RCD", {1, 2}) + block("///RC1G", robot) +
+         block("///RC2G", seven);
+}
+
+const std::string kPulses =
+    "///TOOL 3\r\n///POSTYPE PULSE\r\n///PULSE\r\n"
+    "C00000=1024,-2048,3072,0,-2048,1024\r\nC00001=2048,-2048,3072,0,-2048,1024\r\n";
+
+// 4096 pulses per turn of a motor: S turns 90 times as slowly, B twice as slowly.
+TEST(Inform, PulsesAreAnglesByTheParametersOfTheController) {
+  const std::string moves = "MOVJ C00000 VJ=1.00\r\nMOVL C00001 V=9.0\r\n";
+  const auto read = [&](const std::string& text, const std::string& listing) {
+    return parse_program(inform(), {{"PART.JBI", text}}, {}, TargetParts::pose,
+                         what_others_declare(inform(), {{"PART.JBI", text}}, {{"RC.PRM", listing}}));
+  };
+  const RobotProgram program = read(job(kPulses, moves), parameters());
+  ASSERT_THAT(program.targets, SizeIs(2));
+  JointVector expected(6);
+  expected << 1, -2, 3, 0, -90, 1;
+  EXPECT_LT((program.targets[0].q / kDegree - expected).norm(), 1e-9);
+  std::vector<ProgramCommand> commands = commands_of(program);
+  EXPECT_EQ(rewrite(program, commands).texts[0], program.texts[0].text);
+  commands[1].q[0] += 0.0017 * kDegree;  // 1.74 pulses
+  commands[1].q[4] += 0.02 * kDegree;    // 0.46 pulses
+  EXPECT_THAT(rewrite(program, commands, {}, Corrector::compensate).texts[0],
+              HasSubstr("C00001=2050,-2048,3072,0,-2048,1024\r\n"));
+  // Another robot, another number of axes, and limits that are no angles: left alone.
+  std::string second = job(kPulses, moves);
+  second.replace(second.find("RB1"), 3, "RB2");
+  EXPECT_THROW(read(second, parameters()), NoTargets);
+  EXPECT_THROW(read(job(kPulses, moves), parameters(-4000)), NoTargets);
+  EXPECT_THROW(read(job(kPulses, moves), "///RC1G\r\n1,2,3\r\n"), NoTargets);
+}
+
+TEST(Inform, ToolsAndUserFramesStandInTheFilesOfTheController) {
+  const std::vector<ProgramText> files{
+      {"TOOL.CND",
+       "//TOOL 0\r\n///NAME A\r\n0.000,0.000,0.000,0.0000,0.0000,0.0000\r\n1.0,2.0,3.0\r\n4.0\r\n"
+       "//TOOL 3\r\n///CRC 1\r\n///NAME B\r\n0.000,0.000,100.000,0.0000,0.0000,90.0000\r\n"
+       "1.0,2.0,3.0,4.0,5.0,6.0\r\n"},
+      {"UFRAME.CND",
+       "//UFRAME 1\r\n///NAME C\r\n///TOOL 3\r\n///GROUP 1,0,0\r\n///PULSE\r\n"
+       "////ORG C000=1,2,3,4,5,6\r\n////BUSER 500.000,0.000,10.000,0.0000,0.0000,0.0000\r\n"}};
+  const std::string text = job(kTwo + "///TOOL 3\r\nC00002=1,2,3,0,0,0\r\n",
+                               "MOVJ C00000 VJ=1.00\r\nMOVJ C00002 VJ=1.00\r\n");
+  const auto read = [&](const std::vector<ProgramText>& others, const KnownFrames& known) {
+    return parse_program(inform(), {{"PART.JBI", text}}, known, TargetParts::pose,
+                         what_others_declare(inform(), {{"PART.JBI", text}}, others));
+  };
+  const RobotProgram program = read(files, {});
+  ASSERT_THAT(program.targets, SizeIs(2));
+  const ProgramFrame& user = program.frames[program.targets[1].base];
+  const ProgramFrame& tool = program.frames[program.targets[1].tool];
+  EXPECT_TRUE(user.is_known && tool.is_known);
+  EXPECT_LT((user.pose.translation - Eigen::Vector3d(0.5, 0, 0.01)).norm(), 1e-12);
+  EXPECT_LT((tool.pose.translation - Eigen::Vector3d(0, 0, 0.1)).norm(), 1e-12);
+  EXPECT_LT((tool.pose.rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(),
+            1e-12);
+  // --frame has priority; two controllers with other frames say nothing.
+  const Pose given{Eigen::Matrix3d::Identity(), {0, 0, 1}};
+  EXPECT_EQ(read(files, {{"TOOL[3]", given}}).frames[program.targets[1].tool].pose.translation.z(),
+            1);
+  std::vector<ProgramText> two = files;
+  two.push_back({"other/UFRAME.CND", "//UFRAME 1\r\n////BUSER 1,2,3,4,5,6\r\n"});
+  EXPECT_FALSE(read(two, {}).frames[program.targets[1].base].is_known);
+}
+
+// Where a coordinated move ends is where its position is, whatever the station does; the way there
+// is the station's, too. A pose on a base that moves is not known.
+TEST(Inform, ACoordinatedMoveEndsAtItsPosition) {
+  const std::string angles =
+      "///TOOL 0\r\n///POSTYPE ANGLE\r\n///ANGLE\r\nC00002=1,2,3,4,-50,6\r\n"
+      "C00003=2,2,3,4,-50,6\r\nBC00002=100.000\r\nEC00002=10.0\r\nEC00003=20.0\r\n"
+      "///POSTYPE MTOOL\r\n///RECTAN\r\nC00004=1,2,3,4,5,6\r\n";
+  const RobotProgram program = parsed(
+      job(kTwo + angles,
+          "MOVJ C00002 BC00002 VJ=1.00  +MOVJ EC00002\r\nSMOVL C00003 V=9.0  +MOVJ EC00003\r\n"
+          "SMOVC C00002 V=9.0\r\nSMOVL C00000 V=9.0\r\nSMOVL C00004 V=9.0\r\n"
+          "MOVL C00001 BC00002 V=9.0\r\n",
+          "5,1,2,0,0,0"));
+  ASSERT_THAT(program.targets, SizeIs(4));
+  for (const ProgramTarget& target : program.targets) EXPECT_EQ(target.motion, MotionKind::joint);
+  EXPECT_EQ(program.targets[0].other_axes.at("base axis 1"), 100);
+  EXPECT_EQ(program.targets[1].other_axes.at("station axis 1"), 20);
+  EXPECT_EQ(program.frames[program.targets[3].base].name, "USER[1]");
+  ASSERT_THAT(program.why_left_alone, SizeIs(2));
+  EXPECT_THAT(program.why_left_alone[0], HasSubstr("not followed: MTOOL"));
+  EXPECT_THAT(program.why_left_alone[1], HasSubstr("the base moves with it (BC00002)"));
+}
+
 // DX100: a comment has at most 32 characters with its quote.
 TEST(Inform, TheMarkStandsBehindNop) {
   const std::string moves = "MOVJ C00000 VJ=1.00\r\n";

@@ -167,6 +167,16 @@ TEST(RobotProgramTest, WhatIsCutOffIsNamedWithItsLine) {
   }
 }
 
+TEST(RobotProgramTest, LinesThatEndWithCrAloneAreRefused) {
+  for (const char* const name : {"krl", "urscript"})
+    try {
+      refuse_cut_off(*find_dialect(name), {{"p", "DEF p()\rLIN {X 8}\rEND\r"}});
+      FAIL() << name;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("p: its lines end with CR alone; save it with LF"));
+    }
+}
+
 TEST(RobotProgramTest, WithoutCorrectionEveryByteIsKept) {
   for (const CorpusFile& file : corpus()) {
     const RobotProgram program = parse_program(*file.dialect, file.texts, {});

@@ -45,10 +45,12 @@ class Job:
 
 
 class Machine(Job):
-    """`inputs`: the next value of IN#(..), true or false. `others`: jobs that it may call, by their names."""
+    """`inputs`: the next value of IN#(..), true or false. `others`: jobs that it may call, by their names. `pulses`: per deg
+    of each axis, if they are known."""
 
-    def __init__(self, text, inputs, users, tools, others=()):
+    def __init__(self, text, inputs, users, tools, others=(), pulses=None):
         super().__init__(text)
+        self.pulses = pulses
         self.others = {name: Job(other).lines for name, other in dict(others).items()}
         self.inputs, self.users, self.tools, self.moves = inputs, users, tools, []
         self.variables = {name: value for name, value in self.positions.items() if name[0] == "P"}
@@ -109,10 +111,12 @@ class Machine(Job):
         name = self.name(line.split()[1])
         numbers, heads = self.variables[name] if name[0] == "P" else self.positions[name]
         data = heads.get("DATA")
-        if word == "IMOV" or data == "PULSE":
+        if word == "IMOV" or data == "PULSE" and not self.pulses:
             return self.moves.append(Move(number, "other", numbers, None, None, self.shift, line))
         tool = self.tools[int(heads["TOOL"])]
-        if data == "ANGLE":
+        if data == "PULSE":
+            numbers = [number / per_deg for number, per_deg in zip(numbers, self.pulses)]
+        if data in ("ANGLE", "PULSE"):
             return self.moves.append(Move(number, "joints", numbers, vc.NONE, tool, self.shift, line))
         base = self.users[int(heads["USER"])] if heads["POSTYPE"] == "USER" else vc.NONE
         self.moves.append(Move(number, "pose", pose(numbers), base, tool, self.shift, line))

@@ -27,6 +27,7 @@ BIN = None
 PROGRAMS = int(sys.argv[sys.argv.index("--programs") + 1]) if "--programs" in sys.argv else 20
 KEEP = pathlib.Path(sys.argv[sys.argv.index("--keep") + 1]) if "--keep" in sys.argv else None
 NEAR_MM = 0.02      # what rounding may leave
+PULSES_MM = 0.06    # the same of half a pulse of each axis
 BETWEEN_MM = 0.002  # what is asked of the error between points
 
 
@@ -45,6 +46,8 @@ class Writer:
         self.variables = [f"P{k:03}" for k in range(4)]
         self.labels = 0
         self.others = {}  # jobs that it calls, by their names
+        self.pulses = None  # per deg of each axis, if positions in pulses are those of the posture
+        self.kinds = (12, 1, 1)  # how often a step is a pose, joint angles, pulses
         self.frames = lambda: (self.rng.choice((None, 1, 2)), self.rng.choice((0, 1)))
 
     def head(self, **wanted):
@@ -59,7 +62,8 @@ class Writer:
         user, tool = frames or self.frames()
         if kind == "pulses":
             self.head(TOOL=tool, POSTYPE="PULSE", DATA="PULSE")
-            numbers = ",".join(str(self.rng.randint(-90000, 90000)) for _ in range(6))
+            numbers = ",".join(str(round(math.degrees(a) * self.pulses[i]) if self.pulses else self.rng.randint(-90000, 90000))
+                               for i, a in enumerate(q))
         elif kind == "joints":
             self.head(TOOL=tool, POSTYPE="ANGLE", DATA="ANGLE")
             numbers = ",".join(f"{math.degrees(a):.4f}" for a in q)
@@ -78,7 +82,7 @@ class Writer:
         """The name of a new position, or of an old one."""
         if self.count > 3 and self.rng.random() < 0.2 and not kind:
             return f"C{self.rng.randrange(self.count):05}"
-        kind = kind or self.rng.choices(("pose", "joints", "pulses"), (12, 1, 1))[0]
+        kind = kind or self.rng.choices(("pose", "joints", "pulses"), self.kinds)[0]
         name = f"C{self.count:05}"
         self.count += 1
         self.position(name, kind)
@@ -151,6 +155,23 @@ class Writer:
                          *body, "END", ""])
 
 
+def parameters(rng, is_new):
+    """RC.PRM of a controller of the newer or the older generation: the gear ratios and limits of two robots. Beside it the
+    pulses per deg of the first one."""
+    size, limits, denominators, numerators = (3000, 1030, 1090, 1100) if is_new else (1700, 924, 972, 980)
+    text, first = "//RC YAS\r\n///RCD\r\n20,100,1\r\n", None
+    for robot in (1, 2):
+        numbers, pulses = [rng.randrange(100) for _ in range(size)], []
+        for i in range(6):
+            numbers[denominators + i], numbers[numerators + i] = rng.choice((-1, 1)) * rng.randint(1, 9), rng.randint(300, 900)
+            pulses.append(4096 * numbers[numerators + i] / abs(numbers[denominators + i]) / 360)
+            numbers[limits + i] = round(180 * pulses[i])
+        numbers[denominators + 6] = numbers[numerators + 6] = 0
+        text += f"///RC{robot}G\r\n" + "".join(",".join(map(str, numbers[k:k + 10])) + "\r\n" for k in range(0, size, 10))
+        first = first or pulses
+    return text, first
+
+
 def inputs(seed):
     rng, count = random.Random(seed), 0
 
@@ -166,9 +187,11 @@ class InformProgramsTest(unittest.TestCase):
         self.folder = pathlib.Path(KEEP or tempfile.mkdtemp())
         self.folder.mkdir(exist_ok=True)
 
-    def given(self, number, spread=0.03, with_others=False):
+    def given(self, number, spread=0.03, with_others=False, pulses=None):
         cell = programs.Cell("inform", 500 + number)
         writer = Writer(cell, spread)
+        if pulses:
+            writer.pulses, writer.kinds = pulses, (2, 1, 6)
         if with_others:
             writer.write_others()
         text = writer.write()
@@ -190,10 +213,10 @@ class InformProgramsTest(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         return (self.folder / "new/part.jbi").read_bytes().decode()
 
-    def run_job(self, cell, text, seed, others=()):
+    def run_job(self, cell, text, seed, others=(), pulses=None):
         users, tools = dict(enumerate(cell.bases, 1)), dict(enumerate(cell.tools))
         try:
-            return inform_machine.Machine(text, inputs(seed), users, tools, others).moves
+            return inform_machine.Machine(text, inputs(seed), users, tools, others, pulses).moves
         except AssertionError:  # it goes on for ever
             return None
 
@@ -241,6 +264,30 @@ class InformProgramsTest(unittest.TestCase):
         print(f"{hits} moves corrected, {joints} of them joint angles and {variables} to variables; {left} left alone")
         self.assertGreater(hits, left)
         self.assertGreater(min(joints, variables), PROGRAMS // 4)
+
+    def test_pulses_are_angles_by_the_files_of_the_controller(self):
+        hits = 0
+        for number in range(PROGRAMS):
+            text_of_files, pulses = parameters(random.Random(number), number % 2)
+            cell, writer, text = self.given(number, pulses=pulses)
+            (self.folder / "RC.PRM").write_text(text_of_files)
+            options = ["--with", "RC.PRM"]
+            self.assertEqual(self.corrected(cell, "nominal.yaml", *options), text, number)
+            corrected = self.corrected(cell, "true.yaml", *options)
+            for seed in range(3):
+                before, after = (self.run_job(cell, t, seed, pulses=pulses) for t in (text, corrected))
+                if before is None:
+                    continue
+                self.assertEqual(len(before), len(after), number)
+                for programmed, commanded in zip(before, after):
+                    if programmed.kind != "joints" or programmed.shift:
+                        continue
+                    off = vc.length(vc.sub(self.reached(cell, commanded, writer.q), self.wanted(cell, programmed)))
+                    if off > PULSES_MM:  # left alone, as another point of its arc is
+                        self.assertEqual(programmed, commanded._replace(line=programmed.line), f"job {number}: {programmed.text}")
+                    hits += off < PULSES_MM
+        print(f"{hits} moves to joint angles and pulses corrected")
+        self.assertGreater(hits, 3 * PROGRAMS)
 
     def test_a_job_of_a_folder_knows_what_the_jobs_that_it_calls_set(self):
         hits, left, calls = 0, 0, 0

@@ -50,6 +50,9 @@ struct ProgramPoint {
   TargetKind kind = TargetKind::cartesian;
   /// In the order of the dialect: position and orientation, or the six joints.
   std::vector<ProgramNumber> numbers;
+  /// Joint angles that are written as counts of encoders, whole numbers: how many a unit of the
+  /// dialect has, for each joint; empty of others.
+  std::vector<double> counts_per_unit;
   /// What a Cartesian point states about the branch, in the order of the dialect; empty if nothing.
   std::vector<ProgramNumber> configuration;
   std::vector<ProgramNumber> external;  ///< E1 to E6; empty if the dialect has none

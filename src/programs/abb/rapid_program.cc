@@ -29,7 +29,7 @@ class RapidReader : MoveReader {
   RapidReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : MoveReader(program),
         parts_(parts),
-        text_(masked(program.texts[0].text, '!', "\"")),
+        text_(masked_rapid(program.texts[0].text)),
         data_(program, text_, known, parts) {}
 
   void read() {

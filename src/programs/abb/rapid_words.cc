@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "armtrue/kinematics/units.h"
 
@@ -123,6 +124,32 @@ bool names_rapid_parameter(std::string_view text, const Statement& statement, si
       "<",  ">",      "+",   "-",  "*",   "/",   "(",   ",",   ".",    "\\"};
   return !last.empty() && is_letter(last[0]) && !kBeforeInstruction.contains(last) &&
          !kBeforeOperand.contains(before);
+}
+
+std::string masked_rapid(const std::string& module) {
+  std::string text = masked(module, '!', "\"");
+  const Statement whole{0, 0, text.size()};
+  std::set<std::string> procedures;
+  each_word(text, whole, [&](const std::string& word, size_t, TextCursor cursor) {
+    if (word == "PROC") procedures.insert(cursor.take_name());
+  });
+  std::string before;
+  std::vector<std::pair<size_t, size_t>> brackets;
+  each_word(text, whole, [&](const std::string& word, size_t, TextCursor cursor) {
+    const bool is_head = std::exchange(before, word) == "PROC";
+    if (is_head || cursor.next() != '(' || !procedures.contains(word)) return;
+    const size_t open = cursor.at();
+    size_t close = open;
+    for (int depth = 0; close < text.size(); ++close) {
+      depth += text[close] == '(' ? 1 : text[close] == ')' ? -1 : 0;
+      if (depth == 0) break;
+    }
+    TextCursor behind(text, std::min(close + 1, text.size()), text.size());
+    const char next = behind.next();
+    if (next == ';' || next == ',' || next == '\\') brackets.emplace_back(open, close);
+  });
+  for (const auto& [open, close] : brackets) text[open] = text[close] = ' ';
+  return text;
 }
 
 ArcTurning rapid_turning(TextCursor cursor) {

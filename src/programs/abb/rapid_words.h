@@ -59,6 +59,10 @@ void each_rapid_word(std::string_view text, const Statement& statement, With wit
   }
 }
 
+/// A module by masked(), and blanks for the brackets about the argument of a procedure that it
+/// declares, pick(p10); such an expression is what stands in it.
+std::string masked_rapid(const std::string& module);
+
 /// Whether a datum, whose name the cursor has taken, is given a value: NAME := ..,
 /// NAME.trans.x := .., NAME{2} := ..
 bool takes_rapid_assignment(TextCursor& cursor);

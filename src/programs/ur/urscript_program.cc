@@ -62,11 +62,11 @@ class UrReader : MoveReader {
 
   void read() {
     const std::vector<Statement>& statements = statements_;
-    const UrStructure structure = structure_of_urscript(text_, statements);
-    values_.read(statements, structure);
-    for (const UrParameter& parameter : structure.parameters)
+    structure_ = structure_of_urscript(text_, statements);
+    values_.read(statements, structure_);
+    for (const UrParameter& parameter : structure_.parameters)
       functions_with_parameters_.insert(parameter.parameter.routine);
-    find_tools(statements, structure.flow);
+    find_tools(statements, structure_.flow);
     for (const Statement& statement : statements) {
       is_move_ = false;
       read_calls(statement);
@@ -147,7 +147,8 @@ class UrReader : MoveReader {
     if (values_.is_local(argument)) return ProgramFlow::kUncertain;
     std::optional<Pose> pose;
     if (const auto value = values_.value_of(argument);
-        value && value->kind == TargetKind::cartesian)
+        value && value->kind == TargetKind::cartesian && value->base < 0 &&
+        !values_.has_several_values(argument))
       pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
     const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
     const bool is_known = program_.frames[tool].is_known;
@@ -330,6 +331,7 @@ class UrReader : MoveReader {
   const TargetParts parts_;
   std::string text_;
   const std::vector<Statement> statements_;
+  UrStructure structure_;
   UrValues values_;
   std::set<std::string> functions_with_parameters_;
   std::vector<MoveToParameter> of_parameters_;

@@ -18,6 +18,7 @@ constexpr int kDeepest = 2;  // calls in one another
 
 void UrValues::read(const std::vector<Statement>& statements, const UrStructure& structure) {
   scopes_ = structure.scopes;
+  flow_.emplace(structure.flow);
   for (const UrParameter& parameter : structure.parameters) {
     Variable& variable = variables_.declare(parameter.name, parameter.scope);
     variable.parameter = parameter.parameter;
@@ -43,13 +44,49 @@ void UrValues::read_assignment(const Statement& statement) {
   if (is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
   if (declared != scope) declared = 0;
   Variable& variable = variables_.declare(name, declared);
-  variable.values += is_element ? 2 : 1;
-  variable.scope = scope;
   cursor.next();
   variable.is_calculated =
       text_.substr(cursor.at(), statement.end - cursor.at()).find('(') != std::string::npos;
-  variable.literal = literal_in({statement.line, cursor.at(), statement.end});
-  if (variable.literal) variable.literal->name = variable.literal->variable = name;
+  size_t end = statement.end;
+  while (end > cursor.at() && (is_blank(text_[end - 1]) || text_[end - 1] == ';')) --end;
+  variable.assignments.push_back({{statement.line, cursor.at(), end}, scope, is_element});
+}
+
+const UrValues::Assignment* UrValues::assignment_at(Variable& variable, size_t at) {
+  if (variable.assignments.empty()) return nullptr;
+  size_t index = 0;
+  if (variable.assignments.size() > 1) {
+    if (!variable.flow) {
+      std::vector<ProgramFlow::Setting> settings;
+      for (const Assignment& assignment : variable.assignments)
+        settings.push_back({assignment.value.end, assignment.is_element
+                                                        ? ProgramFlow::kUncertain
+                                                        : static_cast<int>(settings.size())});
+      variable.flow = flow_->follow(std::move(settings));
+    }
+    const int value = variable.flow->at(at);
+    if (value == ProgramFlow::kUncertain) return nullptr;
+    index = static_cast<size_t>(value);
+  }
+  const Assignment& assignment = variable.assignments[index];
+  const bool is_visible = scopes_.contains(assignment.scope, scopes_.at(at));
+  return is_visible && !assignment.is_element ? &assignment : nullptr;
+}
+
+// A literal, another name, or pose_trans and pose_add with the literal in it, which stand for the
+// name if the point is written out in a move. get_inverse_kin depends on the tool at its place.
+std::optional<UrValue> UrValues::assigned_value(const Assignment& assignment,
+                                                const std::string& name, int depth) {
+  auto value = value_of(assignment.value, depth);
+  if (!value || value->is_inverse) return std::nullopt;
+  const bool is_expression = value->begin != assignment.value.begin || value->base >= 0;
+  if (!value->variable.empty()) return is_expression ? std::nullopt : value;
+  if (is_expression) {
+    value->literal = assignment.value.begin;
+    value->literal_end = assignment.value.end;
+  }
+  value->name = value->variable = name;
+  return value;
 }
 
 UrValues::Variable* UrValues::find(const std::string& name, size_t at) {
@@ -57,7 +94,7 @@ UrValues::Variable* UrValues::find(const std::string& name, size_t at) {
   int declared = 0;
   Variable* const variable = variables_.find(scopes_, name, scope, &declared);
   const bool is_here = declared == 0 || declared == scope;
-  return variable && is_here && scopes_.contains(variable->scope, scope) ? variable : nullptr;
+  return is_here ? variable : nullptr;
 }
 
 bool UrValues::is_local(const Statement& argument) {
@@ -71,7 +108,7 @@ bool UrValues::has_several_values(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
   const Variable* const variable =
       variables_.find(scopes_, take_spelled(cursor), scopes_.at(argument.begin));
-  return cursor.done() && variable && variable->values > 1;
+  return cursor.done() && variable && variable->assignments.size() > 1;
 }
 
 // For a frame whose pose is not known: an expression, or a name without a unique value. A name that
@@ -80,7 +117,8 @@ bool UrValues::is_calculated(const Statement& frame) {
   TextCursor cursor(text_, frame.begin, frame.end);
   const Variable* const variable =
       variables_.find(scopes_, take_spelled(cursor), scopes_.at(frame.begin));
-  return !cursor.done() || (variable && (variable->values > 1 || variable->is_calculated));
+  return !cursor.done() ||
+         (variable && (variable->assignments.size() > 1 || variable->is_calculated));
 }
 
 // p[..] or [..]
@@ -101,6 +139,7 @@ std::optional<UrValue> UrValues::literal_in(const Statement& part) const {
   const auto list = list_in(text_, cursor.at(), end);
   if (!list || !list->numbers(6)) return std::nullopt;
   value.list = *list;
+  value.literal_end = list->end;
   value.name = fmt::format("the point of line {}", part.line);
   return value;
 }
@@ -123,11 +162,12 @@ size_t UrValues::closing(size_t open, size_t end) const {
 std::string UrValues::why_not(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
   const std::string name = take_spelled(cursor);
-  const Variable* const variable = variables_.find(scopes_, name, scopes_.at(argument.begin));
+  Variable* const variable = variables_.find(scopes_, name, scopes_.at(argument.begin));
   if (!variable || !cursor.done()) return "its target is an expression or has no plain numbers";
   if (variable->parameter) return "its point is a parameter of the function";
-  if (variable->values > 1) return "its point is given several values";
-  if (!find(name, argument.begin)) return "its point is given its value in another function";
+  if (variable->assignments.size() > 1) return "its point is given several values";
+  if (!find(name, argument.begin) || !assignment_at(*variable, argument.begin))
+    return "its point is given its value in another function";
   return "its point is calculated at run time";
 }
 
@@ -141,11 +181,14 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   TextCursor cursor(text_, argument.begin, argument.end);
   const std::string name = cursor.take_name();
   if (cursor.done()) {
-    const Variable* const variable = find(spelled(name, cursor.at()), argument.begin);
-    if (variable && variable->handed && variable->values == 0 && depth <= kDeepest)
+    const std::string as_spelled = spelled(name, cursor.at());
+    Variable* const variable = find(as_spelled, argument.begin);
+    if (!variable || depth > kDeepest) return std::nullopt;
+    if (variable->handed && variable->assignments.empty())
       return value_of(*variable->handed, depth + 1);
-    if (!variable || variable->values != 1) return std::nullopt;
-    std::optional<UrValue> value = variable->literal;
+    const Assignment* const assignment = assignment_at(*variable, argument.begin);
+    if (!assignment) return std::nullopt;
+    std::optional<UrValue> value = assigned_value(*assignment, as_spelled, depth + 1);
     if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
     return value;
   }
@@ -177,9 +220,20 @@ bool UrValues::names_local(const Statement& argument) {
   return found;
 }
 
+// A frame is known by its text, too, if its names have one value each.
+bool UrValues::names_several(const Statement& argument) {
+  bool found = false;
+  each_word(text_, argument, [&](const std::string& word, size_t at, const TextCursor&) {
+    const Variable* const variable =
+        variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
+    found |= variable && variable->assignments.size() > 1;
+  });
+  return found;
+}
+
 // A pose that constants make: pose_trans, pose_add and pose_inv of them, too.
 std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
-  if (names_local(argument)) return std::nullopt;
+  if (names_local(argument) || names_several(argument)) return std::nullopt;
   if (const auto value = value_of(argument, depth)) {
     if (value->kind != TargetKind::cartesian || value->near) return std::nullopt;
     const Pose pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
@@ -214,6 +268,7 @@ std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments
 std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& arguments, int depth) {
   auto value = value_of(arguments[0], depth + 1);
   if (!value || value->kind != TargetKind::cartesian) return std::nullopt;
+  value->is_inverse = true;
   for (size_t i = 1; i < arguments.size(); ++i) {
     Statement near = arguments[i];
     TextCursor cursor(text_, near.begin, near.end);
@@ -236,20 +291,21 @@ std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& argume
 }
 
 int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
-  Variable* const variable = value.variable.empty() ? nullptr : find(value.variable, value.begin);
-  if (variable) moves_.insert(value.begin);
-  if (variable && variable->point >= 0) return variable->point;
+  const bool is_named = !value.variable.empty();
+  if (is_named) moves_.insert(value.begin);
+  if (const auto known = points_.find(value.literal); is_named && known != points_.end())
+    return known->second;
   ProgramPoint point;
   point.name = value.name;
   point.line = value.line;
   point.begin = value.literal;
-  point.end = value.list.end;
+  point.end = value.literal_end;
   point.kind = value.kind;
   for (const ListItem& item : value.list.items)
     point.numbers.push_back({0, item.begin, item.end, item.value, ""});
   points.push_back(point);
   const int index = static_cast<int>(points.size()) - 1;
-  if (variable) variable->point = index;
+  if (is_named) points_[value.literal] = index;
   return index;
 }
 
@@ -277,7 +333,10 @@ std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Stateme
 
 void UrValues::finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points) {
   for (const Variable* const variable : used_elsewhere(statements))
-    if (variable->point >= 0) points[variable->point].is_shared = true;
+    for (const Assignment& assignment : variable->assignments)
+      for (auto point = points_.lower_bound(assignment.value.begin);
+           point != points_.end() && point->first < assignment.value.end; ++point)
+        points[point->second].is_shared = true;
 }
 
 // The part that says where a move ends. An offset of a point is none: what corrects the point
@@ -318,7 +377,8 @@ void UrValues::note_uses(const std::vector<Statement>& statements) {
 
 bool UrValues::only_moves_use(const RoutineParameter& parameter) {
   return std::ranges::none_of(parameters_[parameter.routine], [&](const Variable* variable) {
-    return variable->parameter == parameter && (variable->values > 0 || variable->is_used);
+    return variable->parameter == parameter &&
+           (!variable->assignments.empty() || variable->is_used);
   });
 }
 

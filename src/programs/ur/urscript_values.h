@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
+#include "programs/program_flow.h"
 #include "programs/statement.h"
 #include "programs/ur/urscript_structure.h"
 
@@ -18,17 +19,19 @@ struct UrValue {
   std::string name;      ///< for messages
   std::string variable;  ///< that is given it; empty: none
   ListItem list;
+  size_t literal_end = 0;  ///< behind the literal, or behind the expression that holds it
   int line = 0;
   int base = -1;  ///< of pose_trans, in the frames
   /// Whether that frame is calculated at run time, and --frame does not give it.
   bool is_in_calculated_frame = false;
   size_t begin = 0, end = 0;  ///< where the literal or the name stands in the call
-  size_t literal = 0;         ///< where p[..] or [..] begins
+  size_t literal = 0;         ///< where p[..] or [..] begins, or an expression of it
   size_t open = 0;            ///< the bracket of the call
   std::optional<JointVector> near;
+  bool is_inverse = false;  ///< of get_inverse_kin
 };
 
-/// The values of a URScript program: p[..], [..], names that are given one once, and
+/// The values of a URScript program: p[..], [..], names whose value is certain where they stand, and
 /// get_inverse_kin(pose, qnear) and pose_trans(frame, pose) of them.
 class UrValues {
  public:
@@ -36,7 +39,8 @@ class UrValues {
   UrValues(const std::string& text, std::vector<ProgramFrame>& frames, const KnownFrames& known)
       : text_(text), frames_(frames), known_(known) {}
 
-  /// Reads the assignments, [global|local] NAME = VALUE. `structure`: of these statements.
+  /// Reads the assignments, [global|local] NAME = VALUE. `structure`: of these statements; it must
+  /// outlive this.
   void read(const std::vector<Statement>& statements, const UrStructure& structure);
   /// Nothing if it is no value of this kind.
   std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
@@ -73,18 +77,26 @@ class UrValues {
   }
 
  private:
+  struct Assignment {
+    Statement value;
+    int scope = 0;
+    bool is_element = false;  // of one element: the value is not followed
+  };
   struct Variable {
-    std::optional<UrValue> literal;
-    int values = 0;
-    bool is_calculated = false;  // its value is that of a call
-    int scope = 0;               // where it is given its value
-    int point = -1;
-    std::optional<RoutineParameter> parameter;  // that it is
+    std::vector<Assignment> assignments;
+    std::optional<FlowOfVariables::Values> flow;  // which of them holds, once it was asked for
+    bool is_calculated = false;                   // its value is that of a call
+    std::optional<RoutineParameter> parameter;    // that it is
     std::optional<Statement> handed;            // that stands for it
     bool is_used = false;                       // a parameter, by other statements than moves
   };
 
   void read_assignment(const Statement& statement);
+  // The assignment whose value a variable has at a place; null if that is not certain.
+  const Assignment* assignment_at(Variable& variable, size_t at);
+  std::optional<UrValue> assigned_value(const Assignment& assignment, const std::string& name,
+                                        int depth);
+  bool names_several(const Statement& argument);
   // The variable of a name at a place; null if its value there is not certain.
   Variable* find(const std::string& name, size_t at);
   // A name that ends at `end`, as it is spelled: URScript tells capitals from small letters.
@@ -109,7 +121,9 @@ class UrValues {
   std::vector<ProgramFrame>& frames_;
   const KnownFrames& known_;
   Scopes scopes_;
+  std::optional<FlowOfVariables> flow_;
   ScopedNames<Variable> variables_;
+  std::map<size_t, int> points_;  // of variables, by where their literals stand
   std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
   std::set<size_t> moves_;            // where a move, or the head of a function, names its point
   std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end

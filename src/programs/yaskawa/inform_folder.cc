@@ -9,6 +9,7 @@
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/yaskawa/inform_job.h"
+#include "programs/yaskawa/inform_listing.h"
 
 namespace armtrue {
 namespace {
@@ -24,8 +25,13 @@ class InformFolder : public FolderTexts {
  public:
   explicit InformFolder(const std::vector<const ProgramText*>& texts) {
     InformChanges changes;
+    InformListing listing;
     for (const ProgramText* const text : texts)
-      if (ending_of(text->name) == ".JBI") add(*text, changes);
+      if (ending_of(text->name) == ".JBI")
+        add(*text, changes);
+      else if (is_inform_listing(text->name))
+        read_inform_listing(text->text, listing);
+    listing_ = text_of(listing);
     for (const std::string& variable : changes.variables) sets_ += "SET " + variable + "\n";
     if (changes.is_any_variable) sets_ += "SET P[0]\n";
   }
@@ -33,7 +39,7 @@ class InformFolder : public FolderTexts {
   // The jobs that it calls, and those that they call, as far as they set frames; it knows itself
   // what it sets.
   std::vector<ProgramText> for_program(const std::vector<const ProgramText*>& own) const override {
-    std::vector<ProgramText> result{job_of(kNobody, sets_)};
+    std::vector<ProgramText> result{job_of(kNobody, sets_), {kInformListing, listing_}};
     std::set<const Job*> called;
     std::vector<const Job*> open;
     for (const ProgramText* const text : own)
@@ -79,7 +85,8 @@ class InformFolder : public FolderTexts {
 
   std::map<const ProgramText*, Job> jobs_;
   std::multimap<std::string, const Job*> by_name_;
-  std::string sets_;  // of all jobs
+  std::string sets_;     // of all jobs
+  std::string listing_;  // what the controller's files say
 };
 
 }  // namespace

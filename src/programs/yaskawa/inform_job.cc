@@ -43,13 +43,25 @@ std::optional<std::string> inform_job_name(std::string_view job) {
   return word_until_blank(job, line + 6);
 }
 
+std::optional<int> inform_robot(std::string_view job) {
+  const size_t line = line_that_begins(job, "///GROUP1");
+  if (line == std::string_view::npos) return 1;
+  const std::string group = word_until_blank(job, line + 9);  // RB1, or RB1,BS1
+  constexpr size_t kDigit = 2;
+  if (!group.starts_with("RB") || group.size() <= kDigit || !is_digit(group[kDigit]))
+    return std::nullopt;
+  return group[kDigit] - '0';
+}
+
 bool is_inform_move(const std::string& word) {
-  return word == "MOVJ" || word == "MOVL" || word == "MOVC" || word == "MOVS";
+  static const std::set<std::string> kWords{"MOVJ",  "MOVL",  "MOVC", "MOVS",
+                                            "SMOVL", "SMOVC", "SMOVS"};
+  return kWords.contains(word);
 }
 
 bool is_other_inform_motion(const std::string& word) {
-  static const std::set<std::string> kWords{"IMOV",   "SMOVL",  "SMOVC",  "SMOVS", "EIMOVL",
-                                            "EIMOVC", "SYMOVJ", "SYMOVL", "SYMOVC"};
+  static const std::set<std::string> kWords{"IMOV",   "EIMOVL", "EIMOVC",
+                                            "SYMOVJ", "SYMOVL", "SYMOVC"};
   return kWords.contains(word);
 }
 

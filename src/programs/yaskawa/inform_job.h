@@ -19,8 +19,11 @@ std::vector<Statement> inform_lines(std::string_view job, size_t begin);
 size_t inform_instructions(std::string_view job);
 /// Of //NAME; nothing if there is none.
 std::optional<std::string> inform_job_name(std::string_view job);
+/// Of ///GROUP1: 1 of RB1, also if there is none; nothing of another kind.
+std::optional<int> inform_robot(std::string_view job);
 
-/// MOVJ, MOVL, MOVC, MOVS.
+/// MOVJ, MOVL, MOVC, MOVS, and SMOVL, SMOVC, SMOVS, which are coordinated with a station or with
+/// another robot.
 bool is_inform_move(const std::string& word);
 /// Motions that are not followed.
 bool is_other_inform_motion(const std::string& word);

@@ -19,7 +19,8 @@ std::string_view without_blanks(std::string_view line) {
 
 class InformPositionReader {
  public:
-  explicit InformPositionReader(std::string_view text) : text_(text) {}
+  InformPositionReader(std::string_view text, const std::vector<double>* pulses)
+      : text_(text), pulses_(pulses) {}
 
   std::map<std::string, InformPosition> read() {
     int line = 0;
@@ -103,10 +104,13 @@ class InformPositionReader {
   }
 
   void describe(InformPosition& position) const {
-    if (type_ == "PULSE" || data_ == "PULSE") {
+    if ((type_ == "PULSE" || data_ == "PULSE") && pulses_) {
+      position.kind = InformPosition::Kind::joints;
+      position.pulses_per_degree = *pulses_;
+    } else if (type_ == "PULSE" || data_ == "PULSE") {
       position.why_not =
-          "its position is in pulses, and a robot file does not say how many a degree has; save "
-          "the job as a relative job";
+          "its position is in pulses, and nothing says how many a degree has; give RC.PRM or "
+          "ALL.PRM of the controller (--with), or save the job as a relative job";
     } else if (type_ == "ANGLE" || data_ == "ANGLE") {
       position.kind = InformPosition::Kind::joints;
     } else {
@@ -121,6 +125,7 @@ class InformPositionReader {
   }
 
   std::string_view text_;
+  const std::vector<double>* pulses_;
   std::map<std::string, InformPosition> positions_;
   InformHeads heads_;
   std::optional<int> user_, tool_;
@@ -150,13 +155,14 @@ std::string inform_position_name(std::string_view word) {
 }
 
 std::string inform_station_name(std::string_view word) {
-  if (!word.starts_with("EC")) return "";
+  if (!word.starts_with("EC") && !word.starts_with("BC")) return "";
   const std::string number = inform_position_name(word.substr(1));
-  return number.empty() ? "" : "E" + number;
+  return number.empty() ? "" : word[0] + number;
 }
 
-std::map<std::string, InformPosition> inform_positions(std::string_view text) {
-  return InformPositionReader(text).read();
+std::map<std::string, InformPosition> inform_positions(std::string_view text,
+                                                       const std::vector<double>* pulses) {
+  return InformPositionReader(text, pulses).read();
 }
 
 // At S L U R B T = 0 0 0 0 -90 0, the tool downwards, the wrist is not flipped (B below zero), the

@@ -23,6 +23,7 @@ struct InformHeads {
 /// A position of //POS: C00001=.. of a step, P00001=.. of a variable, EC00001=.. of a station.
 struct InformPosition {
   enum class Kind { pulses, joints, pose } kind = Kind::pulses;
+  std::vector<double> pulses_per_degree;  ///< of joints that are written in pulses; else empty
   std::vector<ProgramNumber> numbers;  ///< X Y Z Rx Ry Rz [mm, deg], S L U R B T [deg] or pulses
   InformHeads heads;
   std::optional<int> user;  ///< user frame; nothing: the frame of the robot or of its base
@@ -37,12 +38,13 @@ struct InformPosition {
 /// C1 or P1 of C00001 or P001; empty if a word is neither.
 std::string inform_position_name(std::string_view word);
 
-/// EC1 of EC00001, the axes of a station; empty if a word is none.
+/// EC1 of EC00001, the axes of a station, BC1 of BC00001, those of a base; empty if a word is none.
 std::string inform_station_name(std::string_view word);
 
 /// The positions by inform_position_name(), those of stations by inform_station_name(). `text`: the
-/// job by masked(), /JOB to //INST.
-std::map<std::string, InformPosition> inform_positions(std::string_view text);
+/// job by masked(), /JOB to //INST. `pulses`: per deg of each axis, if it is known.
+std::map<std::string, InformPosition> inform_positions(std::string_view text,
+                                                       const std::vector<double>* pulses = nullptr);
 
 /// What RCONF says (DX100, "Interface with an easy offline teaching system"): wrist not flipped,
 /// lower arm, rear, R, T, S beyond 180 deg.

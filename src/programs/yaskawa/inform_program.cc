@@ -12,11 +12,13 @@
 #include <vector>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "programs/frame_list.h"
 #include "programs/move_reader.h"
 #include "programs/statement.h"
 #include "programs/yaskawa/inform_flow.h"
 #include "programs/yaskawa/inform_job.h"
+#include "programs/yaskawa/inform_listing.h"
 #include "programs/yaskawa/inform_positions.h"
 
 // Jobs of Yaskawa controllers, JBI files: "INFORM manual" and "Interface with an easy offline
@@ -46,7 +48,7 @@ struct InformMove {
   Statement statement;
   char kind = 'J';  // J, L, C, S
   std::string position;
-  std::string station;         // the position of a station that moves with it
+  std::string station, base;   // positions of the axes that move with it
   size_t begin = 0, end = 0;   // of the name of its position
   double blend = 0;            // [m], of CR
   bool is_end_of_arc = false;  // FPT
@@ -66,7 +68,12 @@ class InformReader : MoveReader {
   void read() {
     find_name();
     const size_t instructions = inform_instructions(text_);
-    positions_ = inform_positions(std::string_view(text_).substr(0, instructions));
+    for (size_t i = program_.own_texts; i < program_.texts.size(); ++i)
+      if (is_inform_listing(program_.texts[i].name))
+        read_inform_listing(program_.texts[i].text, listing_);
+    const auto robot = inform_robot(text_);
+    positions_ = inform_positions(std::string_view(text_).substr(0, instructions),
+                                  robot ? listing_.pulses_of(*robot) : nullptr);
     const std::vector<Statement> statements = inform_lines(text_, instructions);
     shift_ = follow_inform_shift(text_, statements);
     for (const Statement& statement : statements) {
@@ -152,10 +159,8 @@ class InformReader : MoveReader {
     const std::string word = cursor.take_name();
     if (is_inform_move(word)) return read_move(word, statement);
     if (is_other_inform_motion(word)) {
-      leave(statement.line, word == "IMOV"             ? "a relative move (IMOV)"
-                            : word.starts_with("SMOV") ? "its motion is coordinated (" + word +
-                                                             "), which carries its frame"
-                                                       : "this function is not followed: " + word);
+      leave(statement.line, word == "IMOV" ? "a relative move (IMOV)"
+                                           : "this function is not followed: " + word);
       return interrupt();
     }
     if (!stands_between_inform_moves(word)) interrupt();
@@ -182,7 +187,11 @@ class InformReader : MoveReader {
   void leave(int line, const std::string& reason) { leave_move(line, reason, !is_dead_); }
 
   void read_move(const std::string& word, const Statement& statement) {
-    InformMove move{statement, word[3], "", "", 0, 0, 0, false, "", follows_};
+    InformMove move{statement, word.back(), "", "", "", 0, 0, 0, false, "", follows_};
+    // The way of a coordinated move depends on the station. Where it ends does not: a user frame
+    // stands in the room, and MTOOL is another type of position.
+    const bool is_coordinated = word[0] == 'S';
+    if (is_coordinated) move.kind = 'J';
     bool is_external = false, ends_elsewhere = false;
     std::string why_not;
     const auto is_because = [&](const std::string& reason) {
@@ -199,7 +208,8 @@ class InformReader : MoveReader {
       } else if (part == "LP" || part == "P" || (part.starts_with("LP") && is_digit(part.back()))) {
         is_because("its point is a variable that is set as the job runs");
       } else if (is_numbered(part, "BC") || is_numbered(part, "BP")) {
-        is_because("the base moves with it (" + part + ")");
+        is_external = true;
+        move.base = part;
       } else if (is_numbered(part, "EC") || is_numbered(part, "EX")) {
         is_external = true;
         move.station = inform_station_name(part);
@@ -225,6 +235,9 @@ class InformReader : MoveReader {
     if (const int shift = shift_.at(statement.begin); shift != 0)
       is_because(shift == 1 ? "its point is shifted (SFTON)" : "its point may be shifted (SFTON)");
     if (why_not.empty()) why_not = why_not_usable(move.position);
+    if (why_not.empty() && !move.base.empty() &&
+        positions_.at(move.position).kind == InformPosition::Kind::pose)
+      is_because("the base moves with it (" + move.base + ")");
     if (move.kind == 'C' && !why_not.empty()) leave_arc();
     if (move.kind != 'C' || !why_not.empty()) end_arcs();
     if (!why_not.empty()) {
@@ -308,6 +321,7 @@ class InformReader : MoveReader {
     point.kind =
         position.kind == InformPosition::Kind::joints ? TargetKind::joints : TargetKind::cartesian;
     point.numbers = position.numbers;
+    point.counts_per_unit = position.pulses_per_degree;
     point.begin = position.begin;
     point.end = position.end;
     point.is_shared = name[0] == 'P';  // other jobs use it, too
@@ -334,17 +348,30 @@ class InformReader : MoveReader {
       target.configuration.is_weak = is_straight && !move.follows;
     }
     if (position.user)
-      target.base = add_frame(program_.frames, known_, fmt::format("USER[{}]", *position.user), {});
+      target.base = add_frame(program_.frames, known_, fmt::format("USER[{}]", *position.user),
+                              pose_of(listing_.user(*position.user)));
     if (position.tool)
-      target.tool = add_frame(program_.frames, known_, fmt::format("TOOL[{}]", *position.tool), {});
+      target.tool = add_frame(program_.frames, known_, fmt::format("TOOL[{}]", *position.tool),
+                              pose_of(listing_.tool(*position.tool)));
     if (motion == MotionKind::arc)
       target.obstacle = "an arc of MOVC is not divided";
     else if (motion == MotionKind::line)
       prepare_insertion(move, position, target);
-    if (const auto station = positions_.find(move.station); station != positions_.end())
-      for (size_t i = 0; i < station->second.numbers.size(); ++i)
-        target.other_axes[fmt::format("station axis {}", i + 1)] = station->second.numbers[i].value;
+    note_other_axes(move.station, "station axis", target);
+    note_other_axes(inform_station_name(move.base), "base axis", target);
     add_target_at(std::move(target), position.point);
+  }
+
+  std::optional<Pose> pose_of(const std::optional<std::vector<double>>& numbers) const {
+    if (!numbers) return std::nullopt;
+    return program_.dialect->pose_of_numbers(*numbers);
+  }
+
+  void note_other_axes(const std::string& name, const char* kind, ProgramTarget& target) const {
+    const auto position = positions_.find(name);
+    if (position == positions_.end()) return;
+    for (size_t i = 0; i < position->second.numbers.size(); ++i)
+      target.other_axes[fmt::format("{} {}", kind, i + 1)] = position->second.numbers[i].value;
   }
 
   void prepare_insertion(const InformMove& move, const InformPosition& position,
@@ -384,6 +411,7 @@ class InformReader : MoveReader {
   const TargetParts parts_;
   const std::string original_;
   const std::string text_;
+  InformListing listing_;
   std::map<std::string, InformPosition> positions_;
   ProgramFlow::Values shift_;
   InformChanges changes_;         // of variables, and of frames and tools
