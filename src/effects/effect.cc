@@ -112,9 +112,10 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
   if (shape.kind == ShapeKind::pre_sliding && driver.kind != DriverKind::stroke)
     return "the shape 'pre-sliding' needs the driver 'stroke <j>', the way since the last reversal";
   if (driver.kind == DriverKind::gravity_direction &&
-      (parameter.owner != Owner::tool || shape.kind != ShapeKind::linear || driver.factor))
+      (parameter.owner != Owner::tool || driver.factor ||
+       (shape.kind != ShapeKind::linear && shape.kind != ShapeKind::sign)))
     return "'gravity-direction', a vector in the axes of the last link, drives the tool or a "
-           "parameter of it in the shape 'linear', without a factor";
+           "parameter of it in the shape 'linear' or 'sign', without a factor";
   if (driver.involves(DriverKind::session) &&
       (driver.kind != DriverKind::session || shape.kind != ShapeKind::step))
     return "'session' says since when something stands otherwise: it drives the shape 'step'";

@@ -250,7 +250,8 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
   if (driver_.kind == DriverKind::gravity_direction) {
     const Eigen::Vector3d down =
         ground_ < 0 ? gravity_ : Vector3d((*frames)[ground_].rotation * gravity_);
-    Eigen::Map<Eigen::Vector3d>(out, 3) = frames->back().rotation.transpose() * down;
+    const Eigen::Vector3d direction = frames->back().rotation.transpose() * down;
+    for (int axis = 0; axis < 3; ++axis) evaluate(shape_, direction[axis], out + axis);
     return;
   }
   const bool linear_load =

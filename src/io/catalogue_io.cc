@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <optional>
 #include <utility>
 
@@ -34,15 +36,15 @@ void read_driver(YamlMap& map, CatalogueEntry& entry) {
   for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
                                     std::pair{" previous", CatalogueEntry::Joint::previous},
                                     std::pair{" next", CatalogueEntry::Joint::next}})
-    if (driver.ends_with(word)) {
+    if (const size_t at = (driver + " ").find(std::string(word) + " "); at != std::string::npos) {
       if (entry.joints.empty() && !entry.of_every_joint)
         map.fail("driver", "'" + driver + "' needs a parameter of a joint");
-      if (driver.find('*') != std::string::npos && !driver.starts_with("time *"))
+      if (std::ranges::any_of(driver, [](unsigned char c) { return std::isdigit(c) != 0; }))
         map.fail("driver", "'" + driver +
-                               "': own, previous and next stand for the joint of a driver "
-                               "without a factor; give numbers, in an entry for each joint");
+                               "': own, previous and next stand for the only joint of a driver; "
+                               "give numbers, in an entry for each joint");
       entry.driver_joint = which;
-      driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
+      driver.replace(at, std::string(word).size(), " 1");
     }
   // "temperature" without a name stands for every sensor of the campaign.
   constexpr std::string_view kAnySensor = " * temperature";

@@ -477,6 +477,14 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
                     arm.tool.p += 1e-4 * across;
                     arm.tool.M = KDL::Rot(1e-4 * turn) * arm.tool.M;
                   }};
+  if (family == "tool-play")  // gravity pulls it to one side or to the other along y
+    return Hidden{family, "tool", "gravity-direction", [](const Moment& m, OracleArm& arm) {
+                    OracleArm bare = arm;
+                    bare.tool = KDL::Frame::Identity();
+                    const double side = (forward(bare, m.q).M.Inverse() * arm.gravity).y() > 0 ? 1 : -1;
+                    arm.tool.p += KDL::Vector(0, 1e-4 * side, 0);
+                    arm.tool.M = KDL::Rot(KDL::Vector(2e-4 * side, 0, 0)) * arm.tool.M;
+                  }};
   if (family == "warm-spring")
     return under_changing_conditions(
         on_theta(family, 1, "joint-angle 2 * temperature arm", [](const Moment& m) {
@@ -777,6 +785,7 @@ std::vector<std::string> families() {
           "crash",
           "run-out",
           "droop",
+          "tool-play",
           "foot-play",
           "warm-spring",
           "warm-up",
