@@ -318,7 +318,8 @@ namespace {
 void refuse_foreign_ending(const std::string& path, const std::string& option) {
   for (const char* const ending : {".pdf", ".png", ".jpg", ".xlsx", ".docx", ".ods"})
     if (path.ends_with(ending))
-      throw CLI::ValidationError(option, "'" + path + "': no product is of this kind; pages end in " +
+      throw CLI::ValidationError(option, "'" + path +
+                                             "': no product is of this kind; pages end in " +
                                              ".html, tables in .csv, documents in .yaml or .json");
 }
 

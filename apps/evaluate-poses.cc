@@ -102,7 +102,8 @@ int run(app::Command& command, const Arguments& arguments) {
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Robot robot = set_up(command, arguments, given, campaign);
   if (against) against = set_up(command, arguments, *against, campaign);
-  app::warn_of_all(command, {hidden_by_refit(app::split_list(arguments.refit), given, campaign).words});
+  app::warn_of_all(command,
+                   {hidden_by_refit(app::split_list(arguments.refit), given, campaign).words});
   const Evaluation evaluation = evaluate(robot, campaign);
   std::vector<Prediction> predictions;
   if (robot.uncertainty) predictions = predict(robot, campaign);

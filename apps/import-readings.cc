@@ -90,7 +90,8 @@ int run(app::Command& command, app::ImportArguments arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::Command command("import-readings", "Exported tables to measured poses, and to passes for mirror-correct.",
+  app::Command command("import-readings",
+                       "Exported tables to measured poses, and to passes for mirror-correct.",
                        "import-readings --points tracker.csv --joints controller.csv "
                        "--angle-unit deg -o measured.csv");
   app::ImportArguments arguments;

@@ -70,7 +70,8 @@ void add_column_options(Command& command, ImportOptions& import) {
 }  // namespace
 
 void add_import_options(Command& command, ImportArguments& arguments) {
-  command.add_input("A table with joint angles and measured points, or with --pass the record of a motion");
+  command.add_input(
+      "A table with joint angles and measured points, or with --pass the record of a motion");
   command.add_output();
   Option points = command.file(
       "--points", arguments.points,

@@ -76,10 +76,10 @@ void add_mirror_options(Command& command, MirrorArguments& arguments) {
       "Robot file with effects that a force drives: its prediction is compared with the pass"));
   // For an option that means nothing without a measured pass.
   const auto of_passes = [&](Option option) { option.excludes(from_force); };
-  const Option forces = command.file(
-      "--forces", arguments.forces,
-      "Record of a force plate with a clock of its own, for each pass of --measured: "
-      "t_s,fx_n,fy_n,fz_n. The deviation of the pass tells its clock");
+  const Option forces =
+      command.file("--forces", arguments.forces,
+                   "Record of a force plate with a clock of its own, for each pass of --measured: "
+                   "t_s,fx_n,fy_n,fz_n. The deviation of the pass tells its clock");
   of_passes(forces);
   command
       .option("--force-offset-s", arguments.force_offset_s,
@@ -147,8 +147,9 @@ MirrorInputs read_mirror_inputs(Command& command, const MirrorArguments& argumen
   for (const std::string& file : arguments.forces)
     inputs.forces.push_back(command.read_force_record(file));
   if (!inputs.forces.empty() && inputs.forces.size() != inputs.passes.size())
-    throw UsageError(fmt::format("--forces names {} records and --measured {} passes; name one for each, in the same order",
-                                 inputs.forces.size(), inputs.passes.size()));
+    throw UsageError(fmt::format(
+        "--forces names {} records and --measured {} passes; name one for each, in the same order",
+        inputs.forces.size(), inputs.passes.size()));
   for (const std::vector<PathFile>* passes : {&inputs.passes, &inputs.earlier})
     for (const PathFile& pass : *passes)
       refuse_corrected(pass, "what the instrument recorded", kAsPrevious);

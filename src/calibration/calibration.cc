@@ -207,7 +207,8 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
   if (equations <= model.unknowns())
     throw std::invalid_argument(
         model.campaign().source + ": " + std::to_string(model.rows()) +
-        (model.rows() == 1 ? " reading gives " : " readings give ") + std::to_string(equations) + " equations for " + std::to_string(model.unknowns()) +
+        (model.rows() == 1 ? " reading gives " : " readings give ") + std::to_string(equations) +
+        " equations for " + std::to_string(model.unknowns()) +
         " unknowns; measure more poses, or identify fewer parameters (--identify)");
 }
 

@@ -389,10 +389,10 @@ HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& 
   const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
   const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
   if (1 - left <= kMostHidden) return {};
-  return {1 - left, fmt::format(
-      "--refit {} fits {} unknowns to the {} numbers of these readings and so hides about {:.0f} % "
-      "of the error; measure more poses",
-      fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left))};
+  return {1 - left, fmt::format("--refit {} fits {} unknowns to the {} numbers of these readings "
+                                "and so hides about {:.0f} % "
+                                "of the error; measure more poses",
+                                fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left))};
 }
 
 }  // namespace armtrue

@@ -194,7 +194,8 @@ void judge(std::vector<CertifiedChange>& differences, double factor) {
 
 namespace {
 
-// A fit of base and tool to few poses hides their errors: of other poses they are AP / (1 - hidden).
+// A fit of base and tool to few poses hides their errors: of other poses they are AP / (1 -
+// hidden).
 Decision decision_on(const Certificate& certificate, double tolerance, double hidden) {
   const double ap = certificate.all.ap.value, expanded = certificate.budget.expanded;
   const Decision shown = decide(ap, expanded, tolerance);

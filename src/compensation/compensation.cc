@@ -172,10 +172,10 @@ class Compensation {
   JointVector pace_of(const ProgrammedWay& way, const std::vector<JointVector>& commands,
                       const CorrectedTarget& target) const {
     const size_t n = commands.size();
-    JointVector pace = (commands[n - 1] - commands[n - 2]) /
-                       (way.places[n - 1].share - way.places[n - 2].share);
-    const JointVector of_bend = bend_of_arc(way.middle, target.q - target.programmed) *
-                                std::pow(1 - way.middle, 2);
+    JointVector pace =
+        (commands[n - 1] - commands[n - 2]) / (way.places[n - 1].share - way.places[n - 2].share);
+    const JointVector of_bend =
+        bend_of_arc(way.middle, target.q - target.programmed) * std::pow(1 - way.middle, 2);
     return (pace.array().abs() > of_bend.array().abs()).select(pace, 0);
   }
 

@@ -141,8 +141,7 @@ Explanation with_more_moves(const ChangeProblem& problem, Explanation current) {
 Explanation find_moves(const ChangeProblem& problem) {
   const Explanation nothing = explain(problem, {});
   Explanation best = with_more_moves(problem, nothing);
-  if (best.moved.empty() ||
-      problem.p_value(best.moved, best.fit, 1) >= kChangeSignificance)
+  if (best.moved.empty() || problem.p_value(best.moved, best.fit, 1) >= kChangeSignificance)
     return best;
   // Two moves that neither explains much alone are found as a pair, beside the first.
   constexpr double kMostEquations = 2000;  // beyond, nobody waits for all pairs

@@ -27,8 +27,8 @@ ColumnName column_name(std::string_view header);
 
 /// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q16, e1 to e6, x,
 /// y, z, a, b, c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose
-/// order the names do not tell), fx, fy, fz, payload, temp_<where>, image (the file of a row). Presets also
-/// know cov0 to cov35, the entries of a covariance, row by row.
+/// order the names do not tell), fx, fy, fz, payload, temp_<where>, image (the file of a row).
+/// Presets also know cov0 to cov35, the entries of a covariance, row by row.
 struct KnownQuantity {
   std::string name;
   UnitKind kind = UnitKind::none;

@@ -90,7 +90,8 @@ void read_bag(const std::string& path, const ImportOptions& options, TableRole r
 
 }  // namespace
 
-ImportedTable read_imported_table(const std::string& path, const ImportOptions& options, TableRole role) {
+ImportedTable read_imported_table(const std::string& path, const ImportOptions& options,
+                                  TableRole role) {
   ImportedTable import{ImportNames(options), {}, {}};
   if (is_bag(path)) {
     read_bag(path, options, role, import);

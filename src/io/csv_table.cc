@@ -230,8 +230,7 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
   constexpr size_t kOfAnExport = 3;  // hardly a column is ours
   if (missing.size() >= kOfAnExport && what.empty())
     remedy = std::string("; convert an exported table with import-readings") +
-             (std::ranges::count(missing, "t_s") ? " --pass" : "") +
-             ", or name the columns so.";
+             (std::ranges::count(missing, "t_s") ? " --pass" : "") + ", or name the columns so.";
   if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
     remedy = "; separate them by commas or semicolons, not by tabs.";
   std::vector<std::string> candidates;

@@ -85,9 +85,9 @@ std::optional<std::vector<Quantity>> find_joints(const CsvTable& table,
 }
 
 std::optional<std::array<Quantity, 3>> find_force(const CsvTable& table) {
-  return group<3>(
-      table, {find_plain(table, "fx_n"), find_plain(table, "fy_n"), find_plain(table, "fz_n")},
-      {"fx_n", "fy_n", "fz_n"});
+  return group<3>(table,
+                  {find_plain(table, "fx_n"), find_plain(table, "fy_n"), find_plain(table, "fz_n")},
+                  {"fx_n", "fy_n", "fz_n"});
 }
 
 PathColumns find_columns(const CsvTable& table, const std::vector<JointName>& joints) {

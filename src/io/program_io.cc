@@ -50,9 +50,10 @@ bool is_program_text(const std::string& path) {
   const std::string ending = upper_case(name.extension().string());
   const std::string stem = upper_case(name.stem().string());
   // POSREG and SYSFRAME of FANUC; of Yaskawa ALL.PRM holds RC.PRM
-  const bool is_listing = (ending == ".VA" && (stem.starts_with("P") || stem.starts_with("SYSF"))) ||
-                          (ending == ".PRM" && (stem == "RC" || stem == "ALL")) ||
-                          (ending == ".CND" && (stem == "TOOL" || stem == "UFRAME"));
+  const bool is_listing =
+      (ending == ".VA" && (stem.starts_with("P") || stem.starts_with("SYSF"))) ||
+      (ending == ".PRM" && (stem == "RC" || stem == "ALL")) ||
+      (ending == ".CND" && (stem == "TOOL" || stem == "UFRAME"));
   return is_listing || std::ranges::any_of(dialects(), [&](const Dialect* dialect) {
            const DialectFacts& facts = dialect->facts();
            return !ending.empty() &&

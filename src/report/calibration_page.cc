@@ -35,8 +35,7 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result,
                                  : "calibrated",
                sentence);
   page.tiles({{"Nominal", before.empty() ? "?" : before,
-               before.empty() ? "base and tool are not both identified"
-                              : "base and tool placed"},
+               before.empty() ? "base and tool are not both identified" : "base and tool placed"},
               {"Calibrated", after, "of the readings that the fit used"},
               floor_tile(page, story.quality.noise, "calibration/floor_mm")});
 }

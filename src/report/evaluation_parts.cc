@@ -51,10 +51,11 @@ std::string unseen_scale_text(const Page& page, const std::string& key) {
 Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::string& key) {
   if (noise.source == NoiseFloor::Source::none)
     return {"Floor", "?", "no repeats, and no noise of the instrument is stated"};
-  return {"Floor", page.value(key) + " mm",
-          std::string("mean error of a perfect model, by the ") +
-              (noise.source == NoiseFloor::Source::replicates ? "repeats of poses"
-                                                              : "noise of the instrument as stated")};
+  return {
+      "Floor", page.value(key) + " mm",
+      std::string("mean error of a perfect model, by the ") +
+          (noise.source == NoiseFloor::Source::replicates ? "repeats of poses"
+                                                          : "noise of the instrument as stated")};
 }
 
 }  // namespace armtrue

@@ -80,10 +80,10 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   std::vector<Page::Tile> tiles{{"Nominal", mean_of(0), "base and tool placed, " + readings},
                                 {"Calibrated", mean_of(1), "geometry, " + readings}};
   if (has_more)
-    tiles.push_back({"With effects",
-                     held_out ? page.value("before_after/after_mm") + " mm"
-                              : mean_of(result.stages.size() - 1),
-                     readings});
+    tiles.push_back(
+        {"With effects",
+         held_out ? page.value("before_after/after_mm") + " mm" : mean_of(result.stages.size() - 1),
+         readings});
   if (result.after_arm)
     tiles.push_back({"The arm alone", page.value("before_after/after_arm_mm") + " mm",
                      "without what the station does, as programs are corrected"});

@@ -161,8 +161,8 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
   add_mirror_next(page, findings);
   page.folded_section("Details");
   page.add(folded("Accuracy of the passes, each axis", accuracy_table(page, findings)));
-  page.add(folded("Passes and their clocks", passes_table(page, findings.files.size()) +
-                                                 force_records_text(page, findings)));
+  page.add(folded("Passes and their clocks",
+                  passes_table(page, findings.files.size()) + force_records_text(page, findings)));
   page.add(folded("Filter and correction", filter_table(page)));
   return page.finish();
 }

@@ -27,8 +27,7 @@ Path plate_of(const plant::Record& record, const plant::Options& options, double
   const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(
       count, begin, begin + kPlatePeriod * static_cast<double>(count - 1));
   Path plate;
-  plate.time =
-      (1 + options.clock_rate) * time.array() + options.clock_offset + ahead;
+  plate.time = (1 + options.clock_rate) * time.array() + options.clock_offset + ahead;
   plate.force = interpolate(record.true_time, record.true_force, time);
   for (Eigen::Index i = 0; i < count; ++i) {
     const double tooth = 0.4 * std::sin(2 * M_PI * 133 * time[i]);
@@ -75,8 +74,7 @@ TEST(ForceClock, GivesThePassItsForce) {
   const plant::Program program = plant::program(plant::Shape::line);
   const plant::Record record = run(program, program.position, options);
   const Path plate = plate_of(record, options, 11.5, 3);
-  const Path forced =
-      with_force(path_of(program), without_force(record), plate, {11.5, 0});
+  const Path forced = with_force(path_of(program), without_force(record), plate, {11.5, 0});
   ASSERT_GT(forced.samples(), record.time.size() * 9 / 10);
   const Eigen::VectorXd program_time =
       (forced.time.array() - options.clock_offset) / (1 + options.clock_rate);

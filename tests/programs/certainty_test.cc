@@ -296,8 +296,7 @@ TEST(Certainty, AUrFunctionMayGiveANameAnotherPoint) {
                     HasSubstr("local a = p[1,2,5.001,")));
   // Without `local` it is the global one, which has the other value once the function was called.
   const std::string go = "def go():\na = p[1,2,4,0,0,0]\nend\n";
-  EXPECT_THAT(lines_of(parsed("p.script", head + go + "go()\nmovel(a)\nend\n")),
-              ElementsAre(3, 4));
+  EXPECT_THAT(lines_of(parsed("p.script", head + go + "go()\nmovel(a)\nend\n")), ElementsAre(3, 4));
 }
 
 TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
@@ -305,8 +304,9 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
                            "f = p[0,0,1,0,0,0]\nhome = p[1,1,1,0,0,0]\n"
                            "a = p[1,2,3,0,0,0]\nmovel(a)\n";
   const RobotProgram program =
-      parsed("p.script", head + "a = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\nmovel(a)\n"
-                                "b = home\nmovel(b)\nend\n");
+      parsed("p.script", head +
+                             "a = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\nmovel(a)\n"
+                             "b = home\nmovel(b)\nend\n");
   EXPECT_THAT(program.warnings, IsEmpty());
   ASSERT_EQ(program.targets.size(), 5u);
   EXPECT_EQ(program.targets[1].base, -1);
@@ -339,8 +339,9 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
 // A bracket about an argument is an expression of one name.
 TEST(Certainty, ARapidCallMayHaveItsArgumentInBrackets) {
   const std::string head = "MODULE m\n" + robtarget("p10") + "PROC main()\n",
-                    pick = "ENDPROC\nPROC pick(robtarget to, num n)\nMoveL to,v1,fine,tool0;\n"
-                           "ENDPROC\nENDMODULE\n";
+                    pick =
+                        "ENDPROC\nPROC pick(robtarget to, num n)\nMoveL to,v1,fine,tool0;\n"
+                        "ENDPROC\nENDMODULE\n";
   for (const char* const call : {"pick(p10),3;\n", "pick ( p10 ) , 3;\n", "pick p10,3;\n"}) {
     const RobotProgram program = parsed("m.mod", head + call + pick);
     EXPECT_THAT(lines_of(program), ElementsAre(4)) << call;
@@ -696,11 +697,11 @@ TEST(Certainty, ARoutineThatSetsNothingHandsOnWhatItIsCalledWith) {
                           "calls or branches before it"));
   // One that sets a tool, also by a call or in a branch, hands on none.
   for (const std::string& set : {t2, "if x:\n" + t2 + "end\n"})
-    EXPECT_EQ(parsed("p.script", "def prog():\n" + kJoints + "def deep():\nend\ndef go():\ndeep()\n" +
-                                     set + "end\n" + t1 + move + "if y:\ngo()\nend\n" + move +
-                                     "end\n")
-                  .left_alone,
-              1)
+    EXPECT_EQ(
+        parsed("p.script", "def prog():\n" + kJoints + "def deep():\nend\ndef go():\ndeep()\n" +
+                               set + "end\n" + t1 + move + "if y:\ngo()\nend\n" + move + "end\n")
+            .left_alone,
+        1)
         << set;
 }
 

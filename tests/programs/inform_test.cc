@@ -260,8 +260,9 @@ const std::string kPulses =
 TEST(Inform, PulsesAreAnglesByTheParametersOfTheController) {
   const std::string moves = "MOVJ C00000 VJ=1.00\r\nMOVL C00001 V=9.0\r\n";
   const auto read = [&](const std::string& text, const std::string& listing) {
-    return parse_program(inform(), {{"PART.JBI", text}}, {}, TargetParts::pose,
-                         what_others_declare(inform(), {{"PART.JBI", text}}, {{"RC.PRM", listing}}));
+    return parse_program(
+        inform(), {{"PART.JBI", text}}, {}, TargetParts::pose,
+        what_others_declare(inform(), {{"PART.JBI", text}}, {{"RC.PRM", listing}}));
   };
   const RobotProgram program = read(job(kPulses, moves), parameters());
   ASSERT_THAT(program.targets, SizeIs(2));

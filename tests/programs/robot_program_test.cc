@@ -168,8 +168,7 @@ TEST(RobotProgramTest, WhatIsCutOffIsNamedWithItsLine) {
 }
 
 TEST(RobotProgramTest, LinesThatEndWithCrAloneAreRefused) {
-  for (const char* const name : {"krl", "urscript"})
-    try {
+  for (const char* const name : {"krl", "urscript"}) try {
       refuse_cut_off(*find_dialect(name), {{"p", "DEF p()\rLIN {X 8}\rEND\r"}});
       FAIL() << name;
     } catch (const InputError& error) {

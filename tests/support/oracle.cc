@@ -481,7 +481,8 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
     return Hidden{family, "tool", "gravity-direction", [](const Moment& m, OracleArm& arm) {
                     OracleArm bare = arm;
                     bare.tool = KDL::Frame::Identity();
-                    const double side = (forward(bare, m.q).M.Inverse() * arm.gravity).y() > 0 ? 1 : -1;
+                    const double side =
+                        (forward(bare, m.q).M.Inverse() * arm.gravity).y() > 0 ? 1 : -1;
                     arm.tool.p += KDL::Vector(0, 1e-4 * side, 0);
                     arm.tool.M = KDL::Rot(KDL::Vector(2e-4 * side, 0, 0)) * arm.tool.M;
                   }};

@@ -196,11 +196,12 @@ TEST(WithoutMasses, AnAxisThatGivesWayUnderAWrittenPayloadIsNamed) {
   plan.seed = 41;
   const HiddenCampaign campaign(kNominal, "two-payloads", 0.12, plan);
   const LoopResult result = closed(campaign, without_masses());
-  const bool by_payload = std::ranges::any_of(result.trace.effects, [&](const TracedEffect& traced) {
-    return traced.effect.name == "joint compliance" &&
-           traced.effect.driver.factor == DriverKind::payload &&
-           to_string(traced.effect.parameter) == campaign.written.truth.parameter;
-  });
+  const bool by_payload =
+      std::ranges::any_of(result.trace.effects, [&](const TracedEffect& traced) {
+        return traced.effect.name == "joint compliance" &&
+               traced.effect.driver.factor == DriverKind::payload &&
+               to_string(traced.effect.parameter) == campaign.written.truth.parameter;
+      });
   EXPECT_TRUE(by_payload) << listed(result);
   EXPECT_LT(result.after, 1.06 * campaign.written.floor_mean_mm * kMillimetre);
 }

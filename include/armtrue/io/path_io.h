@@ -42,7 +42,8 @@ PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no,
 /// are not used. Throws InputError as read_path() does.
 PathFile read_force_record(const std::string& file);
 
-/// The columns of read_path() that the path has, as text, rounded to 0.1 us, a nanometre, a nanodegree and a micronewton.
+/// The columns of read_path() that the path has, as text, rounded to 0.1 us, a nanometre, a
+/// nanodegree and a micronewton.
 std::string write_path(const Path& path, const std::vector<JointName>& joints = six_axis_names());
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a

@@ -47,8 +47,8 @@ struct PathAccuracy {
 /// plane that all of them meet.
 PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes);
 
-/// The same of passes in the clock and the frame of `command`. Throws as cross_normal_planes() does,
-/// too.
+/// The same of passes in the clock and the frame of `command`. Throws as cross_normal_planes()
+/// does, too.
 PathAccuracy path_accuracy(const Path& command, const std::vector<Path>& passes);
 
 /// Mean, RMS, 95th percentile and maximum of |deviation| per axis and of its length [m].

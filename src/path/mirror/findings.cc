@@ -43,9 +43,8 @@ void add_unseen(const std::vector<Path>& passes, MirrorFindings& findings) {
   FormError& form = findings.form;
   form.ci95 = {std::max(0.0, form.ci95[0] - step / 2), form.ci95[1] + step / 2};
   const double mean_of_rms = std::sqrt(std::numbers::pi) / 2;
-  findings.result.expected_after =
-      std::hypot(findings.result.expected_after,
-                 mean_of_rms * std::hypot(form.faster, step / std::sqrt(6.0)));
+  findings.result.expected_after = std::hypot(
+      findings.result.expected_after, mean_of_rms * std::hypot(form.faster, step / std::sqrt(6.0)));
 }
 
 }  // namespace

@@ -70,8 +70,7 @@ class RunningMean {
 Path smoothed(const Path& force, double window) {
   constexpr double kPerWindow = 8;
   const Span known = span_of(force);
-  const auto count =
-      static_cast<Eigen::Index>(std::ceil(known.length() / window * kPerWindow)) + 1;
+  const auto count = static_cast<Eigen::Index>(std::ceil(known.length() / window * kPerWindow)) + 1;
   Path result;
   result.time = Eigen::VectorXd::LinSpaced(count, known.begin, known.end);
   result.force = RunningMean(force, window).at(result.time);
@@ -100,7 +99,8 @@ class OffsetFit {
   double unforced() const { return deviation_.squaredNorm(); }
 
   Eigen::Matrix3Xd residuals(const Path& force, double offset) const {
-    const Eigen::Matrix3Xd f = without_beside(interpolate(force.time, force.force, times_.array() + offset));
+    const Eigen::Matrix3Xd f =
+        without_beside(interpolate(force.time, force.force, times_.array() + offset));
     Eigen::Matrix3d power = f * f.transpose();
     if (!(power.trace() > 0)) return deviation_;
     // Along directions without a force the compliance is zero.
@@ -166,8 +166,9 @@ Eigen::Matrix3Xd deviation_across(const Path& executed, const Path& pass, const 
 }
 
 std::string remedy(const std::string& record) {
-  return record + ", or state --force-offset-s, the time by which the clock of the force record is "
-                  "ahead of the instrument's";
+  return record +
+         ", or state --force-offset-s, the time by which the clock of the force record is "
+         "ahead of the instrument's";
 }
 
 }  // namespace
@@ -179,10 +180,9 @@ ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& f
   // The record covers the motion at all offsets from first to last.
   const Span offsets{known.begin - moves.begin, known.end - moves.end};
   if (offsets.length() < 0)
-    throw std::invalid_argument(
-        "the force record lasts " + formatted("%.3g s", known.length()) +
-        ", and the tool moves for " + formatted("%.3g s", moves.length()) +
-        ": take the record of this pass, from air to air");
+    throw std::invalid_argument("the force record lasts " + formatted("%.3g s", known.length()) +
+                                ", and the tool moves for " + formatted("%.3g s", moves.length()) +
+                                ": take the record of this pass, from air to air");
   constexpr double kAir = 1;  // [s] of standstill before and after the motion
   const std::vector<Eigen::Index> kept = within(pass, {moves.begin - kAir, moves.end + kAir});
   const Path part = at_columns(pass, kept);
@@ -220,7 +220,8 @@ ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& f
   const double fine = period / 16;
   const double about = coarse_offset(best);
   const auto side = static_cast<int>(std::ceil(2 * step / fine));
-  const OffsetFit fit = fit_of({known.begin - about + fine * side, known.end - about - fine * side}, 1);
+  const OffsetFit fit =
+      fit_of({known.begin - about + fine * side, known.end - about - fine * side}, 1);
   Eigen::MatrixXd of_blocks(kBlocks, 2 * side + 1);  // of each block, at each fine offset
   for (int k = -side; k <= side; ++k)
     of_blocks.col(k + side) = sums_of_blocks(fit.residuals(mean, about + fine * k));
@@ -283,11 +284,12 @@ Path with_force(const Path& executed, const Path& pass, const Path& force, const
   const Span moves = motion_of(executed, pass, fit_clock(executed, pass, options));
   const double period = median_period(pass);
   if (covered.begin > moves.begin + period || covered.end < moves.end - period)
-    throw std::invalid_argument(
-        "the force record covers " + formatted("%.3f s", covered.begin) +
-        formatted(" to %.3f s", covered.end) + " by the clock of the instrument, and the tool moves " +
-        formatted("from %.3f s", moves.begin) + formatted(" to %.3f s", moves.end) +
-        ": take the record of this pass, or check --force-offset-s");
+    throw std::invalid_argument("the force record covers " + formatted("%.3f s", covered.begin) +
+                                formatted(" to %.3f s", covered.end) +
+                                " by the clock of the instrument, and the tool moves " +
+                                formatted("from %.3f s", moves.begin) +
+                                formatted(" to %.3f s", moves.end) +
+                                ": take the record of this pass, or check --force-offset-s");
   Path result = at_columns(pass, within(pass, covered));
   const Path mean = smoothed(force, period);
   result.force = interpolate(mean.time, mean.force, result.time.array() + clock.offset);

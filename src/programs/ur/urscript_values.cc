@@ -60,8 +60,8 @@ const UrValues::Assignment* UrValues::assignment_at(Variable& variable, size_t a
       std::vector<ProgramFlow::Setting> settings;
       for (const Assignment& assignment : variable.assignments)
         settings.push_back({assignment.value.end, assignment.is_element
-                                                        ? ProgramFlow::kUncertain
-                                                        : static_cast<int>(settings.size())});
+                                                      ? ProgramFlow::kUncertain
+                                                      : static_cast<int>(settings.size())});
       variable.flow = flow_->follow(std::move(settings));
     }
     const int value = variable.flow->at(at);

@@ -31,8 +31,8 @@ struct UrValue {
   bool is_inverse = false;  ///< of get_inverse_kin
 };
 
-/// The values of a URScript program: p[..], [..], names whose value is certain where they stand, and
-/// get_inverse_kin(pose, qnear) and pose_trans(frame, pose) of them.
+/// The values of a URScript program: p[..], [..], names whose value is certain where they stand,
+/// and get_inverse_kin(pose, qnear) and pose_trans(frame, pose) of them.
 class UrValues {
  public:
   /// `text`: the program by masked(), whose line ends are blanks. All must outlive it.

@@ -159,8 +159,8 @@ class InformReader : MoveReader {
     const std::string word = cursor.take_name();
     if (is_inform_move(word)) return read_move(word, statement);
     if (is_other_inform_motion(word)) {
-      leave(statement.line, word == "IMOV" ? "a relative move (IMOV)"
-                                           : "this function is not followed: " + word);
+      leave(statement.line,
+            word == "IMOV" ? "a relative move (IMOV)" : "this function is not followed: " + word);
       return interrupt();
     }
     if (!stands_between_inform_moves(word)) interrupt();

@@ -36,10 +36,10 @@ bool deviates_against_force(const Path& programmed, const MirrorResult& result,
 bool hardly_deviates(const MirrorResult& result);
 
 /// The step s of the coordinates of a record [m] if they are rounded to 0.01 to 1 mm (1, 2, 2.5 or
-/// 5 times a power of ten) and their noise, rounding included, is below s / 2. With more noise, some samples cross each step, and
-/// their mean shows values between the steps. With less, the record hides up to s / 2, which
-/// neither its noise nor a forecast contains. `noise`: standard deviation of a sample, per axis
-/// [m].
+/// 5 times a power of ten) and their noise, rounding included, is below s / 2. With more noise,
+/// some samples cross each step, and their mean shows values between the steps. With less, the
+/// record hides up to s / 2, which neither its noise nor a forecast contains. `noise`: standard
+/// deviation of a sample, per axis [m].
 std::optional<double> step_that_hides(const Path& record, double noise);
 
 /// Whether the passes deviate as if the correction `executed` had not been run: the deviation is
