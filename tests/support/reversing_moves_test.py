@@ -122,24 +122,30 @@ class ReversingMoves(unittest.TestCase):
         """Distances of the true TCP from the programmed lines at the commanded points [mm]."""
         cell = programs.Cell(dialect, f"reversing {seed}")
         postures, places = straight.corners(cell, dialect)
-        texts = getattr(straight, dialect + "_program")(cell, postures)
+        commanded, reached = self.driven(cell, dialect, getattr(straight, dialect + "_program")(cell, postures))
+        lines = straight.lines_of(commanded, places)
+        ways = [lambda t, ends=ends: straight.part_of_way(*ends, t) for ends in zip(commanded, commanded[1:])]
+        return [straight.off_lines(places, line, pose)[0] for line, pose in zip(lines, reached(ways, postures[0]))]
+
+    def driven(self, cell, dialect, texts):
+        """The commanded poses of the program that is corrected for an arm with backlash, and a function that gives the true
+        TCP at the ends of ways which that arm drives one after another."""
         cell.true_text = with_backlash(programs.true_text(cell.nominal_text, cell.rng))
-        stands, tool, q = arm_with_backlash(cell.true_text), cell.tools[0], postures[0]
+        stands, tool = arm_with_backlash(cell.true_text), cell.tools[0]
         with tempfile.TemporaryDirectory() as folder:
             compensate = programs.Compensation(BIN, pathlib.Path(folder), cell, dialect, *texts)
             targets = straight.interpreter(dialect, cell)(*compensate("true.yaml", "--spacing-mm", "0.05"))
-        commanded = [vc.after(cell.nominal.pose(t.value), tool) if t.kind == "joints" else vc.after(t.base, t.value)
-                     for t in targets]
-        errors = []
-        for line, start, end in zip(straight.lines_of(commanded, places), commanded, commanded[1:]):
-            along = [q]
-            for t in PLACES:
-                pose = vc.after(straight.part_of_way(start, end, t), programs.inverse(tool))
-                along.append(programs.joints_at(cell.nominal, pose, along[-1]))
-            q = along[-1]
-            reached = vc.after(stands(directions_of(along)).pose(q), tool)
-            errors.append(straight.off_lines(places, line, reached)[0])
-        return errors
+
+        def reached(ways, q):
+            for way in ways:
+                along = [q]
+                for t in PLACES:
+                    along.append(programs.joints_at(cell.nominal, vc.after(way(t), programs.inverse(tool)), along[-1]))
+                q = along[-1]
+                yield vc.after(stands(directions_of(along)).pose(q), tool)
+
+        return [vc.after(cell.nominal.pose(t.value), tool) if t.kind == "joints" else vc.after(t.base, t.value)
+                for t in targets], reached
 
     # The controller draws an arc through its three commands: where the correction jumps at one of them, a joint may
     # arrive at the end in the other direction than on the programmed arc. No end may miss by more than 0.02 mm.
@@ -155,23 +161,10 @@ class ReversingMoves(unittest.TestCase):
         """Distances of the true TCP from the programmed circles at the ends of the commanded arcs [mm]."""
         cell = programs.Cell(dialect, f"reversing {seed}")
         postures, arcs = circular.arcs_of(cell, dialect)
-        texts = getattr(circular, dialect + "_program")(cell, postures)
-        cell.true_text = with_backlash(programs.true_text(cell.nominal_text, cell.rng))
-        stands, tool, q = arm_with_backlash(cell.true_text), cell.tools[0], postures[0]
-        with tempfile.TemporaryDirectory() as folder:
-            compensate = programs.Compensation(BIN, pathlib.Path(folder), cell, dialect, *texts)
-            targets = straight.interpreter(dialect, cell)(*compensate("true.yaml", "--spacing-mm", "0.05"))
-        commanded = [vc.after(cell.nominal.pose(t.value), tool) if t.kind == "joints" else vc.after(t.base, t.value)
-                     for t in targets]
+        commanded, reached = self.driven(cell, dialect, getattr(circular, dialect + "_program")(cell, postures))
         pieces = [circular.Arc(*commanded[k:k + 3], dialect == "rapid") for k in range(0, len(commanded) - 2, 2)]
-        errors = []
-        for number, piece in zip(circular.arc_of_each(pieces, arcs), pieces):
-            along = [q]
-            for t in PLACES:
-                along.append(programs.joints_at(cell.nominal, vc.after(piece.at(t), programs.inverse(tool)), along[-1]))
-            q = along[-1]
-            errors.append(arcs[number].off(vc.after(stands(directions_of(along)).pose(q), tool))[0])
-        return errors
+        ends = reached([piece.at for piece in pieces], postures[0])
+        return [arcs[number].off(pose)[0] for number, pose in zip(circular.arc_of_each(pieces, arcs), ends)]
 
     def test_krl(self):
         self.run_dialect("krl")
