@@ -111,6 +111,17 @@ TEST(ForceClock, IsRefusedWhereNothingTellsIt) {
   for (double& value : plate.force.reshaped()) value = normal(random);
   EXPECT_THAT(why(plate), HasSubstr("does not deviate by the force"));
 
+  // A tool that deviates by nothing at all.
+  Path exact = pass;
+  exact.position =
+      position_at(executed, (pass.time.array() - options.clock_offset) / (1 + options.clock_rate));
+  try {
+    fit_force_clock(executed, exact, whole);
+    ADD_FAILURE() << "a clock without a deviation";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("does not deviate by the force"));
+  }
+
   // The same part twice in one record.
   const double length = whole.time[whole.samples() - 1] - whole.time[0] + kPlatePeriod;
   plate.time.resize(2 * whole.samples());

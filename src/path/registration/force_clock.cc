@@ -118,6 +118,8 @@ class OffsetFit {
   Eigen::Matrix3Xd deviation_;
 };
 
+// The share of independent residuals among n: (1 - r) / (1 + r), with their correlation r from
+// sample to sample.
 double independent_share(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index n = residuals.cols();
   const double power = residuals.squaredNorm();
@@ -230,15 +232,14 @@ ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& f
   const double least = rest.minCoeff(&at);
   const auto offset = [&](Eigen::Index k) { return about + fine * static_cast<double>(k - side); };
 
-  // The number of independent residuals, n (1 - r) / (1 + r), with their correlation r from sample
-  // to sample; twice the fall of the log likelihood is n ln S's rise.
+  // Twice the fall of the log likelihood is n ln S's rise, with the independent n.
   const double independent = independent_share(fit.residuals(mean, offset(at)));
   const auto fall = [&](double more) {
     return independent * fit.numbers() * std::log(more / least);
   };
   const double kCertain = 2 * std::log(1000.0);  // odds of a thousand
   constexpr double kOfUnknowns = 2 * 9;          // the compliance explains some of any noise
-  if (fall(fit.unforced()) < kCertain + kOfUnknowns)
+  if (!(fall(fit.unforced()) >= kCertain + kOfUnknowns))  // nor where the tool does not deviate
     throw std::invalid_argument("the tool does not deviate by the force of the record: " +
                                 remedy("check that it is of this pass"));
   // Beyond the valley of this offset, another that is a thousandth as likely or more.
