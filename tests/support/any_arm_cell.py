@@ -85,6 +85,7 @@ class Cell:
         links[0], zeros[0], zeros[-1] = NONE, 0.0, 0.0
         self.truth = {"base": self.arm.base, "tool": self.arm.tool, "links": links + [NONE], "zeros": zeros}
         self.effect = Effect("hidden", "", joints=lambda state: self.errors(state, options))
+        self.sags = bool(options.sag)
         self.rng, self.joints = random.Random(options.seed + (2 if options.other_poses else 1)), joints
         self.travel, self.slides, self.table = list(self.arm.travel), list(self.arm.slides), None
         if positioner := positioner_of(text):
@@ -115,7 +116,7 @@ class Cell:
     def frame(self, values):
         """Where the tool is, seen from the part if a positioner carries it."""
         own, others = values[:self.joints], values[self.joints:]
-        state = State(own, self.arm.torques(own, self.arm.masses))
+        state = State(own, self.arm.torques(own, self.arm.masses) if self.sags else [])
         tool = self.arm.pose(own, self.truth, self.effect, 1.0, state)
         if not self.table:
             return tool
@@ -205,25 +206,30 @@ def least_change(rows, wanted):
     return [sum(w * row[j] for w, row in zip(weights, rows)) for j in range(len(rows[0]))]
 
 
-def approach(cell, contact, noise):
-    """Joint values at which the arm touches, by Newton's steps from a random posture; None if it does not get there."""
-    values = cell.draw()
-    units = [1.0 if slides else 1e-3 for slides in cell.slides]
-    miss = lambda q: [x - n for x, n in zip(off_contact(cell.frame(q)[1], contact), noise)]
-    for _ in range(40):
+def solved(cell, miss, steps, close):
+    """Joint values at which the arm misses by nothing, by Newton's steps from a random posture; None if it does not get there."""
+    values, units = cell.draw(), [1.0 if slides else 1e-3 for slides in cell.slides]
+    for _ in range(steps):
         here = miss(values)
-        if math.hypot(*here) < 1e-7:
-            inside = all(low <= v <= high for v, (low, high) in zip(values, cell.travel))
-            return values if inside else None
+        if math.hypot(*here) < close:
+            return values if all(low <= v <= high for v, (low, high) in zip(values, cell.travel)) else None
         columns = []
         for j, unit in enumerate(units):
             beside = list(values)
             beside[j] += 1e-4 * unit
             columns.append([(b - h) / 1e-4 for b, h in zip(miss(beside), here)])
-        change = least_change([list(row) for row in zip(*columns)], [-h for h in here])
+        try:
+            change = least_change([list(row) for row in zip(*columns)], [-h for h in here])
+        except ZeroDivisionError:
+            return None
         longest = max(abs(c) for c in change)
         values = [v + c * unit * min(1, 500 / longest) for v, c, unit in zip(values, change, units)]
     return None
+
+
+def approach(cell, contact, noise):
+    """Joint values at which the arm touches."""
+    return solved(cell, lambda q: [x - n for x, n in zip(off_contact(cell.frame(q)[1], contact), noise)], 40, 1e-7)
 
 
 def touch(cell, options):
@@ -355,7 +361,7 @@ def view(rng):
 
 
 def go_to(cell, goal):
-    """Joint values at which the measured frame is there, by Newton's steps; None if it does not get there."""
+    """Joint values at which the measured frame is there."""
     def miss(values):
         rotation, point = cell.frame(values)
         turn = rotation_times(goal[0], transposed(rotation))
@@ -364,24 +370,7 @@ def go_to(cell, goal):
         angle = math.atan2(math.hypot(*skew), trace - 1)
         size = math.hypot(*skew) or 1.0
         return [p - g for p, g in zip(point, goal[1])] + [-1000 * angle * s / size for s in skew]
-    values = cell.draw()
-    units = [1.0 if slides else 1e-3 for slides in cell.slides]
-    for _ in range(30):
-        here = miss(values)
-        if math.hypot(*here) < 1e-6:
-            return values if all(low <= v <= high for v, (low, high) in zip(values, cell.travel)) else None
-        columns = []
-        for j, unit in enumerate(units):
-            beside = list(values)
-            beside[j] += 1e-4 * unit
-            columns.append([(b - h) / 1e-4 for b, h in zip(miss(beside), here)])
-        try:
-            change = least_change([list(row) for row in zip(*columns)], [-h for h in here])
-        except ZeroDivisionError:
-            return None
-        longest = max(abs(c) for c in change)
-        values = [v + c * unit * min(1, 500 / longest) for v, c, unit in zip(values, change, units)]
-    return None
+    return solved(cell, miss, 30, 1e-6)
 
 
 def look(cell, options):
@@ -503,7 +492,8 @@ def main():
     options = parser.parse_args()
     cell = Cell(options)
     options.contact = [grown(contact, options.tip_mm) for contact in options.contact]
-    {"campaign": campaign, "touch": touch, "beam": beam, "profile": profile, "look": look, "reach": reach}[options.what](cell, options)
+    with options.output:  # what collects cycles may close a file before its last lines are in it
+        {"campaign": campaign, "touch": touch, "beam": beam, "profile": profile, "look": look, "reach": reach}[options.what](cell, options)
 
 
 if __name__ == "__main__":
