@@ -106,16 +106,16 @@ Fitted::Fitted(const Eigen::MatrixXd& gram, int nuisances)
   members = gram.bottomRightCorner(count, count) - share.transpose() * share;
 }
 
-Imitation::Imitation(const Fitted& fitted, const Contest::Member& truth,
-                     const Contest::Member& rival)
-    : information(fitted.members.block(rival.first, rival.first, rival.count, rival.count) +
-                  kKnownFromStart * Eigen::MatrixXd::Identity(rival.count, rival.count)) {
-  const Eigen::VectorXd product =
-      fitted.members.block(rival.first, truth.first, rival.count, truth.count) * truth.size;
-  size = information.solve(product);
-  const double whole = truth.size.dot(
-      fitted.members.block(truth.first, truth.first, truth.count, truth.count) * truth.size);
-  left = std::max(0.0, whole - product.dot(size));
+Imitation::Imitation(const Eigen::MatrixXd& information, const Contest::Member& truth,
+                     const Contest::Member& rival) {
+  const auto between = [&](const Contest::Member& a, const Contest::Member& b) {
+    return information.block(a.first, b.first, a.count, b.count);
+  };
+  Eigen::MatrixXd of_rival = between(rival, rival);
+  of_rival.diagonal().array() += kKnownFromStart;
+  const Eigen::VectorXd product = between(rival, truth) * truth.size;
+  size = Eigen::LLT<Eigen::MatrixXd>(of_rival).solve(product);
+  left = std::max(0.0, truth.size.dot(between(truth, truth) * truth.size) - product.dot(size));
 }
 
 }  // namespace armtrue

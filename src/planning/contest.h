@@ -60,11 +60,12 @@ struct Fitted {
 
 /// Least-squares fit of the rival to the truth.
 struct Imitation {
-  Eigen::LLT<Eigen::MatrixXd> information;  ///< of the rival's coefficients
-  Eigen::VectorXd size;                     ///< the rival's coefficients
-  double left = 0;                          ///< lambda: whitened residual sum of squares
+  Eigen::VectorXd size;  ///< the rival's coefficients
+  double left = 0;       ///< lambda: whitened residual sum of squares
 
-  Imitation(const Fitted& fitted, const Contest::Member& truth, const Contest::Member& rival);
+  /// `information`: of all members, Fitted::members.
+  Imitation(const Eigen::MatrixXd& information, const Contest::Member& truth,
+            const Contest::Member& rival);
 };
 
 }  // namespace armtrue

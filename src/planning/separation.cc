@@ -99,54 +99,40 @@ class Discrimination {
     }
   }
 
-  // A candidate increases lambda by r^T V^-1 r: r is the prediction error at the candidate of the
-  // fit without it, V the variance of that error.
+  // A candidate adds E A^-1 E^T to the members' information beside the nuisances: E is what the
+  // nuisances, fitted without it, leave of its rows, A = I + P^T P the variance of that, with
+  // P = L^-1 of its rows by the nuisances.
   Eigen::VectorXd values_of_adding() const {
     Eigen::VectorXd smallest =
         Eigen::VectorXd::Constant(kCloudSize, std::numeric_limits<double>::infinity());
+    Eigen::LLT<Eigen::MatrixXd> root(block_);
     for (size_t k = 0; k < contests_.size(); ++k) {
       const int nuisances = contests_[k].nuisances;
       const Fitted fitted(grams_[k], nuisances);
       const Eigen::MatrixXd p = fitted.nuisance.matrixL().solve(blocks_[k].topRows(nuisances));
-      const Eigen::MatrixXd error =
+      const Eigen::MatrixXd left =
           blocks_[k].bottomRows(blocks_[k].rows() - nuisances) - fitted.share.transpose() * p;
-      Eigen::MatrixXd variance(block_, p.cols());  // of each candidate, of the nuisances alone
       for (int i = 0; i < kCloudSize; ++i) {
         const auto own = p.middleCols(i * block_, block_);
-        variance.middleCols(i * block_, block_) =
-            own.transpose().lazyProduct(own) + Eigen::MatrixXd::Identity(block_, block_);
+        Eigen::MatrixXd variance = own.transpose().lazyProduct(own);
+        variance.diagonal().array() += 1;
+        root.compute(variance);
+        const Eigen::MatrixXd seen =
+            root.matrixL().solve(left.middleCols(i * block_, block_).transpose());
+        const Eigen::MatrixXd information =
+            fitted.members + seen.transpose().lazyProduct(seen);
+        for (const Pair& pair : pairs_)
+          if (pair.contest == k && pair.by_poses)
+            smallest[i] = std::min(smallest[i],
+                                   Imitation(information, contests_[k].members[pair.truth],
+                                             contests_[k].members[pair.rival])
+                                       .left);
       }
-      for (const Pair& pair : pairs_)
-        if (pair.contest == k && pair.by_poses)
-          lower_to_pair(pair, fitted, error, variance, smallest);
     }
     return smallest;
   }
 
  private:
-  void lower_to_pair(const Pair& pair, const Fitted& fitted, const Eigen::MatrixXd& error,
-                     const Eigen::MatrixXd& variance, Eigen::VectorXd& smallest) const {
-    const Contest::Member& truth = contests_[pair.contest].members[pair.truth];
-    const Contest::Member& rival = contests_[pair.contest].members[pair.rival];
-    const Imitation imitation(fitted, truth, rival);
-    const auto rival_error = error.middleRows(rival.first, rival.count);
-    const Eigen::MatrixXd f = imitation.information.matrixL().solve(rival_error);
-    const Eigen::RowVectorXd r =
-        truth.size.transpose() * error.middleRows(truth.first, truth.count) -
-        imitation.size.transpose() * rival_error;
-    Eigen::MatrixXd v(block_, block_);
-    Eigen::LLT<Eigen::MatrixXd> llt(block_);
-    for (int i = 0; i < kCloudSize; ++i) {
-      const auto own = f.middleCols(i * block_, block_);
-      v = variance.middleCols(i * block_, block_);
-      v.noalias() += own.transpose().lazyProduct(own);
-      llt.compute(v);
-      const double gain =
-          llt.matrixL().solve(r.segment(i * block_, block_).transpose()).squaredNorm();
-      smallest[i] = std::min(smallest[i], imitation.left + gain);
-    }
-  }
-
   const std::vector<Contest>& contests_;
   const std::vector<Pair>& pairs_;
   std::vector<Eigen::MatrixXd> blocks_, grams_;
@@ -228,7 +214,7 @@ class Separation {
     const Fitted fitted(given.rows() > 0 ? given_.back() : everything_.back(), contest.nuisances);
     for (Contest::Member& member : contest.members) {
       if (&member == &found) continue;
-      member.size = Imitation(fitted, found, member).size;
+      member.size = Imitation(fitted.members, found, member).size;
       coefficients = member.standard.of_raw * member.size;
       for (double value : coefficients) member.effect.coefficients.push_back({"", value});
     }
@@ -247,7 +233,7 @@ class Separation {
 
   static bool poses_tell(const Contest& contest, const Fitted& all, int truth, int rival) {
     const Contest::Member& a = contest.members[truth];
-    return power(Imitation(all, a, contest.members[rival]).left, a.count) > kHopeless;
+    return power(Imitation(all.members, a, contest.members[rival]).left, a.count) > kHopeless;
   }
 
   std::vector<double> powers(const std::vector<PlannedPose>& poses) const {
@@ -264,8 +250,9 @@ class Separation {
       for (size_t i = 0; i < pairs_.size(); ++i) {
         if (pairs_[i].contest != k) continue;
         const Contest::Member& truth = contests_[k].members[pairs_[i].truth];
-        powers[i] = power(Imitation(fitted, truth, contests_[k].members[pairs_[i].rival]).left,
-                          truth.count);
+        powers[i] = power(
+            Imitation(fitted.members, truth, contests_[k].members[pairs_[i].rival]).left,
+            truth.count);
       }
     }
     return powers;
