@@ -449,6 +449,32 @@ TEST(Certainty, AUrFrameThatIsCalculatedIsNoPlace) {
   EXPECT_EQ(parsed("p.script", head + inverse + ", p[0,0,1,0,0,0]))\nend\n").left_alone, 1);
 }
 
+// One pose of --frame cannot be that of all moves.
+TEST(Certainty, ARapidFrameThatIsSetAgainIsNoPlace) {
+  const auto left_of = [](const std::string& first, const std::string& second,
+                          const std::string& move = "MoveL p10,v1,fine,t\\WObj:=w;\n") {
+    const std::string pose = "[[0,0,0],[1,0,0,0]]";
+    return parse_program(
+               *find_dialect("rapid"),
+               {{"p.mod", "MODULE m\n" + robtarget("p10") + "PERS wobjdata w:=[FALSE,TRUE,\"\"," +
+                              pose + "," + pose + "];\nPERS tooldata t:=[TRUE," + pose +
+                              ",[1,[0,0,1],[1,0,0,0],0,0,0]];\nPROC main()\nMoveAbsJ "
+                              "[[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,t;\n" +
+                              first + move + second + "ENDPROC\nENDMODULE\n"}},
+               {{"W", Pose{}}, {"T", Pose{}}, {"V", Pose{}}})
+        .left_alone;
+  };
+  EXPECT_EQ(left_of("w.oframe:=a;\n", ""), 0);
+  EXPECT_EQ(left_of("w.oframe.trans.x:=a;\n", "w.oframe.trans.y:=b;\n"), 0);
+  EXPECT_EQ(left_of("t.tload:=a;\n", "t.tload := b;\n"), 0);
+  EXPECT_EQ(left_of("w.oframe:=a;\n", "w.oframe := b;\n"), 1);
+  EXPECT_EQ(left_of("w.oframe.trans.x:=a;\n", "w.oframe:=b;\n"), 1);
+  EXPECT_EQ(left_of("w:=a;\n", "w.uframe.rot:=b;\n"), 1);
+  EXPECT_EQ(left_of("t.tframe:=a;\n", "t.tframe:=b;\n"), 1);
+  // Declared in a module that is not given.
+  EXPECT_EQ(left_of("v:=a;\n", "v:=b;\n", "MoveL p10,v1,fine,t\\WObj:=v;\n"), 1);
+}
+
 TEST(Certainty, AUrNameIsThatOfItsCapitals) {
   const RobotProgram program =
       parsed("p.script", "def prog():\na = p[1,2,3,0,0,0]\nA = p[1,2,4,0,0,0]\n" + kJoints +
@@ -476,13 +502,14 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
       "5:L PR[1] 9mm/sec FINE Offset,PR[1] ;\n6:L P[2] 9mm/sec FINE Skip,LBL[1],PR[5]=LPOS ;\n",
       fanuc_position(1) + fanuc_position(2));
   EXPECT_THAT(lines_of(program), ElementsAre(3, 6, 8));
-  EXPECT_THAT(program.warnings,
-              ElementsAre("p.ls:4: left alone: its tool stands in the room (RTCP)",
-                          "p.ls:5: left alone: the move is displaced (OFFSET), and no listing "
-                          "(--with POSREG.VA) says by how much, or it turns, or the program sets its "
-                          "register",
-                          "p.ls:7: left alone: its point is a register, and no listing (--with "
-                          "POSREG.VA) has it, or the program sets it"));
+  EXPECT_THAT(
+      program.warnings,
+      ElementsAre("p.ls:4: left alone: its tool stands in the room (RTCP)",
+                  "p.ls:5: left alone: the move is displaced (OFFSET), and no listing "
+                  "(--with POSREG.VA) says by how much, or it turns, or the program sets its "
+                  "register",
+                  "p.ls:7: left alone: its point is a register, and no listing (--with "
+                  "POSREG.VA) has it, or the program sets it"));
 }
 
 TEST(Certainty, AFanucMoveBehindATouchOffsetIsDisplaced) {

@@ -550,6 +550,13 @@ TEST(Krl, APathThatIsNotTheProgramsIsAnError) {
                "p.src: has no move to a point with plain numbers, read as krl: p.src:1: left "
                "alone: its point "
                "is declared neither here nor in the .dat");
+  // An array without values is declared, and its elements are set as the program runs.
+  expect_error(
+      [&] {
+        correct_krl(program("DECL POS XCUT[2]\nXCUT[1]=XA:XB\nLIN XCUT[1]\n"), path, path.position);
+      },
+      "p.src: has no move to a point with plain numbers, read as krl: p.src:3: left alone: its "
+      "point is given several values, or changed at run time");
   expect_error([] { program_of_file("/nowhere/p.src"); }, "/nowhere/p.src: No such file");
 }
 

@@ -416,6 +416,31 @@ TEST(RobotProgramTest, AbbQuadrantsFollowTheJoints) {
   EXPECT_EQ(rewritten("[1,9E9,0,0]", {10, 10, 10}, {-1, -1, 10}), "[1,9E9,0,0]");
 }
 
+// Without group 1 in its mask a program moves a track or a positioner, and the arm stands still.
+TEST(RobotProgramTest, AFanucProgramOfOtherGroupsHasNoMoveOfTheArm) {
+  const auto program = [](const std::string& groups, const std::string& words = "DEFAULT_GROUP\t") {
+    return "/PROG P\n/ATTR\n" + words + "= " + groups +
+           ";\n/MN\n1:L P[1] 300mm/sec FINE ;\n/POS\nP[1]{\n GP2:\n UF : 1, UT : 1,\n"
+           "J1= 4013.387 mm\n};\n/END\n";
+  };
+  const auto left_of = [](const std::string& text) {
+    try {
+      parsed("p.ls", text);
+    } catch (const NoTargets& error) {
+      return std::make_pair(error.why_left_alone.size(), std::string(error.what()));
+    }
+    return std::make_pair(size_t{9}, std::string());
+  };
+  for (const char* const words : {"DEFAULT_GROUP\t", "DEFAULT_GRUP\t"}) {
+    const auto [moves, said] = left_of(program("*,1,*,*,*", words));
+    EXPECT_EQ(moves, 0u);
+    EXPECT_THAT(said, HasSubstr("moves other groups than the arm's"));
+  }
+  // A point of the arm that is not given is a move of it.
+  EXPECT_EQ(left_of(program("1,1,*,*,*")).first, 1u);
+  EXPECT_EQ(left_of(program("*,*,*,*,*")).first, 1u);
+}
+
 TEST(RobotProgramTest, FanucJointThreeIsRelativeToTheHorizontal) {
   const RobotProgram program =
       parsed("p.ls",

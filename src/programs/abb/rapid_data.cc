@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -124,6 +125,7 @@ void RapidData::note_uses_of_others(const std::string& text,
       if (takes_rapid_assignment(ahead)) {
         if (names_rapid_parameter(text, statement, at)) return false;
         ++datum->values;
+        note_set_part(text, cursor, *datum);
         is_assignment = true;
       } else if (!is_assignment && !is_move && !datum->is_constant && is_point_type(datum->type)) {
         datum->values += 2;
@@ -292,10 +294,26 @@ bool RapidData::is_point_text(const Statement& argument) const {
 // NAME := .., NAME.trans.x := .., NAME{2} := ..
 bool RapidData::note_assignment(const Statement& statement, const std::string& word, size_t at,
                                 TextCursor cursor) {
+  const TextCursor behind = cursor;
   if (!takes_rapid_assignment(cursor) || names_rapid_parameter(text_, statement, at)) return false;
-  Datum* const datum = find(word, at);
-  ++(datum ? *datum : names_.declare(word, 0)).values;
+  Datum* const known = find(word, at);
+  Datum& datum = known ? *known : names_.declare(word, 0);
+  ++datum.values;
+  note_set_part(text_, behind, datum);
   return true;
+}
+
+// `behind`: behind the name that is assigned. The load of a tool moves nothing.
+void RapidData::note_set_part(std::string_view text, TextCursor behind, Datum& datum) {
+  if (!datum.type.empty() && !is_frame_type(datum.type)) return;
+  const size_t begin = behind.at();
+  takes_rapid_assignment(behind);
+  std::string part = upper(text.substr(begin, behind.at() - begin));
+  std::erase_if(part, [](unsigned char c) { return std::isspace(c) != 0 || c == ':' || c == '='; });
+  if (part.starts_with(".TLOAD")) return;
+  for (const std::string& other : datum.set_parts)
+    datum.is_set_again |= part.starts_with(other) || other.starts_with(part);
+  datum.set_parts.push_back(part);
 }
 
 int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
@@ -545,6 +563,9 @@ const RapidData::Datum* RapidData::value_of(const Statement& argument, const cha
   const Datum* datum = names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
   if (!datum) datum = find_of_others(name_of(argument));
   if (scope > 0) why_not = why_not_of_routine(kind);
+  // --frame states one value.
+  if (datum && datum->is_set_again && kind == TargetKind::cartesian && parts_ == TargetParts::pose)
+    why_not = "its tool or work object is given several values, or changed at run time";
   const bool is_certain = datum && datum->values == 1 && datum->type == type &&
                           datum->list.kind == ListItem::Kind::list;
   return is_certain && scope == 0 ? datum : nullptr;

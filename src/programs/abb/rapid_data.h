@@ -80,17 +80,20 @@ class RapidData {
   struct Datum {
     ListItem list;
     int values = 0;  // how often it is given one
+    // What the program sets of it, such as ".OFRAME.TRANS", and whether it sets some of it twice.
+    std::vector<std::string> set_parts;
+    bool is_set_again = false;
     int line = 0;
     std::string type;
     std::string routine;  // of a parameter
     bool is_constant = false, is_parameter = false;
     bool is_copied = false;          // a parameter that is no variable of the caller
     std::optional<size_t> position;  // of a parameter of a procedure that is not optional
-    bool is_shared = false;        // other statements than moves use it
-    bool is_of_others = false;     // other modules declare it or use it
-    int text = 0;                  // in RobotProgram::texts
-    std::optional<double> number;  // of a constant
-    std::map<size_t, int> points;  // by the index of the element, 0 of the whole
+    bool is_shared = false;          // other statements than moves use it
+    bool is_of_others = false;       // other modules declare it or use it
+    int text = 0;                    // in RobotProgram::texts
+    std::optional<double> number;    // of a constant
+    std::map<size_t, int> points;    // by the index of the element, 0 of the whole
   };
   struct UseOfDatum {
     Use use;
@@ -106,6 +109,7 @@ class RapidData {
   void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const Statement& statement, const std::string& word, size_t at,
                        TextCursor cursor);
+  static void note_set_part(std::string_view text, TextCursor behind, Datum& datum);
   void read_others();
   void note_uses_of_others(const std::string& text, const std::vector<Statement>& statements);
   static bool take_value(const std::string& kind, const std::string& type, TextCursor cursor,
@@ -146,9 +150,9 @@ class RapidData {
   const TargetParts parts_;
   Scopes scopes_;
   ScopedNames<Datum> names_;
-  std::map<std::string, Datum> of_others_;  // global data of other modules
-  std::vector<UseOfDatum> uses_;            // of points, outside of moves
-  std::set<std::string> routines_;          // of all texts
+  std::map<std::string, Datum> of_others_;                 // global data of other modules
+  std::vector<UseOfDatum> uses_;                           // of points, outside of moves
+  std::set<std::string> routines_;                         // of all texts
   std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;
 };

@@ -60,6 +60,11 @@ class FanucReader : MoveReader {
     const size_t moves = section("/MN"), positions = section("/POS");
     const size_t end = std::min(section("/END"), text_.size());
     if (positions < end) positions_ = fanuc_positions(original_, text_, positions, end);
+    moves_no_arm_ = moves_other_groups_alone();
+    if (moves_no_arm_)
+      warnings_.add(line_at(text_, text_.find("DEFAULT_GR")),
+                    "the program moves other groups than the arm's, which stands still; nothing to "
+                    "correct");
     if (moves < text_.size()) read_moves(moves, std::min(positions, end));
     program_.warnings = warnings_.list();
   }
@@ -151,7 +156,7 @@ class FanucReader : MoveReader {
       is_dead_ = true;
     else if (word == "LBL" || word == "ELSE" || word == "ENDIF" || word == "ENDFOR")
       is_dead_ = false;
-    if (!is_move(word) || cursor.done()) {
+    if (!is_move(word) || cursor.done() || moves_no_arm_) {
       follows_ = follows_ && stands_between_fanuc_moves(word);
       return;
     }
@@ -475,10 +480,23 @@ class FanucReader : MoveReader {
     return has_more || moves_other_groups() ? "its register says nothing of the other axes" : "";
   }
 
-  // DEFAULT_GROUP = 1,1,*,*,*;
+  // DEFAULT_GROUP = 1,1,*,*,*; in German DEFAULT_GRUP: the groups that the program may move, and
+  // the arm is the first of them.
+  std::string groups() const {
+    const size_t at = text_.find("DEFAULT_GR"), begin = text_.find('=', at);
+    const size_t end = std::min(text_.find(';', at), text_.find('\n', at));
+    return begin < end ? text_.substr(begin + 1, end - begin - 1) : "";
+  }
+
   bool moves_other_groups() const {
-    const size_t at = text_.find("DEFAULT_GROUP"), first = text_.find(',', at);
-    return first < text_.find(';', at) && text_.find('1', first) < text_.find(';', at);
+    const std::string mask = groups();
+    return mask.find('1', std::min(mask.find(','), mask.size())) != std::string::npos;
+  }
+
+  // `*,1,*,*,*`: the arm stands still in all of its moves.
+  bool moves_other_groups_alone() const {
+    const std::string mask = groups();
+    return moves_other_groups() && mask.substr(0, mask.find(',')).find('*') != std::string::npos;
   }
 
   ProgramTarget& add_register_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
@@ -547,6 +565,7 @@ class FanucReader : MoveReader {
   std::optional<FanucRegisters> registers_;
   size_t line_begin_ = 0;       // of the move that is read
   bool ends_at_target_ = true;  // the move that is read
+  bool moves_no_arm_ = false;   // only other groups
   bool is_left_ = false;        // the move that is read is left alone
   bool is_dead_ = false;        // behind a jump or the end, before another label
   bool follows_ = false;        // the arm stands at the last target

@@ -546,7 +546,7 @@ class KrlParser {
     for (auto& [name, declaration] : declarations_)
       declaration.used |=
           declaration.is_global && set_by_others_.contains(name.substr(0, name.find('[')));
-    if (!declarations_.empty())
+    if (!declarations_.empty() || !named_.empty())
       for (const NamedUse& use : uses_) {
         Uses& all = used[upper(use.name)];
         (use.only_reads ? all.read : all.perhaps_changed) = true;
@@ -569,8 +569,11 @@ class KrlParser {
       KrlTarget& target = named.auxiliary ? move.auxiliary : move.target;
       const auto found = declarations_.find(named.name);
       if (found == declarations_.end()) {
+        const auto use = used.find(named.name.substr(0, named.name.find('[')));
+        const bool is_set_here = use != used.end() && use->second.perhaps_changed;
         target.kind = named.name == "$POS_ACT" || named.name == "$AXIS_ACT" ? KrlTargetKind::here
-                      : is_home(named.name)                                 ? KrlTargetKind::home
+                      : is_set_here         ? KrlTargetKind::reassigned
+                      : is_home(named.name) ? KrlTargetKind::home
                                             : KrlTargetKind::undeclared;
         continue;
       }
