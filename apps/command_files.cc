@@ -176,10 +176,7 @@ std::vector<ProgramText> Command::read_program_archive(const Archive& archive,
     texts.push_back({member.path, member.content});
   }
   std::ranges::sort(texts, {}, &ProgramText::name);
-  if (texts.empty())
-    throw InputError(path +
-                     ": holds no robot program (.src, .mod, .ls, .script, .jbi); a backup of a "
-                     "controller has them in a folder such as KRC/R1");
+  if (texts.empty()) throw no_program_in(path);
   return texts;
 }
 

@@ -62,6 +62,13 @@ bool is_program_text(const std::string& path) {
          });
 }
 
+InputError no_program_in(const std::string& path) {
+  return InputError(
+      path +
+      ": holds no robot program (.src, .mod, .ls, .script, .jbi); a backup of a controller has them "
+      "in a folder such as KRC/R1, and PolyScope writes a .script beside each .urp");
+}
+
 std::vector<TextFile> read_program_folder(const std::string& folder) {
   namespace fs = std::filesystem;
   std::error_code error;
@@ -76,11 +83,7 @@ std::vector<TextFile> read_program_folder(const std::string& folder) {
   if (error)
     throw InputError(folder + ": the folder cannot be read (" + error.message() +
                      "); check its name and its permissions");
-  if (paths.empty())
-    throw InputError(
-        folder +
-        ": holds no robot program (.src, .mod, .ls, .script, .jbi); name the folder of the "
-        "programs, such as KRC/R1 of a backup");
+  if (paths.empty()) throw no_program_in(folder);
   std::ranges::sort(paths);
   std::vector<TextFile> files;
   for (const std::string& path : paths) files.push_back(read_text(path));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/programs/program_text.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 
@@ -25,6 +26,9 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
 /// Whether a file is a text of robot programs, by its name: a program, a module, a data list, a
 /// listing of FANUC's registers or frames.
 bool is_program_text(const std::string& path);
+
+/// What is said of a folder or an archive without a text of robot programs.
+InputError no_program_in(const std::string& path);
 
 /// All texts of robot programs in a folder and the folders in it, by their extensions: programs,
 /// modules, data lists. In the order of their names, which begin with `folder`. If `folder` is a
