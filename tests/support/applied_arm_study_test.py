@@ -19,8 +19,9 @@ from applied_arm_cell import FAMILIES, NULL, TARGETS, Cell, Effect
 from virtual_cell import length, moved, after, small_motion, sub
 
 BIN = pathlib.Path(sys.argv.pop(1)).resolve() if len(sys.argv) > 1 else None
-# Seeds of small and fast campaigns: a null one of each kind, causes of the arm and of the tool, of the station, and both.
-NULLS = (3, 11, 19)
+# Seeds of small and fast campaigns: a null one of each kind, one in
+# whose few readings with heavy tails priors alone see a compliance, causes of the arm and of the tool, of the station, and both.
+NULLS = (3, 11, 19, 83)
 SEEDS = (1, 4, 5, 17, 20)
 # Cameras with another scale in depth, which looks like a constant error of their distances.
 DEPTHS = (28, 36, 104)
