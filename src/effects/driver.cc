@@ -133,6 +133,10 @@ bool is_travel(const Driver& driver, const KinematicChain& chain) {
          joint_unit(chain, driver.joint) == ParameterUnit::metre;
 }
 
+bool is_length(const Driver& driver, const KinematicChain& chain) {
+  return driver.kind == DriverKind::range || is_travel(driver, chain);
+}
+
 std::string unit_of(const KinematicChain& chain, DriverKind kind, int joint,
                     ParameterUnit parameter) {
   if (joint >= 0 && joint_unit(chain, joint) == ParameterUnit::metre) {

@@ -118,6 +118,13 @@ CatalogueEntry read_entry(YamlMap map) {
     map.fail("shape", "'" + to_string(entry.shape) +
                           "' follows time or a joint angle here, over which t* and tau are "
                           "searched; take such a driver or another shape");
+  if (map.has("cycle_mm")) {
+    if (entry.shape.kind != ShapeKind::harmonic || entry.driver.kind != DriverKind::range)
+      map.fail("cycle_mm", "is about the shape harmonic and the driver range");
+    const std::vector<double> cycle = map.numbers("cycle_mm", 2);
+    if (cycle[0] <= 0 || cycle[0] >= cycle[1]) map.fail("cycle_mm", "must ascend, above zero");
+    entry.cycle = {cycle[0] * kMillimetre, cycle[1] * kMillimetre};
+  }
   const std::string sign = map.text("sign", "any");
   if (sign != "any" && sign != "positive" && sign != "alike")
     map.fail("sign", "'" + sign + "' is none of any, positive and alike");

@@ -4,9 +4,11 @@
 #include <numeric>
 
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/units.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
+#include "search/frequency_grid.h"
 
 namespace armtrue {
 namespace {
@@ -72,6 +74,36 @@ bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& cam
     moved += way != 0;
   }
   return product >= kSame * std::sqrt(squares * moved);
+}
+
+// One cycle over the lengths that the readings cover [1 / (2 pi m)]; 0 if they cover none of the
+// cycles of an entry.
+double resolution_of(const CatalogueEntry& entry, const Effect& effect, const Robot& robot,
+                     const Campaign& campaign) {
+  Effect linear = effect;
+  linear.shape = Shape{};
+  const BoundEffect length(linear, robot, campaign.temperature_names);
+  const ChainEvaluator chain(robot.chain);
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Context context = campaign.context(row);
+    const ArmFrames frames = chain.link_frames(context.q);
+    double value = 0;
+    length.values(context, &frames, nullptr, &value);
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  return high - low >= entry.cycle[0] ? kTurn / (high - low) : 0;
+}
+
+// A harmonic whose cycle is searched: from the longest, or one over all readings, to the shortest.
+std::vector<Shape> cycles_of(const CatalogueEntry& entry, double resolution) {
+  std::vector<Shape> shapes;
+  if (resolution == 0) return shapes;
+  const double least = std::max(kTurn / entry.cycle[1], resolution);
+  for (double n = least; n <= kTurn / entry.cycle[0]; n += resolution / kFrequencySteps)
+    shapes.push_back(harmonic_shape(readable(n)));
+  return shapes;
 }
 
 // The shapes of an entry that are searched. Torques at which a joint becomes stiffer are tried as
@@ -148,11 +180,14 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
         furthest = entry.most_of_length * length_of(effect.parameter, robot);
         if (furthest == 0) continue;  // what has no length does not grow
       }
+      const bool is_searched = entry.cycle[1] > 0;
+      const double resolution = is_searched ? resolution_of(entry, effect, robot, campaign) : 0;
       for (const Driver& driver : drivers) {
         if (!is_driven(driver, campaign, span)) continue;
         const double degree = is_travel(driver, robot.chain) ? kTravelForDegree : kDegree;
         for (const Shape& shape :
-             shapes_of(effect, driver, robot, span_of(driver, campaign), degree)) {
+             is_searched ? cycles_of(entry, resolution)
+                         : shapes_of(effect, driver, robot, span_of(driver, campaign), degree)) {
           if (is_plain_sign(shape, driver, campaign)) continue;
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
@@ -164,6 +199,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
             candidate.effect.shape.at = mean_temperature(driver, campaign);
           if (is_polynomial(shape)) set_range_of_places(robot, campaign, candidate.effect.shape);
           candidate.degree = degree;
+          candidate.frequency_resolution = resolution;
           candidate.in_words = entry.in_words;
           candidate.of_most_arms = entry.usual == Usual::most_arms;
           candidate.furthest = furthest;

@@ -45,14 +45,22 @@ std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
   const Effect& e = result.fit.robot.effects[effect];
   const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
   const double n = e.shape.harmonic;
+  Effect linear = e;  // its value is that of the driver
+  linear.shape = Shape{};
+  const BoundEffect driver(linear, result.fit.robot, campaign.temperature_names);
+  const ChainEvaluator chain(result.fit.robot.chain);
   // The derivative with respect to the frequency.
   const Linearization& fit = model.linear();
   Eigen::VectorXd column = fit.jacobian().col(*find_parameter(result.fit.robot.chain, e.parameter));
   for (int row = 0; row < fit.rows(); ++row) {
     const Replicates& replicates = fit.replicates();
-    const double q = campaign.q[replicates.reading[replicates.first[row]]][e.driver.joint];
+    const Context context = campaign.context(replicates.reading[replicates.first[row]]);
+    ArmFrames frames;
+    if (driver.needs_frames()) frames = chain.link_frames(context.q);
+    double x = 0;
+    driver.values(context, &frames, nullptr, &x);
     column.segment(row * fit.row_size(), fit.row_size()) *=
-        q * (sine * std::cos(n * q) - cosine * std::sin(n * q));
+        x * (sine * std::cos(n * x) - cosine * std::sin(n * x));
   }
   cycle->frequency_std = fit.standard_deviation(column);
   const double half_width = student_t_975(poses - 1) * cycle->frequency_std;

@@ -14,7 +14,11 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxCycles = 300;     // per turn: motor order behind a reducer
+// Per turn: two cycles per turn of the motor behind the highest ratio that gears of robots usually
+// have. Strain wave gears (up to 160) err twice per turn of their generator, which has two lobes
+// (Tuttle, Seering, IEEE Trans. Robotics and Automation 12, 1996), resolvers and input stages of
+// cycloidal gears (up to 204, makers' tables) once and twice per turn of the motor.
+constexpr double kMaxCycles = 410;
 constexpr double kFinestPitch = 5e-3;  // m: of a rack or a screw
 // Curves that a campaign of some tens of poses can carry.
 constexpr int kCurveCosines = 6, kCurveSplines = 8;

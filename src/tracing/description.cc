@@ -44,7 +44,7 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
         static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
   }
-  if (is_travel(effect.driver, robot.chain))
+  if (is_length(effect.driver, robot.chain))
     return fmt::format("one cycle in {:.5g} mm, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
                        kTurn / effect.shape.harmonic / kMillimetre, cycle.amplitude / unit,
                        half_width / unit, amplitude_unit(effect, robot), cycle.phase / kDegree);

@@ -227,6 +227,19 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   return rejected;
 }
 
+// Whether all that the search left in the model are effects that their prior alone holds, and
+// held-out poses are predicted worse with them. They need no evidence to stay, only none against.
+bool is_against_held(const TraceResult& trace, const Campaign& held_out) {
+  const bool has_held =
+      std::ssize(trace.fit.robot.effects) > std::ssize(trace.stages.front().robot.effects);
+  if (!has_held || !trace.effects.empty() || !trace.shown_family.empty() || held_out.rows() == 0)
+    return false;
+  const auto mean_of = [&](const CalibrationResult& fit) {
+    return summarize(evaluate(fit.robot, held_out).reading_errors()).mean;
+  };
+  return mean_of(trace.fit) > mean_of(trace.stages.front());
+}
+
 // Whether a camera or a board moved among the images, and no effect of time explains it. Effects
 // found beside such a motion imitate it, and held-out images, which are of both parts, do not show
 // that.
@@ -370,7 +383,9 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.moved = something_moved(given, training);
   const bool has_effects = training.trace.stages.size() > 1;
   if (!result.moved) result.rejected = rejected_model(training.trace, held_out, options);
-  if (result.rejected || (result.moved && has_effects)) fall_back_to_geometry(judged);
+  const bool against_held = !result.rejected && is_against_held(training.trace, held_out);
+  if (result.rejected || (result.moved && has_effects) || against_held)
+    fall_back_to_geometry(judged);
   if (!result.moved && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
     set_applied(judged, held_out, result);
   result.trace = std::move(training.trace);
@@ -379,6 +394,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
   result.nominal = training.nominal;
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
+  if (against_held)
+    result.stages.back().name = "geometric, as what priors alone hold predicts worse";
   if (result.moved && has_effects)
     result.stages.back().name = "geometric, as something moved among the images";
   if (result.applied) result.stages.push_back(result.applied->stage);

@@ -93,6 +93,7 @@ OracleArm changed(const OracleArm& arm, const HiddenEffect& effect, const Moment
   scaled.point = scaled.point + unit.point * amplitude;
   scaled.second_wire += amplitude * unit.second_wire;
   scaled.second_wire_share += amplitude * unit.second_wire_share;
+  scaled.second_wire_drum += amplitude * unit.second_wire_drum;
   return scaled;
 }
 
@@ -286,8 +287,9 @@ void write_distance(std::ostream& out, const KDL::Vector& point, size_t anchor,
   double blunder = 0;
   if (dice.uniform(0, 1) < plan.blunders) blunder = 5e-3 * dice.normal();
   const KDL::Vector wire = point - from.position;
-  out << ',' << anchor + 1 << ','
-      << 1000 * ((1 + share) * std::sqrt(KDL::dot(wire, wire)) + from.zero + noise + blunder);
+  const double length = std::sqrt(KDL::dot(wire, wire));
+  if (anchor == 1) from.zero += now.second_wire_drum * std::sin(2 * M_PI * length / kDrum + 0.4);
+  out << ',' << anchor + 1 << ',' << 1000 * ((1 + share) * length + from.zero + noise + blunder);
 }
 
 // The joints of a pose where they come to rest. Dice of its own: what else is drawn stays the same.
@@ -580,6 +582,9 @@ std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, doubl
   if (family == "wire-scale")
     return Hidden{family, "anchor 2.zero", "range",
                   [](const Moment&, OracleArm& arm) { arm.second_wire_share += 1; }};
+  if (family == "wire-drum")
+    return Hidden{family, "anchor 2.zero", "range",
+                  [](const Moment&, OracleArm& arm) { arm.second_wire_drum += 1; }};
   if (family == "instrument-incidence")
     return hide("range", "incidence", [ray](const Moment& m, OracleArm& arm) {
       const KDL::Vector seen = ray(m, arm);
@@ -820,7 +825,8 @@ std::vector<std::string> families() {
           "instrument-distortion",
           "wire-rezeroed",
           "wire-drift",
-          "wire-scale"};
+          "wire-scale",
+          "wire-drum"};
 }
 
 Hidden hidden(const std::string& family, Dice& dice, double duration_s) {

@@ -31,10 +31,14 @@ struct OracleArm {
   KDL::Vector point;       // what it adds to the point that it reads [m]
   double second_wire = 0;  // zero error of the second wire, beside that of its anchor [m]
   double second_wire_share = 0;  // of its length that it reads too much
+  double second_wire_drum = 0;   // eccentricity of its drum: amplitude of a cycle of kDrum [m]
 };
 
 /// Where an instrument of range and angles stands in R_A; z is up.
 inline const KDL::Vector kStation{3.6, -2.9, 1.3};
+
+/// Circumference of the drum of a wire [m].
+inline constexpr double kDrum = 0.314;
 
 /// Reads an armtrue-robot/1 file, as far as the oracle needs it.
 OracleArm read_arm(const std::string& path);

@@ -88,6 +88,7 @@ const std::map<std::string, std::vector<std::string>> kFamiliesOfEntry{
     {"wire re-zeroed", {"wire-rezeroed"}},
     {"wire drifts", {"wire-drift"}},
     {"wire scale", {"wire-scale"}},
+    {"eccentric drum", {"wire-drum"}},
 };
 
 // Needs targets, of which the oracle has none; it has a test of its own below.
@@ -619,7 +620,7 @@ TEST_P(DistanceFamily, IsNamedAddedAndGone) {
 
 INSTANTIATE_TEST_SUITE_P(Hidden, DistanceFamily,
                          testing::Values("compliance", "harmonic", "backlash", "thermal",
-                                         "wire-rezeroed", "wire-drift"));
+                                         "wire-rezeroed", "wire-drift", "wire-drum"));
 
 // One of three targets slips in its nest at half time.
 TEST(Targets, OneThatMovedIsNamedAndTheArmStaysAsItIs) {

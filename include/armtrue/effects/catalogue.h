@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,9 @@ struct CatalogueEntry {
   Driver driver;                ///< `driver_joint` says which joint it gets
   Joint driver_joint = Joint::none;
   Shape shape;
+  /// Of a harmonic over a range: the least and the largest length of one cycle, between which it is
+  /// searched [m]; 0: it is not searched.
+  std::array<double, 2> cycle{};
   bool only_positive = false;  ///< a negative coefficient is impossible, as for a compliance
   /// Bound of what it adds to a length over a campaign, relative to that length in the robot file;
   /// below zero: it shortens the length; 0: no bound.

@@ -63,6 +63,9 @@ bool is_angle(DriverKind kind);
 /// Whether its value is the travel of a prismatic joint [m], not an angle.
 bool is_travel(const Driver& driver, const KinematicChain& chain);
 
+/// Whether its value is a length [m]: such a travel, or a range.
+bool is_length(const Driver& driver, const KinematicChain& chain);
+
 /// As in the files: `joint-angle 4`, `joint-angle 2,4`, `gravity-torque 2`, `temperature air`,
 /// `joint-angle 3 * payload`, ...
 std::string to_string(const Driver& driver);

@@ -71,7 +71,7 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
   const double unit = display_unit(robot.chain, traced.effect.parameter).si;
   const Cycle& cycle = *traced.cycle;
   YAML::Node node;
-  if (is_travel(traced.effect.driver, robot.chain))
+  if (is_length(traced.effect.driver, robot.chain))
     node["length_mm"] = rounded(kTurn / traced.effect.shape.harmonic / kMillimetre);
   else if (cycle.frequency_std > 0)
     node["per_turn"] =
