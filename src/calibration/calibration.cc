@@ -134,7 +134,7 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     ResidualDescription next =
         describe_residuals(raw_norms(model, x), model.campaign(), model.sigma(),
                            equations / freedom.max(1.0), options.robust);
-    next.sigma = sigma_by_prior_too(next.sigma, freedom, noise, model.campaign().has_orientation());
+    next.sigma = sigma_with_prior(next.sigma, freedom, noise, model.campaign().has_orientation());
     // The information at the new sigma, and the priors at theirs.
     const double rescaled = model.sigma().position / next.sigma.position;
     if (round == 0 && !near) scale_widths(1, priors);

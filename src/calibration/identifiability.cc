@@ -47,7 +47,7 @@ std::vector<int> preference_order(const Robot& robot) {
   std::vector<int> order;
   const int anchors = first_anchor_parameter(chain), contacts = first_contact_parameter(chain);
   for (int c = 0; c < std::ssize(chain.contacts); ++c)
-    for (int k : of_contact(chain.contacts[c]))
+    for (int k : parameters_of_contact(chain.contacts[c]))
       order.push_back(contacts + kParametersOfContact * c + k);
   for (int k = 0; k < 6; ++k) order.push_back(kFirstBaseParameter + k);
   for (int k = anchors; k < contacts; ++k)

@@ -37,7 +37,7 @@ std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign&
             matched[touch.contact].board == contact);
   });
   if (!is_touched) return {};
-  std::vector<int> parameters = of_contact(chain.contacts[contact]);
+  std::vector<int> parameters = parameters_of_contact(chain.contacts[contact]);
   for (int& k : parameters) k += first_contact_parameter(chain) + kParametersOfContact * contact;
   return parameters;
 }

@@ -152,7 +152,7 @@ std::vector<int> of_artefact(const Contact& artefact) {
 
 }  // namespace
 
-std::vector<int> of_contact(const Contact& contact) {
+std::vector<int> parameters_of_contact(const Contact& contact) {
   switch (contact.kind) {
     case ContactKind::point:
       return {0, 1, 2};

@@ -221,7 +221,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
   return best;
 }
 
-ReadingSigma sigma_by_prior_too(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
+ReadingSigma sigma_with_prior(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
                                 const ReadingSigma& expected, bool has_orientation) {
   constexpr double kDeviation = 2, kCorrelation = 0.875;  // their ratio: deviation 1
   constexpr int kMaxSweeps = 200;                         // of both in turn; each takes rho^2 away

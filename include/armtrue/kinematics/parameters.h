@@ -24,7 +24,7 @@ namespace armtrue {
 ///     then       targets, x y z each
 ///     then       anchors, x y z zero each
 ///     then       contacts, x y z rx ry rz radius, then the numbers of a camera, fx fy cx cy k1 k2
-///                p1 p2 k3 k4, each; each kind uses some (of_contact)
+///                p1 p2 k3 k4, each; each kind uses some (parameters_of_contact)
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
 /// Those of a contact change its place in its own axes: t <- t + R (x, y, z), R <- R exp([r]x).
@@ -134,7 +134,7 @@ inline int parameter_count(const KinematicChain& chain) {
 /// parameters that its lens has; beam x y z rx ry, where the origin, at which it would read 0,
 /// holds the zero of the sensor; artefact those of x y z rx ry rz that its parts show and, unless
 /// it is known, the radius of the ball that touches its faces and balls.
-std::vector<int> of_contact(const Contact& contact);
+std::vector<int> parameters_of_contact(const Contact& contact);
 
 /// The name of a coupling as a parameter: `A5.follows.A2`.
 std::string coupling_name(const KinematicChain& chain, const Coupling& coupling);

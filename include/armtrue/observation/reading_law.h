@@ -77,7 +77,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
 /// misfit. With S the sum of squares (estimate sigma^2 f with f degrees of freedom),
 ///     S / sigma^2 = f + (u - rho u of the other) / (4 (1 - rho^2)).
 /// With many degrees of freedom it changes nothing.
-ReadingSigma sigma_by_prior_too(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
+ReadingSigma sigma_with_prior(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
                                 const ReadingSigma& expected, bool has_orientation);
 
 /// Sigma from the medians of the squared norms [m^2, rad^2], consistent for a Gaussian law. Throws
