@@ -191,8 +191,18 @@ CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& cam
 }
 
 std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign) {
-  Robot alone = without_station_effects(result, true);
-  if (alone.effects.size() == result.effects.size()) return std::nullopt;
+  if (std::ranges::all_of(result.effects,
+                          [](const Effect& effect) { return moves_program(effect, true); }))
+    return std::nullopt;
+  Robot rest = result;
+  std::vector<Effect> of_wires;
+  std::erase_if(rest.effects, [&](const Effect& effect) {
+    const bool is_of_wire = owner_of(effect) == Owner::anchor;
+    if (is_of_wire) of_wires.push_back(effect);
+    return is_of_wire;
+  });
+  Robot alone = without_station_effects(std::move(rest), true);
+  alone.effects.insert(alone.effects.end(), of_wires.begin(), of_wires.end());
   place(campaign, alone);
   return alone;
 }

@@ -613,6 +613,10 @@ TEST_P(DistanceFamily, IsNamedAddedAndGone) {
       << "hidden: " << truth.parameter << " by " << truth.driver << "\nfound: " << listed(result);
   EXPECT_LT(result.after, 1.06 * campaign.written.floor_mean_mm * kMillimetre);
   EXPECT_GT(result.before, 1.08 * campaign.written.floor_mean_mm * kMillimetre);
+  if (GetParam().starts_with("wire-")) {  // no error of the arm alone
+    ASSERT_TRUE(result.after_arm);
+    EXPECT_LT(*result.after_arm, 1.02 * result.after_named);
+  }
   std::printf("%s by distances: before %.4f, after %.4f, floor %.4f mm\n", GetParam().c_str(),
               result.before / kMillimetre, result.after / kMillimetre,
               campaign.written.floor_mean_mm);
