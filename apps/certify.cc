@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/certification/certificate.h"
 #include "armtrue/certification/doubts.h"
+#include "armtrue/certification/stray_visits.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/certificate_io.h"
 #include "armtrue/io/source.h"
@@ -29,10 +29,10 @@ bool knows_readings(const std::string& robot, const Provenance& provenance) {
 void warn_of_criteria(app::Command& command, const app::CertificateArguments& arguments) {
   constexpr double kFarthest = 20;  // mm: no arm, nominal or not, is as far off
   if (arguments.tolerance_mm && *arguments.tolerance_mm > kFarthest)
-    command.warn(
-        fmt::format("--tolerance-mm {:g}: no arm is {:g} mm off, so that every one passes: is it in "
-                    "um? Give mm",
-                    *arguments.tolerance_mm, kFarthest));
+    command.warn(fmt::format(
+        "--tolerance-mm {:g}: no arm is {:g} mm off, so that every one passes: is it in "
+        "um? Give mm",
+        *arguments.tolerance_mm, kFarthest));
   if (!arguments.against.empty() && knows_readings(arguments.against, command.provenance()))
     command.warn(arguments.against +
                  ": is the certificate of these same readings, which show no change; give that of "
@@ -91,7 +91,7 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
     command.progress("refitting " + arguments.refit);
     options.hidden = hidden_by_refit(app::split_list(arguments.refit), robot, campaign);
     app::warn_of_all(command, {options.hidden.words});
-    robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
+    robot = refit_to_sound(robot, campaign, app::split_list(arguments.refit));
   }
   options.path = app::certified_path(command, arguments);
   const Certificate certificate = app::about_file(campaign.source, [&] {
@@ -101,8 +101,7 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   if (before)
     comparison = app::about_file(arguments.against,
                                  [&] { return compare(*before, values_of(certificate)); });
-  for (const std::string& doubt : certificate.doubts)
-    command.warn(campaign.source + ": " + doubt);
+  for (const std::string& doubt : certificate.doubts) command.warn(campaign.source + ": " + doubt);
   for (const std::string& doubt : doubts_of(about)) command.warn(arguments.about + ": " + doubt);
   if (const std::string doubt = doubt_of_type(about.type, robot.name); !doubt.empty())
     command.warn(arguments.about + ": " + doubt);

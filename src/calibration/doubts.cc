@@ -387,12 +387,14 @@ HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& 
     readings.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
                      campaign.channel(row));
   const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
-  const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
-  if (1 - left <= kMostHidden) return {};
-  return {1 - left, fmt::format("--refit {} fits {} unknowns to the {} numbers of these readings "
-                                "and so hides about {:.0f} % "
-                                "of the error; measure more poses",
-                                fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left))};
+  const double freedom = std::max(0.0, numbers - unknowns);
+  const double left = std::sqrt(freedom / numbers);
+  if (1 - left <= kMostHidden) return {unknowns, freedom, ""};
+  return {unknowns, freedom,
+          fmt::format("--refit {} fits {} unknowns to the {} numbers of these readings "
+                      "and so hides about {:.0f} % "
+                      "of the error; measure more poses",
+                      fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left))};
 }
 
 }  // namespace armtrue

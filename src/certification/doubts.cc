@@ -12,6 +12,7 @@
 #include <numeric>
 #include <set>
 
+#include "armtrue/certification/stray_visits.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
@@ -57,8 +58,7 @@ double step_of(const Campaign& campaign) {
 // backlash.
 double chance_of_the_same(const Eigen::Matrix3Xd& differences, double step) {
   if (differences.cols() == 0) return 1;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(differences *
-                                                            differences.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(differences * differences.transpose());
   double chance = 1;
   for (const auto& along : (axes.eigenvectors().transpose() * differences).eval().rowwise()) {
     std::vector<double> lengths(differences.cols());
@@ -112,6 +112,67 @@ std::optional<std::string> find_copies(const Campaign& campaign,
       copies, visits, all_alike, places.size(), line, of_line);
 }
 
+// The largest power of ten of which the three coordinates are multiples [m].
+double digits_of(const Eigen::Vector3d& point) {
+  constexpr double kFinest = 1e-9, kCoarsest = 1e-3;
+  const auto has = [&](double step) {
+    const Eigen::Array3d steps = point.array() / step;
+    return ((steps - steps.round()).abs() * step < kFinest / 10).all();
+  };
+  double step = kFinest;
+  while (step < kCoarsest && has(10 * step)) step *= 10;
+  return step;
+}
+
+// Visits that are earlier ones with fewer digits: the scatter of such a pose is that of rounding.
+std::optional<std::string> find_rounded_copies(const Campaign& campaign,
+                                               const std::vector<std::vector<int>>& places) {
+  int visits = 0, copies = 0, pairs = 0, same_pairs = 0, line = 0, of_line = 0;
+  double coarsest = 0;
+  std::vector<Eigen::Vector3d> differences;  // of the pairs that are not the same
+  for (const std::vector<int>& rows : places) {
+    std::vector<double> digits;
+    for (const int row : rows) digits.push_back(digits_of(campaign.position[row]));
+    visits += static_cast<int>(rows.size()) - 1;
+    for (size_t b = 1; b < rows.size(); ++b) {
+      bool is_copy = false;
+      for (size_t a = 0; a < b; ++a) {
+        const Eigen::Vector3d apart = campaign.position[rows[b]] - campaign.position[rows[a]];
+        const double step = std::max(digits[a], digits[b]);
+        // A hundred: of right readings one in 1000 ends with three zeros.
+        constexpr double kBeyondRounding = 1.001, kFewerDigits = 99;
+        ++pairs;
+        if (step < kFewerDigits * std::min(digits[a], digits[b]) ||
+            apart.cwiseAbs().maxCoeff() > kBeyondRounding * step) {
+          differences.push_back(apart);
+          continue;
+        }
+        ++same_pairs;
+        coarsest = std::max(coarsest, step);
+        is_copy = true;
+        if (of_line == 0) {
+          line = campaign.line[rows[b]];
+          of_line = campaign.line[rows[a]];
+        }
+      }
+      copies += is_copy;
+    }
+  }
+  if (copies == 0) return std::nullopt;
+  const Eigen::Map<const Eigen::Matrix3Xd> apart(
+      differences.empty() ? nullptr : differences.front().data(), 3, std::ssize(differences));
+  // To one side or the other of a digit that was cut off.
+  const double chance = chance_of_the_same(apart, 2 * coarsest);
+  const bool are_most = 2 * copies > visits;
+  if (!are_most && binomial_at_least(same_pairs, pairs, chance) >= kNoChance) return std::nullopt;
+  return fmt::format(
+      "{} of {} visits are an earlier visit of their pose with other digits (line {} as line {}): "
+      "readings that were copied and rounded, whose RP is that of the rounding; give each visit "
+      "its "
+      "own reading, with all digits of the instrument",
+      copies, visits, line, of_line);
+}
+
 // The difference of two visits of a pose, in the axes of the tool.
 struct Pair {
   int a, b;  // rows
@@ -141,7 +202,8 @@ std::vector<Pair> pairs_of(const Robot& robot, const Campaign& campaign,
 
 // Whether the direction of arrival of one joint differs in the long pairs and agrees in the short
 // ones: then the arm stands at two places, by its backlash.
-bool is_of_a_direction(const Campaign& campaign, const std::vector<Pair>& pairs, size_t first_long) {
+bool is_of_a_direction(const Campaign& campaign, const std::vector<Pair>& pairs,
+                       size_t first_long) {
   constexpr double kNearlyAll = 0.95;
   if (campaign.arrival.empty()) return false;
   for (size_t joint = 0; joint < campaign.arrival.front().size(); ++joint) {
@@ -163,8 +225,8 @@ std::optional<std::string> find_nests(const Robot& robot, const Campaign& campai
   constexpr size_t kFewestPairs = 12, kFewestPoses = 3;
   constexpr double kLeastGap = 3;  // lengths of normal differences have no such gap between them
   constexpr double kLeastShare = 0.15;  // of the pairs that are short, and that are long, at least
-  constexpr double kOneLine = 0.95;  // of the squared lengths along one direction of the tool
-  constexpr double kOneLength = 2;   // longest over shortest long one: D + D / 3 over D - D / 3
+  constexpr double kOneLine = 0.95;     // of the squared lengths along one direction of the tool
+  constexpr double kOneLength = 2;      // longest over shortest long one: D + D / 3 over D - D / 3
   if (places.size() < kFewestPoses) return std::nullopt;
   const std::vector<Pair> pairs = pairs_of(robot, campaign, evaluation, places);
   if (pairs.size() < kFewestPairs) return std::nullopt;
@@ -217,23 +279,27 @@ std::optional<std::string> contradiction_of_noise(double noise, const Scatter& s
     return seen + ": is it in another unit? Give one standard deviation per axis in mm";
   if (ratio < kMuchLess && scatter.deviation > 0 &&
       1 - chi_squared_above(scatter.freedom * ratio * ratio, scatter.freedom) < kNoChance)
-    return seen + ": no reading is better than its noise; correct noise_mm, or look for readings "
-                  "that were copied or averaged";
+    return seen +
+           ": no reading is better than its noise; correct noise_mm, or look for readings "
+           "that were copied or averaged";
   return std::nullopt;
 }
 
 }  // namespace
 
-std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& campaign,
-                                          const Evaluation& evaluation,
-                                          const std::optional<double>& noise) {
+namespace {
+
+std::vector<std::string> doubts_of_all(const Robot& robot, const Campaign& campaign,
+                                       const Evaluation& evaluation,
+                                       const std::optional<double>& noise) {
   std::vector<std::string> doubts;
   const std::vector<std::vector<int>> places = rows_of_places(campaign);
   if (places.empty()) return doubts;
   const auto add = [&](const std::optional<std::string>& doubt) {
     if (doubt) doubts.push_back(*doubt);
   };
-  const auto copies = find_copies(campaign, places);
+  auto copies = find_copies(campaign, places);
+  if (!copies) copies = find_rounded_copies(campaign, places);
   add(copies);
   add(find_nests(robot, campaign, evaluation, places));
   add(find_visit_step(robot, campaign, evaluation, places));
@@ -242,17 +308,53 @@ std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& ca
   return doubts;
 }
 
+Evaluation without_strays(const Evaluation& evaluation, const std::vector<StrayVisit>& strays) {
+  Evaluation rest;
+  for (size_t row = 0; row < evaluation.residuals.size(); ++row)
+    if (std::ranges::find(strays, static_cast<int>(row), &StrayVisit::row) == strays.end())
+      rest.residuals.push_back(evaluation.residuals[row]);
+  return rest;
+}
+
+}  // namespace
+
+std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& campaign,
+                                          const Evaluation& evaluation,
+                                          const std::optional<double>& noise) {
+  const std::vector<std::vector<int>> places = rows_of_places(campaign);
+  std::vector<StrayVisit> strays = find_stray_visits(campaign, evaluation);
+  // After a knock, or in another nest, visits of many poses stand apart.
+  constexpr size_t kOfOneCause = 3;
+  std::set<int> poses;
+  for (const StrayVisit& stray : strays)
+    if (!stray.with_all) poses.insert(campaign.pose[stray.row]);
+  if (poses.size() >= kOfOneCause && (find_nests(robot, campaign, evaluation, places) ||
+                                      find_visit_step(robot, campaign, evaluation, places)))
+    strays.clear();
+  if (strays.empty()) {
+    std::vector<std::string> doubts = doubts_of_all(robot, campaign, evaluation, noise);
+    if (const std::string far = no_arm_in_words(campaign, evaluation); !far.empty())
+      doubts.insert(doubts.begin(), far);
+    return doubts;
+  }
+  std::vector<std::string> doubts = doubts_of_all(robot, armtrue::without_strays(campaign, strays),
+                                                  without_strays(evaluation, strays), noise);
+  doubts.insert(doubts.begin(), strays_in_words(campaign, strays));
+  return doubts;
+}
+
 std::vector<std::string> doubts_of(const About& about) {
   std::vector<std::string> doubts;
   // `given` in the unit of the key; 0: not stated.
-  const auto check = [&](const char* key, double given, double least, double most,
-                         const char* unit, const char* example) {
+  const auto check = [&](const char* key, double given, double least, double most, const char* unit,
+                         const char* example) {
     if (given == 0 || (given >= least && given <= most)) return;
-    doubts.push_back(fmt::format(
-        "{} is {:.4g} {}, and {}: is it in another unit? Give it in {}, such as {}", key, given,
-        unit, given < least ? fmt::format("hardly any is below {:g}", least)
-                            : fmt::format("hardly any is above {:g}", most),
-        unit, example));
+    doubts.push_back(
+        fmt::format("{} is {:.4g} {}, and {}: is it in another unit? Give it in {}, such as {}",
+                    key, given, unit,
+                    given < least ? fmt::format("hardly any is below {:g}", least)
+                                  : fmt::format("hardly any is above {:g}", most),
+                    unit, example));
   };
   constexpr double kMicro = 1e-6, kUsualRange = 3;  // m: of a tracker to an arm
   const StatedUncertainty& stated = about.stated;

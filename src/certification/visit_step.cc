@@ -21,8 +21,8 @@ using Eigen::Index;
 // Visits that are no random sample of their pose's scatter look like a step more often than F says.
 constexpr double kChanceOfStep = 1e-8;
 constexpr double kShareThatMatters = 0.5;  // of the squares
-constexpr double kFewestInPart = 0.1;       // of the visits, on either side
-constexpr size_t kFewestPlaces = 2;         // of one, the arm itself may have moved
+constexpr double kFewestInPart = 0.1;      // of the visits, on either side
+constexpr size_t kFewestPlaces = 2;        // of one, the arm itself may have moved
 
 // A visit with the residual of its place's mean taken off.
 struct VisitInTime {
@@ -33,7 +33,7 @@ struct VisitInTime {
 };
 
 std::vector<VisitInTime> visits_in_order(const Campaign& campaign, const Evaluation& evaluation,
-                                   const std::vector<std::vector<int>>& places) {
+                                         const std::vector<std::vector<int>>& places) {
   std::vector<VisitInTime> visits;
   for (size_t place = 0; place < places.size(); ++place) {
     const auto residual = [&](int row) -> Eigen::Vector3d {
@@ -47,7 +47,8 @@ std::vector<VisitInTime> visits_in_order(const Campaign& campaign, const Evaluat
   }
   std::ranges::stable_sort(visits, {}, &VisitInTime::time);
   const double first = visits.front().time, last = visits.back().time;
-  for (VisitInTime& visit : visits) visit.time = last > first ? (visit.time - first) / (last - first) : 0;
+  for (VisitInTime& visit : visits)
+    visit.time = last > first ? (visit.time - first) / (last - first) : 0;
   return visits;
 }
 
@@ -63,8 +64,8 @@ std::vector<Cause> causes_of(const Robot& robot, const Campaign& campaign,
   Robot geometry = robot;  // turns the tool well enough, and needs no measured driver
   geometry.effects.clear();
   const RobotModel model(geometry);
-  Cause shift{"the instrument or the foot of the robot", {}}, frame = shift,
-      reflector{"the reflector or the tool", {}};
+  Cause shift{"the instrument or the foot of the robot", {}},
+      frame = shift, reflector{"the reflector or the tool", {}};
   const Eigen::Vector3d middle =
       mean_of(places, [&](const auto& rows) { return campaign.position[rows.front()]; });
   for (const auto& rows : places) {
@@ -88,7 +89,8 @@ struct Fall {
   Eigen::VectorXd value;
 };
 
-Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const Eigen::MatrixXd& shapes) {
+Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits,
+             const Eigen::MatrixXd& shapes) {
   const Index unknowns = cause.unknowns(), count = shapes.cols();
   const size_t places = cause.columns.size();
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(places, count);
@@ -118,7 +120,8 @@ Fall fall_by(const Cause& cause, const std::vector<VisitInTime>& visits, const E
         normal.block(a * unknowns, b * unknowns, unknowns, unknowns) += gram[place](a, b) * own;
     }
   }
-  const Eigen::VectorXd value = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(normal).solve(right);
+  const Eigen::VectorXd value =
+      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(normal).solve(right);
   return {right.dot(value), value};
 }
 
@@ -131,8 +134,8 @@ double left_by_drift(const Cause& cause, const std::vector<VisitInTime>& visits,
   cubic << time, time.cwiseAbs2(), time.array().cube().matrix();
   double most = fall_by(cause, visits, cubic).squares;
   for (const double constant : {0.02, 0.05, 0.1, 0.2})  // of the campaign
-    most = std::max(most,
-                    fall_by(cause, visits, (-time.array() / constant).exp().matrix()).squares);
+    most =
+        std::max(most, fall_by(cause, visits, (-time.array() / constant).exp().matrix()).squares);
   return all - most;
 }
 
@@ -143,7 +146,8 @@ struct Step {
   double p_value = 1;
 };
 
-Step best_step(const std::vector<Cause>& causes, const std::vector<VisitInTime>& visits, double all) {
+Step best_step(const std::vector<Cause>& causes, const std::vector<VisitInTime>& visits,
+               double all) {
   constexpr size_t kMostTimes = 200;  // that are tried
   const size_t least = std::max<size_t>(
       2, static_cast<size_t>(std::ceil(kFewestInPart * static_cast<double>(visits.size()))));
@@ -152,8 +156,7 @@ Step best_step(const std::vector<Cause>& causes, const std::vector<VisitInTime>&
   int tried = 0;
   const auto p_value = [&](const Cause& cause, double fall) {
     const auto unknowns = static_cast<double>(cause.unknowns());
-    const double freedom =
-        3 * static_cast<double>(visits.size() - cause.columns.size()) - unknowns;
+    const double freedom = 3 * static_cast<double>(visits.size() - cause.columns.size()) - unknowns;
     if (freedom < 1 || fall >= all) return 1.0;
     return fisher_f_above(fall / unknowns * freedom / (all - fall), unknowns, freedom);
   };

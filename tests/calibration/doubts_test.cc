@@ -160,7 +160,7 @@ TEST(HiddenByRefit, IsSaidOfFewReadingsAlone) {
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
   const auto of = [&](int poses) { return simulate(robot, robot, {.poses = poses, .seed = 3}); };
   EXPECT_EQ(hidden_by_refit({}, robot, of(5)).words, "");
-  EXPECT_EQ(hidden_by_refit({"base", "tool"}, robot, of(120)).share, 0);
+  EXPECT_EQ(hidden_by_refit({"base", "tool"}, robot, of(120)).words, "");
   EXPECT_THAT(hidden_by_refit({"base", "tool"}, robot, of(5)).words,
               HasSubstr("--refit base,tool fits 12 unknowns to the 30 numbers"));
 }

@@ -199,9 +199,11 @@ TEST(PathFigures, UncertaintyOfAtHoldsTheTrueOne) {
 
 // Passes beside the path by 0.3 mm scatter by 0.02 or 0.1 mm along each axis of the plane, from
 // sample to sample or slowly along the path. Many passes would show the RT of the law of Rayleigh,
-// sqrt(pi / 2) + 3 sqrt(2 - pi / 2) = 3.2187 of the scatter; the largest plane of few lies above it.
+// sqrt(pi / 2) + 3 sqrt(2 - pi / 2) = 3.2187 of the scatter; the largest plane of few lies above
+// it.
 TEST(PathFigures, TheIntervalOfRepeatabilityHoldsThatOfManyPasses) {
-  const double in_scatters = std::sqrt(std::numbers::pi / 2) + 3 * std::sqrt(2 - std::numbers::pi / 2);
+  const double in_scatters =
+      std::sqrt(std::numbers::pi / 2) + 3 * std::sqrt(2 - std::numbers::pi / 2);
   constexpr int kRuns = 25;
   std::mt19937 random(2);
   ClockOptions clock;

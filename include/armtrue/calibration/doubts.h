@@ -82,8 +82,9 @@ std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign
 
 /// What a fit hides of the errors of the readings that it was fitted to.
 struct HiddenError {
-  double share = 0;   ///< of the RMS error; below a fifth it is 0
-  std::string words;  ///< a sentence; empty if the share is 0
+  double unknowns = 0;  ///< that are fitted; 0: nothing is
+  double freedom = 0;   ///< numbers that are read less unknowns; 0: the fit hides all of the error
+  std::string words;    ///< a sentence on the share of the RMS error; empty if it is below a fifth
 };
 
 /// The errors that the parameters `refit` absorb, so that other poses have larger errors. `given`:

@@ -159,8 +159,8 @@ double rms_along(const Eigen::VectorXd& values) { return std::sqrt(values.cwiseA
 std::optional<TurnedRecord> find_turn(const Eigen::Matrix3Xd& position,
                                       const Eigen::Matrix3Xd& deviation,
                                       const Eigen::Matrix3Xd& velocity) {
-  constexpr double kLeastTurn = 5e-3;   // [rad]
-  constexpr double kStands = 1e-6;      // [m/s]
+  constexpr double kLeastTurn = 5e-3;  // [rad]
+  constexpr double kStands = 1e-6;     // [m/s]
   constexpr double kMostLeft = 1.0 / 3;
   std::vector<Index> moving, before, after;
   for (Index k = 0; k < velocity.cols(); ++k)
@@ -274,6 +274,41 @@ std::vector<Index> find_copied_coordinates(const Path& programmed, const Path& r
   return copied;
 }
 
+std::optional<FrozenCoordinate> find_frozen_coordinate(const Path& record) {
+  constexpr double kNoChance = 1e-6, kLeastShare = 0.1, kStepsOfNoise = 10;
+  const Index samples = record.samples();
+  std::optional<FrozenCoordinate> found;
+  const std::optional<double> noise = noise_of_samples(record);
+  for (Index axis = 0; axis < 3; ++axis) {
+    const Eigen::RowVectorXd values = record.position.row(axis);
+    if (!noise || *noise < kStepsOfNoise * step_of(values)) continue;
+    const auto others_change = [&](Index k) {
+      for (Index other = 0; other < 3; ++other)
+        if (other != axis && record.position(other, k) == record.position(other, k - 1))
+          return false;
+      return true;
+    };
+    Index equal = 0, first = 0, longest = 0, begin = 0;
+    for (Index k = 1; k < samples; ++k) {
+      const bool is_equal = values[k] == values[k - 1];
+      equal += is_equal;
+      if (!is_equal || !others_change(k)) begin = k;
+      if (k - begin <= longest) continue;
+      longest = k - begin;
+      first = begin;
+    }
+    if (longest == 0 || longest == samples - 1) continue;
+    const double share = std::max(kLeastShare, static_cast<double>(equal - longest) /
+                                                   static_cast<double>(samples - 1 - longest));
+    if (std::log(static_cast<double>(samples)) + static_cast<double>(longest) * std::log(share) >=
+        std::log(kNoChance))
+      continue;
+    if (!found || longest > found->last - found->first)
+      found = FrozenCoordinate{axis, first, first + longest};
+  }
+  return found;
+}
+
 namespace {
 
 std::optional<std::string> feed_of(const Path& programmed, const Path& joined,
@@ -309,7 +344,9 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const auto turned = step || rigid ? std::nullopt
                                     : find_turn(wanted, position - wanted,
                                                 velocity_at(programmed, joined.time(good)));
-  return {step, rigid, turned,
+  return {step,
+          rigid,
+          turned,
           find_unfollowed(position, wanted, joined.time(good), good),
           find_lag(position - wanted, velocity_at(programmed, joined.time(good))),
           feed_of(programmed, joined, without(measured, bad))};

@@ -70,15 +70,28 @@ struct RecordDoubts {
   std::optional<UnfollowedShape> unfollowed;
   /// Empty if too few samples are in motion.
   std::optional<TimeLag> lag;
-  /// Says that the pass ran at another feed, see find_other_feed(). Only of a record that begins and
-  /// ends where the program does. On a straight path such a pass can be registered.
+  /// Says that the pass ran at another feed, see find_other_feed(). Only of a record that begins
+  /// and ends where the program does. On a straight path such a pass can be registered.
   std::optional<std::string> feed;
 };
 
-/// The coordinates (0 to 2) of a record that were not measured: all samples have one value, or those
-/// of the program in its order, to the last digit, while another coordinate has noise. Empty if the
-/// digits of the record are too few to show its noise.
+/// The coordinates (0 to 2) of a record that were not measured: all samples have one value, or
+/// those of the program in its order, to the last digit, while another coordinate has noise. Empty
+/// if the digits of the record are too few to show its noise.
 std::vector<Eigen::Index> find_copied_coordinates(const Path& programmed, const Path& record);
+
+/// A coordinate that stays while the tool moves on: all samples from `first` to `last` have one
+/// value, to the last digit.
+struct FrozenCoordinate {
+  Eigen::Index axis;  ///< 0 to 2
+  Eigen::Index first, last;
+};
+
+/// The longest such run, of samples whose other coordinates change, if chance makes it with a
+/// probability below 1e-6: N p^(n - 1), with n its samples, N those of the record, and p the share
+/// of neighbours elsewhere in the record that are equal, at least that of noise which is three
+/// steps wide. Empty where the digits are too few to show the noise, a tenth of it or more.
+std::optional<FrozenCoordinate> find_frozen_coordinate(const Path& record);
 
 /// Whether a record is no reading of an instrument but a product of mirror-correct, such as the
 /// corrected path: it has the times of the program and less noise than 0.1 um.
