@@ -203,10 +203,8 @@ void warn_of_copied(Command& command, const PathFile& programmed,
     else if (const auto frozen = find_frozen_coordinate(record.path))
       command.warn(
           fmt::format("{}:{}: from here to line {} {} has one value, {:.10g} mm, in {} of {} "
-                      "samples, while the "
-                      "other coordinates change: it was not measured there. The deviation along it "
-                      "is that of no "
-                      "tool; record the pass again",
+                      "samples, while the other coordinates change: it was not measured there. The "
+                      "deviation along it is that of no tool; record the pass again",
                       record.source, record.line[frozen->first], record.line[frozen->last],
                       record.columns[record.position[frozen->axis].column],
                       record.path.position(frozen->axis, frozen->first) / kMillimetre,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -395,6 +396,13 @@ HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& 
                       "and so hides about {:.0f} % "
                       "of the error; measure more poses",
                       fmt::join(refit, ","), unknowns, numbers, 100 * (1 - left))};
+}
+
+double most_with_hidden(const HiddenError& hidden, double probability) {
+  if (hidden.unknowns == 0) return 1;
+  if (hidden.freedom == 0) return std::numeric_limits<double>::infinity();
+  return std::sqrt(1 + hidden.unknowns / hidden.freedom *
+                           fisher_f_quantile(probability, hidden.unknowns, hidden.freedom));
 }
 
 }  // namespace armtrue

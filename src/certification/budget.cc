@@ -9,8 +9,7 @@
 namespace armtrue {
 
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
-                 const std::optional<double>& model, double too_high,
-                 const std::optional<FittedSetUp>& fitted) {
+                 const std::optional<double>& model, double too_high) {
   const double root = std::sqrt(visits);
   const double noise = stated.noise.value_or(0);
   const double repeats =
@@ -26,8 +25,6 @@ Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int vi
       {"temperature", "rectangular",
        stated.temperature_half_width * stated.expansion * stated.length / std::sqrt(3)});
   if (model) budget.rows.push_back({"model of the robot", "normal", *model});
-  if (fitted)
-    budget.rows.push_back({"fit of the set-up to these poses", "normal", fitted->standard});
   budget.rows.push_back({"repeatability", "normal", repeats});
   if (too_high > 0)
     budget.rows.push_back({"largest of many planes", "rectangular", too_high / std::sqrt(3)});
@@ -36,10 +33,8 @@ Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int vi
   budget.combined = std::sqrt(squares);
   // The variance of repeats^2 = (s^2 - e^2) / n is that of s^2 / n, however much of it e takes.
   const double shown = scatter.deviation / root;
-  double uncertain = repeats > 0 ? std::pow(shown, 4) / scatter.freedom : 0;
-  if (fitted) uncertain += std::pow(fitted->standard, 4) / fitted->freedom;
-  budget.freedom =
-      uncertain > 0 ? squares * squares / uncertain : std::numeric_limits<double>::infinity();
+  budget.freedom = repeats > 0 ? scatter.freedom * squares * squares / std::pow(shown, 4)
+                               : std::numeric_limits<double>::infinity();
   constexpr double kFreedomOfNormal = 1e6;  // the law of t is normal there
   // 95.45 % between -k and k: P(X <= k) = 0.97725.
   budget.k =

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
@@ -195,24 +194,11 @@ void judge(std::vector<CertifiedChange>& differences, double factor) {
 
 namespace {
 
-// AP is a length, so the part that the fit hides counts as one: of residuals e of m poses, of which
-// a fit of u unknowns leaves f numbers free, E |hidden|^2 = u / f * sum |e|^2 / m.
-std::optional<FittedSetUp> fitted_set_up(const HiddenError& hidden,
-                                         const std::vector<PoseFigures>& poses) {
-  if (hidden.unknowns == 0 || hidden.freedom == 0) return std::nullopt;
-  double squares = 0;
-  for (const PoseFigures& figures : poses) squares += figures.ap * figures.ap;
-  return FittedSetUp{
-      std::sqrt(hidden.unknowns / hidden.freedom * squares / static_cast<double>(poses.size())),
-      hidden.freedom};
-}
-
 // What a fit hides makes AP smaller, so it keeps an arm from passing and never from failing.
-// `open`: U with what the fit hides; infinite if it hides all.
-Decision decision_on(const Certificate& certificate, double tolerance, double open) {
-  const double ap = certificate.all.ap.value;
-  const Decision shown = decide(ap, certificate.budget.expanded, tolerance);
-  return shown == Decision::pass && decide(ap, open, tolerance) != Decision::pass
+Decision decision_on(const Certificate& certificate, double tolerance, double with_hidden) {
+  const double expanded = certificate.budget.expanded;
+  const Decision shown = decide(certificate.all.ap.value, expanded, tolerance);
+  return shown == Decision::pass && decide(with_hidden, expanded, tolerance) != Decision::pass
              ? Decision::undecided
              : shown;
 }
@@ -242,16 +228,13 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   certificate.all = largest_of(found.poses);
   if (!cube.empty()) certificate.cube = largest_of(cube);
   const double range = about.range.value_or(largest_range(robot, campaign));
-  const auto budget_with = [&](const std::optional<FittedSetUp>& fitted) {
-    return budget_of(about.stated, scatter_of(found.poses), certificate.all.fewest_visits, range,
-                     model_uncertainty(robot, campaign), 0, fitted);
-  };
-  certificate.budget = budget_with(std::nullopt);
-  const bool is_all_hidden = options.hidden.unknowns > 0 && options.hidden.freedom == 0;
-  const double open = is_all_hidden
-                          ? std::numeric_limits<double>::infinity()
-                          : budget_with(fitted_set_up(options.hidden, found.poses)).expanded;
-  if (options.tolerance) certificate.decision = decision_on(certificate, *options.tolerance, open);
+  certificate.budget =
+      budget_of(about.stated, scatter_of(found.poses), certificate.all.fewest_visits, range,
+                model_uncertainty(robot, campaign));
+  const double with_hidden =
+      certificate.all.ap.value * most_with_hidden(options.hidden, normal_below(kCoverage));
+  if (options.tolerance)
+    certificate.decision = decision_on(certificate, *options.tolerance, with_hidden);
   certificate.doubts = doubts_of_visits(robot, campaign, evaluation, about.stated.noise);
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
@@ -263,15 +246,16 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
       decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance) ==
           Decision::pass)
     certificate.notes.push_back(fmt::format(
-        "The fit of {} to few poses leaves AP open by {}: the tolerance is not known to be met; "
-        "measure more poses.",
+        "With what the fit of {} to few poses hides, AP may be {}: the tolerance is not known to be "
+        "met; measure more poses.",
         options.refitted,
-        is_all_hidden ? "any amount" : fmt::format("{:.4g} mm", open / kMillimetre)));
+        std::isfinite(with_hidden) ? fmt::format("{:.3g} mm", with_hidden / kMillimetre)
+                                   : "anything"));
   certificate.path = options.path;
   if (certificate.path) {
-    certificate.path_budget =
-        budget_of(about.stated, certificate.path->scatter, certificate.path->passes, range,
-                  std::nullopt, certificate.path->at_of_scatter);
+    certificate.path_budget = budget_of(about.stated, certificate.path->scatter,
+                                        certificate.path->passes, range, std::nullopt,
+                                        certificate.path->at_of_scatter);
     add_notes_on_path(*certificate.path, certificate);
   }
   certificate.poses = std::move(found.poses);

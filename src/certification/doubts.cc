@@ -168,8 +168,7 @@ std::optional<std::string> find_rounded_copies(const Campaign& campaign,
   return fmt::format(
       "{} of {} visits are an earlier visit of their pose with other digits (line {} as line {}): "
       "readings that were copied and rounded, whose RP is that of the rounding; give each visit "
-      "its "
-      "own reading, with all digits of the instrument",
+      "its own reading, with all digits of the instrument",
       copies, visits, line, of_line);
 }
 
@@ -284,10 +283,6 @@ std::optional<std::string> contradiction_of_noise(double noise, const Scatter& s
            "that were copied or averaged";
   return std::nullopt;
 }
-
-}  // namespace
-
-namespace {
 
 std::vector<std::string> doubts_of_all(const Robot& robot, const Campaign& campaign,
                                        const Evaluation& evaluation,

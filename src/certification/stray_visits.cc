@@ -208,9 +208,8 @@ std::string no_arm_in_words(const Campaign& campaign, const Evaluation& evaluati
   if (off <= 5 * kNoArm) return "";
   return fmt::format(
       "line {} stands {:.4g} mm from the commanded place of pose {}, farther than any arm errs: "
-      "the "
-      "names of poses may be exchanged, or base and tool of the robot file are not those of this "
-      "set-up; correct the column pose, or give --refit base,tool",
+      "the names of poses may be exchanged, or base and tool of the robot file are not those of "
+      "this set-up; correct the column pose, or give --refit base,tool",
       campaign.line[farthest], off / kMillimetre, campaign.pose_ids[campaign.pose[farthest]]);
 }
 

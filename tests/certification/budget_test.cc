@@ -46,15 +46,6 @@ TEST(Budget, IsThatOfAHandCalculation) {
   EXPECT_NEAR(budget.expanded, budget.k * budget.combined, 1e-15);
 }
 
-// The same with 60 um of a fit that has 6 degrees of freedom: squares 5940.75, u_c = 77.0763,
-// f = 5940.75^2 / (20^4 / 12 + 60^4 / 6) = 16.2389.
-TEST(Budget, HoldsWhatAFitOfTheSetUpHides) {
-  const Budget budget =
-      budget_of(tracker(), {40 * kMicro, 12}, 4, 2.5, 20 * kMicro, 0, FittedSetUp{60 * kMicro, 6});
-  EXPECT_NEAR(budget.combined, 77.0763 * kMicro, 1e-10);
-  EXPECT_NEAR(budget.freedom, 16.2389, 1e-3);
-}
-
 // JCGM 100:2008, table G.2, column 95.45 %.
 TEST(Budget, CoverageFactorIsThatOfTheTableOfTheGum) {
   for (const auto& [freedom, k] : {std::pair{3.0, 3.31}, {10.0, 2.28}, {20.0, 2.13}, {50.0, 2.05}})

@@ -36,13 +36,6 @@ struct Budget {
   double expanded = 0;  ///< U = k u_c [m]
 };
 
-/// What a fit of the set-up to the judged poses hides of their errors: it is uncertain, because the
-/// poses err by what the arm errs.
-struct FittedSetUp {
-  double standard = 0;  ///< RMS length of the displacement that the fit leaves open [m]
-  double freedom = 0;   ///< numbers less unknowns
-};
-
 /// `scatter`: of the visits about their means; `visits`: fewest visits of a pose. `range`: distance
 /// from the instrument [m]. `model`: standard uncertainty of the commanded position per axis [m],
 /// if the robot file states it.
@@ -50,11 +43,9 @@ struct FittedSetUp {
 /// The scatter s contains the noise of the instrument. So with a stated noise e the rows are
 ///     e / sqrt(n)  and  sqrt(max(0, s^2 - e^2)) / sqrt(n),
 /// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller. `too_high`: half width of the
-/// bias of the largest of many figures [m], see PathFigures::at_of_scatter. `fitted`: nothing if
-/// nothing was fitted.
+/// bias of the largest of many figures [m], see PathFigures::at_of_scatter.
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
-                 const std::optional<double>& model, double too_high = 0,
-                 const std::optional<FittedSetUp>& fitted = std::nullopt);
+                 const std::optional<double>& model, double too_high = 0);
 
 /// Whether a value meets a tolerance; see decide().
 enum class Decision { pass, fail, undecided };
