@@ -59,8 +59,9 @@ double step_of(const Campaign& campaign) {
 double chance_of_the_same(const Eigen::Matrix3Xd& differences, double step) {
   if (differences.cols() == 0) return 1;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(differences * differences.transpose());
+  const Eigen::Matrix3Xd along_axes = axes.eigenvectors().transpose() * differences;
   double chance = 1;
-  for (const auto& along : (axes.eigenvectors().transpose() * differences).eval().rowwise()) {
+  for (const auto& along : along_axes.rowwise()) {
     std::vector<double> lengths(differences.cols());
     std::ranges::transform(along, lengths.begin(), [](double part) { return std::abs(part); });
     const auto quarter = lengths.begin() + std::ssize(lengths) / 4;

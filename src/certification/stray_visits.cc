@@ -149,10 +149,10 @@ class StraySearch {
 
   // The smallest of the distances that are strays; infinite if there are none.
   static double least_that_stands_out(std::vector<double> distances, double no_arm) {
-    constexpr double kTail = 2, kNoChance = 1e-4;
+    constexpr double kTail = 2, kRareGap = 1e-4;
     std::ranges::sort(distances, std::greater<>{});
     const auto most = std::max<std::ptrdiff_t>(0, (std::ssize(distances) - 1) / 2);
-    double least_log = std::log(kNoChance / static_cast<double>(std::max<std::ptrdiff_t>(1, most)));
+    double least_log = std::log(kRareGap / static_cast<double>(std::max<std::ptrdiff_t>(1, most)));
     double least = std::numeric_limits<double>::infinity();
     for (std::ptrdiff_t k = 1; k <= most && distances[k - 1] > no_arm; ++k) {
       const double log = kTail * static_cast<double>(k) * std::log(distances[k] / distances[k - 1]);
