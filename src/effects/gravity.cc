@@ -124,9 +124,9 @@ double GravityLoad::first_moment_value(const FirstMoment& moment, const Motion& 
 }
 
 // The links whose first moments are the basis: that of the parameter and those after it whose axes
-// stay parallel to its axis. Of alpha, d, r, beta and the base also the next link, whose joint
-// turns about another axis. A link without a revolute joint keeps its orientation in the link
-// before it, whatever its axis is.
+// stay parallel to its axis. For alpha, d, r, beta and the base the next link counts too, with the
+// links after it that stay parallel to that one. A link without a revolute joint keeps its
+// orientation in the link before it, whatever its axis is.
 std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const {
   const int last = joint_count(chain) > 0 ? link_of_joint(chain, joint_count(chain) - 1) : -1;
   if (link_ > last) return {};

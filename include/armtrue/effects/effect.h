@@ -20,9 +20,9 @@ struct Coefficient {
   std::array<double, 2> ci95{0, 0};
 };
 
-/// One cause that acts on many parameters, such as gravity on the compliance of every joint. The
-/// coefficient of each member has the prior N(0, (f t)^2), with t the typical size of the member
-/// and f a factor that is common to the family. The readings determine f.
+/// One cause that acts on many parameters, such as gravity on the compliance of every joint. Each
+/// coefficient of a member has the prior N(0, (f t)^2), with t the typical size of the member and f
+/// a factor that is common to the family. The readings determine f.
 struct Family {
   std::string name;
   double typical = 0;  ///< typical size of each coefficient of this effect, in its unit
