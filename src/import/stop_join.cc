@@ -21,7 +21,7 @@ constexpr double kStillTravel = 0.05 * kMillimetre;
 constexpr double kLargestRest = 10 * kMillimetre;  // of the points of a machine at rest
 constexpr double kThinned = 0.02;                  // [s] least time between samples that are used
 constexpr double kStreamGap = 0.25;                // [s] largest median gap in a continuous record
-constexpr double kStreamShare = 0.3;               // least samples * gap / duration of such a record
+constexpr double kStreamShare = 0.3;               // least samples * gap / duration of one
 // Uncertainty of the begin and end of a standstill in a record of points and in one of joint angles
 // [s]. A reading taken by hand lies well within.
 constexpr double kPointEdge = 0.15, kJointEdge = 0.05;

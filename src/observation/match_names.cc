@@ -280,10 +280,6 @@ void scale_pixels(Campaign& campaign, double metre_per_pixel) {
   campaign.metre_per_pixel = metre_per_pixel;
 }
 
-}  // namespace
-
-namespace {
-
 // Refuses a beam that runs along its plane by the places in the robot file: rough places do not do
 // that, so the plane is another one, or the places are wrong.
 void require_beams_on_planes(const Campaign& campaign, const KinematicChain& chain,

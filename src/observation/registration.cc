@@ -199,10 +199,6 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign, const std::ve
   return registered[0] < as_given[0] && as_given[0] >= kFarBase ? moved : robot;
 }
 
-}  // namespace
-
-namespace {
-
 // Registers the base on what an instrument read. Places contacts before it (those without a place)
 // and again after it (those that the new base puts far off).
 Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaign,

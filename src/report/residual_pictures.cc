@@ -67,10 +67,6 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
   return placed;
 }
 
-}  // namespace
-
-namespace {
-
 // The worst poses by the largest error of their readings: "Worst, with its effects: pose P7
 // (0.42 mm), ..."
 std::string worst_poses(const Judged& model, const Campaign& campaign) {
