@@ -5,7 +5,8 @@
 namespace armtrue {
 namespace {
 
-// Those of each target, anchor or contact; others stand for themselves.
+// The parameters of each target, anchor or contact that a parameter of a catalogue stands for; any
+// other parameter alone.
 std::vector<Parameter> of_each(const Parameter& parameter, const KinematicChain& chain) {
   if (!parameter.of_each) return {parameter};
   std::vector<Parameter> all;

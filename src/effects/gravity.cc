@@ -1,10 +1,8 @@
 #include "armtrue/effects/gravity.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "armtrue/effects/sampling.h"
 
@@ -14,10 +12,11 @@ namespace {
 // Largest sine of the angle between axes that are built parallel, after calibration. Axes of wrists
 // that are not parallel meet at tens of degrees.
 constexpr double kParallel = 1e-2;
-// Of the poses the most values, three of each joint's link and a travel, are a fraction.
+// Poses from which the basis is chosen. A joint gives at most four values: three first moments of
+// its link and one by its travel.
 constexpr int kFewestBasisPoses = 64, kBasisPosesPerJoint = 8;
-// Share of what a moment across gravity makes. A smaller independent part only comes from small
-// angles of the identified geometry, and would change with every fit of them.
+// Share of the torque of a first moment at a right angle to gravity. A smaller independent part
+// only comes from small angles of the identified geometry, and would change with every fit of them.
 constexpr double kMinNew = 1e-2;
 
 }  // namespace
@@ -87,7 +86,7 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
   return {frames[link_].rotation.col(2), frames[link_].translation, false};
 }
 
-// Of a point of a link, per unit of the parameter.
+// The velocity of a point of a link, per unit of the parameter.
 Vector3d GravityLoad::velocity(const Motion& moved, const ArmFrames& frames, int link,
                                const Vector3d& point) const {
   Vector3d sum = link >= link_ ? moved.velocity(point) : Vector3d(Vector3d::Zero());
@@ -100,7 +99,7 @@ Vector3d GravityLoad::velocity(const Motion& moved, const ArmFrames& frames, int
   return sum;
 }
 
-// What the torque of a moment across gravity is multiplied with: 1, or the way of its link.
+// The factor of the torque of a first moment: 1, or the travel of its link [m].
 double GravityLoad::arm_of(const FirstMoment& moment, const ArmFrames& frames) const {
   if (!moment.by_travel) return 1;
   const Vector3d foot =
@@ -118,14 +117,16 @@ double GravityLoad::first_moment_value(const FirstMoment& moment, const Motion& 
   const Vector3d direction = moment.link < 0
                                  ? Vector3d(Vector3d::Unit(moment.axis))
                                  : Vector3d(frames[moment.link].rotation.col(moment.axis));
-  // What a joint of a positioner carries turns against the ground the other way.
+  // The links that a joint of a positioner carries stand before it in the chain: they turn the
+  // other way.
   return (of_positioner_ ? -1 : 1) * arm_of(moment, frames) *
          gravity_in_foot(frames).dot(axis.cross(direction));
 }
 
-// The links that carry weight for the parameter: its own and those whose axes stay parallel. A
-// parameter that does not turn about the link's own axis also feels the next link turn. A link that
-// does not turn keeps its orientation in the link before it, whatever its axis is.
+// The links whose first moments are the basis: that of the parameter and those after it whose axes
+// stay parallel to its axis. For alpha, d, r, beta and the base the next link counts too, with the
+// links after it that stay parallel to that one. A link without a revolute joint keeps its
+// orientation in the link before it, whatever its axis is.
 std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const {
   const int last = joint_count(chain) > 0 ? link_of_joint(chain, joint_count(chain) - 1) : -1;
   if (link_ > last) return {};
@@ -171,7 +172,7 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
   std::vector<FirstMoment> moments;
   for (int link : of_positioner_ ? carried_links() : carrying_links(robot.chain)) {
     for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
-    // Not of the base, whichever way a rail leads.
+    // None by travel for the base, in whichever direction a rail leads.
     if (!of_positioner_ && is_prismatic(robot.chain.links[link]) &&
         parameter_ >= kFirstLinkParameter)
       moments.push_back({link, 2, true});

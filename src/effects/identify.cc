@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <limits>
 #include <numeric>
 
 #include "armtrue/effects/effect.h"
@@ -13,7 +12,7 @@ namespace {
 
 constexpr size_t kMostNamed = 6;  // in a message
 
-// The names that an entry may have: of all parameters but those of the instrument.
+// The names that an entry may have: of the parameters that have a constant.
 std::vector<std::string> names_of(const KinematicChain& chain) {
   const ParameterLayout layout = layout_of(chain);
   std::vector<std::string> names;
@@ -29,7 +28,7 @@ bool same(char a, char b, Letters letters) {
   return letters == Letters::exact ? a == b : lower(a) == lower(b);
 }
 
-// Characters to insert, remove or replace until the text is as the pattern says; 0 if it is.
+// Levenshtein distance of a text from the nearest text that matches the pattern.
 int distance(std::string_view pattern, std::string_view text, Letters letters) {
   std::vector<int> before(text.size() + 1);
   std::iota(before.begin(), before.end(), 0);

@@ -19,8 +19,8 @@ LineOfSight::LineOfSight(const Vector3d& instrument, const Vector3d& up, const V
 }
 
 double LineOfSight::azimuth() const {
-  // Not the axis nearest to the horizontal: where R_A stands upright, x and y are both, and a fit
-  // that tilts the base a little would turn the circle by 90 deg.
+  // The axis does not depend on which of x and y is nearer to the horizontal: with R_A upright both
+  // are horizontal, and a fit that tilts the base a little would turn the azimuth by 90 deg.
   constexpr double kUpright = 0.8;  // cosine of 37 deg
   const Eigen::Index axis = std::abs(up_.x()) < kUpright ? 0 : 1;
   const Vector3d zero = Vector3d::Unit(axis) - up_ * up_[axis];

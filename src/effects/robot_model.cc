@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kReferenceTemperature = 20;  // deg C, ISO 1
 
-// All of arm.scale begin with itself.
+// The parameters that an effect moves: of arm.scale itself and all lengths, none of a whole family.
 std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
   if (!effect.members.empty()) return {};
   const auto first = first_parameter(robot.chain, effect.parameter);

@@ -1,8 +1,5 @@
 #include "armtrue/effects/sampling.h"
 
-#include <cmath>
-#include <numbers>
-
 namespace armtrue {
 namespace {
 

@@ -12,8 +12,9 @@ namespace {
 constexpr int kSplineDegree = 3;
 constexpr int kMaxSeriesValues = 64;
 
-// The count + 1 cubic B-splines on uniform clamped knots over [0, 1], the last one left out: with
-// the parameter's constant they span the same curves. Cox and de Boor's recursion.
+// The count + 1 cubic B-splines on uniform clamped knots over [0, 1] by Cox and de Boor's
+// recursion. The last one is left out: with the parameter's constant the others span the same
+// curves.
 void spline_values(int count, double u, double* out) {
   const int splines = count + 1;
   const int intervals = splines - kSplineDegree;

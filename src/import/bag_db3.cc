@@ -15,8 +15,8 @@ namespace {
 using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
 using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
 
-// SQLite may write files beside a database even to read it, but not beside one that is said not to
-// change. One whose log was not merged needs them.
+// SQLite may write files beside a database that it only reads, except with immutable=1. A database
+// with a write-ahead log that was not merged needs these files.
 std::string address_of(const std::string& file) {
   std::string address = "file:";
   for (const char c : file)

@@ -19,7 +19,7 @@ constexpr std::uint64_t kLargestChunk = 1 << 30;  // usual are some MB
 // Records of these kinds are read; others are indices, attachments and metadata.
 enum Kind : unsigned char { schema = 3, channel = 4, message = 5, chunk = 6, data_end = 15 };
 
-// The fields of a record, numbers with the lowest byte first. False ends of it throw `cut`.
+// The fields of a record, little-endian. Throws InputError if the record ends too early.
 class Fields {
  public:
   Fields(std::string_view bytes, const std::string& file) : rest_(bytes), file_(file) {}

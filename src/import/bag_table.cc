@@ -4,10 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -25,7 +23,7 @@ constexpr std::string_view kJointState = "sensor_msgs/msg/JointState",
 constexpr size_t kCovariance = 36;
 constexpr std::int64_t kSecond = 1'000'000'000;  // in ns
 
-// How a message of a pose is laid out, behind its header.
+// The layout of a pose message, behind its header.
 struct PoseType {
   std::string_view type;
   bool has_child = false;  // the name of the frame that is measured

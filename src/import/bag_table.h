@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// What of a recording is a table.
+/// Which messages of a recording become a table.
 struct BagSelection {
   bool of_joints = false;  ///< joint states; otherwise poses, points or transforms
   std::string topic;       ///< empty: the only one of such a type

@@ -25,7 +25,8 @@ struct OfBody {
   bool is_position = false;
 };
 
-// Tool_x, Tool.position.x, Tool qw: the shortest name that leaves a known one.
+// Splits Tool_x, Tool.position.x or Tool qw after the shortest body name that leaves a known
+// quantity.
 std::optional<OfBody> of_body(const std::string& header) {
   constexpr std::string_view kSigns = "_ .-:/";
   const std::string stem = column_name(header).stem;

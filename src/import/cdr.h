@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// A message ends before its last field, or states a length that no message has.
+/// Thrown for a message that ends before its last field, or states a length that no message has.
 class CutMessage : public std::runtime_error {
  public:
   CutMessage() : std::runtime_error("is shorter than its type says") {}
@@ -23,7 +23,7 @@ class CdrReader {
   std::int32_t int32() { return uint32(); }
   std::uint32_t uint32();
   double float64();
-  /// Its length, with the zero at its end, stands before it.
+  /// A length that counts the zero at the end, then the characters and the zero.
   std::string string();
 
  private:

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <set>
 
 #include "armtrue/kinematics/chain.h"
@@ -107,7 +106,8 @@ class Mapper {
     return std::ranges::find(joints, quantity, &JointName::column) == joints.end();
   }
 
-  // Controllers log axes that they could drive: such a column holds one value.
+  // Leaves out the column of an axis that the robot does not have and that never moves: controllers
+  // also log axes that are not connected.
   void leave_still_axis(int k) {
     const size_t column = k;
     for (const PlainRow& row : table_.rows)
@@ -126,7 +126,7 @@ class Mapper {
                                [](const auto& entry) { return joint_number(entry.first) > 0; });
   }
 
-  // Of the robot, or those of the table: the joints of the arm, then the external axes.
+  // The joints of the robot; without a robot those of the table, the arm before the external axes.
   void find_joints() {
     if (options_.robot) {
       mapping_.joints = joint_names(options_.robot->chain);
@@ -155,7 +155,7 @@ class Mapper {
     return unit && unit->kind == UnitKind::length;
   }
 
-  // T is a time only if its unit says so.
+  // T without a unit of time may be a turn (KUKA) or a temperature.
   bool is_turn_or_temperature(int k) const {
     const ColumnName name = column_name(header(k));
     const auto unit = find_unit(name.unit.empty() ? table_.columns[k].unit_row : name.unit);

@@ -30,21 +30,20 @@ class ImportNames {
   void apply_preset(const PlainTable& table, const ImportOptions& options);
 
   /// True for a length or an angle that is known by its name, and for a column that an option
-  /// names. This distinguishes a header from text above it.
+  /// names: such names distinguish a header from text above it.
   bool is_known(std::string_view header) const;
   bool is_ignored(const std::string& header) const;
   /// The assignment of a column by an option or the preset; null if there is none.
   const std::string* quantity_of(const std::string& header) const;
   const std::string* unit_of(const std::string& header) const;
-  /// Whether files of the preset may state a wrong unit for the column, see kOnlyByOption.
+  /// Whether the unit of the column is kOnlyByOption.
   bool doubts_unit_of(const std::string& header) const;
   /// Whether an option or the preset names a column of this table for a quantity.
   bool maps(const PlainTable& table, const std::string& quantity) const;
-  /// The unit of our column that --column names for an encoder value, such as mm of e1_mm; or
-  /// empty.
+  /// The unit that --column states for an encoder value, such as mm of e1_mm=THEIRS; or empty.
   std::string stated_unit(const std::string& quantity) const;
 
-  /// Throws InputError for an option whose column stands in none of the tables.
+  /// Throws InputError for an option that names a column of none of the tables.
   void check_all_found(const std::vector<const PlainTable*>& tables) const;
 
  private:

@@ -195,7 +195,7 @@ std::optional<KnownQuantity> stated_quantity(std::string_view ours) {
     return KnownQuantity{std::string(ours), UnitKind::none};
   const ColumnName name = column_name(ours);
   std::optional<KnownQuantity> quantity = quantity_of_stem(name.stem);
-  // Here only armtrue's own names count: A1 is a name of theirs.
+  // Only armtrue's own names count here, not known names of others such as A1.
   if (quantity && quantity->name != name.stem) return std::nullopt;
   if (quantity && !name.unit.empty() && ours != our_column(quantity->name) &&
       !(quantity->kind == UnitKind::encoder && (name.unit == "deg" || name.unit == "mm")))

@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// Of a joint's encoder value the unit tells whether it is an angle or a length.
+/// encoder: the value of a joint, an angle or a length according to its unit.
 enum class UnitKind { none, length, angle, encoder, time, mass, temperature, force };
 
 struct ColumnUnit {
@@ -40,7 +40,7 @@ std::optional<KnownQuantity> known_quantity(std::string_view header);
 /// A quantity as the user writes it before = of --column: q1_deg or q1.
 std::optional<KnownQuantity> stated_quantity(std::string_view ours);
 
-/// The number of a joint, q1 to q16 or the external axes e1 to e6; 0 of any other quantity.
+/// The number of a joint, q1 to q16 or the external axes e1 to e6; 0 for any other quantity.
 int joint_number(std::string_view quantity);
 
 /// Whether a column of a quantity may have this unit.

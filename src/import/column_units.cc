@@ -77,7 +77,8 @@ void ColumnUnits::refuse_doubted_unit(const std::string& name) const {
                      "--angle-unit rad or --angle-unit deg");
 }
 
-// Times in words state their unit themselves.
+// Whether a column needs no unit: it holds dates or times of day, or is empty. Throws InputError if
+// it holds neither these nor numbers.
 bool ColumnUnits::is_clock_time(int k) const {
   const size_t column = k;
   const auto first = std::ranges::find_if(
@@ -107,7 +108,9 @@ bool ColumnUnits::fits_robot(const std::string& quantity, UnitKind kind) const {
   return wanted_column(quantity).ends_with("_mm") == (kind == UnitKind::length);
 }
 
-// An option for all angles holds for the joints of an arm; an external axis may be either.
+// The kind of a quantity for the options that state one unit for all lengths or all angles. Encoder
+// values of an arm are angles, unless the robot or --column says otherwise; an external axis may be
+// either.
 UnitKind ColumnUnits::kind_for_all(const std::string& quantity, UnitKind kind) const {
   if (kind != UnitKind::encoder) return kind;
   const bool is_told = options_.robot || !names_.stated_unit(quantity).empty();

@@ -17,14 +17,15 @@ class ColumnUnits {
               const std::vector<JointName>& joints)
       : table_(table), names_(names), options_(options), joints_(joints) {}
 
-  /// Sets unit and factor of a column. Throws InputError for one that does not fit the quantity,
-  /// for two different ones and for one in doubt.
+  /// Sets unit and factor of a column. Throws InputError for a unit that does not fit the quantity,
+  /// for two different units, and for a unit in doubt (kOnlyByOption).
   void find(const std::string& quantity, MappedColumn& column);
 
   /// Throws InputError, with the options that help, if find() found no unit of some columns.
   void refuse_missing() const;
 
-  /// Our column, as the robot or --column says whether the joint turns or slides.
+  /// The name of the quantity in measured poses. Of a joint the robot or --column decides whether
+  /// it is in deg or in mm.
   std::string wanted_column(const std::string& quantity) const;
 
  private:

@@ -23,17 +23,17 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kNamesTold = 5;     // of images, in a message
-constexpr int kFewestCorners = 4;    // of a board whose place before the camera shows
-constexpr int kImagesExplained = 2;  // why the board is not found takes ten times as long
+constexpr int kFewestCorners = 4;    // from which the pose of a board follows
+constexpr int kImagesExplained = 2;  // finding the reason takes ten times as long as the search
 
-// What cameras write, and OpenCV reads.
+// Formats that cameras write and OpenCV reads.
 bool is_image(const fs::path& path) {
   static const std::vector<std::string> kEnds{".png",  ".jpg", ".jpeg", ".bmp", ".tif",
                                               ".tiff", ".pgm", ".ppm",  ".webp"};
   return std::ranges::count(kEnds, lower_case(path.extension().string())) > 0;
 }
 
-// Names in their order, numbers in them as numbers.
+// Image names in natural order: img2 before img10.
 std::vector<std::string> image_names(const std::string& folder) {
   std::vector<std::string> names;
   size_t others = 0;
@@ -212,7 +212,7 @@ SeenImages look(const ImageFolder& folder, const std::vector<Pair>& pairs,
   return seen;
 }
 
-// Visits of one pose are told by their numbers.
+// Numbers the visits of each pose, if there are several of one.
 void number_repeats(Campaign& stops) {
   if (!stops.repeat.empty()) return;
   std::vector<int> visits(stops.pose_ids.size());

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kSamePose = 0.1 * kDegree;  // as read_campaign() requires
 
-// Numbers the texts of a column in the order in which they first stand.
+// The index of a text of a column, in the order of first appearance.
 int index_of(std::vector<std::string>& names, std::map<std::string, int>& places,
              const std::string& name) {
   const auto [place, is_new] = places.insert({name, static_cast<int>(names.size())});

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -18,7 +17,8 @@ struct NamePair {
   std::string left, right;
 };
 
-// q1_deg=A1 is split at its first =, A1=deg at its last: their names may hold one.
+// Splits q1_deg=A1 or A1=deg at `sign`: the first or the last =, because the user's name may hold
+// one.
 NamePair split_pair(const std::string& option, const std::string& text, size_t sign) {
   if (sign == std::string::npos || sign == 0 || sign + 1 == text.size())
     throw InputError(option + " '" + text + "': expected two names, such as " +

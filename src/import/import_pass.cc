@@ -10,7 +10,8 @@
 namespace armtrue {
 namespace {
 
-// Of the kept rows [s]; counted from the first one where it counts from 1970 or is a time of a day.
+// Times of the kept rows [s]; from the first one on if they count from 1970 or are dates or times
+// of day.
 Eigen::VectorXd times_of(const TableReader& table, const std::vector<int>& kept) {
   const TableReader::Clock clock = table.clock();
   const PlainTime zero = clock.is_number ? PlainTime{} : clock.times[kept.front()];

@@ -24,7 +24,7 @@ void refuse_lone_dates(const PlainTable& table, const ColumnMapping& mapping) {
         "the dates out with --ignore");
 }
 
-// Rows of a file that holds several topics, of which this one has nothing.
+// Leaves out rows without joint angles: a file of several topics has rows of the others.
 void leave_out_empty_rows(ImportedTable& import) {
   const auto is_empty = [&](const PlainRow& row) {
     return std::ranges::all_of(import.mapping.joints, [&](const JointName& joint) {
@@ -72,7 +72,7 @@ PlainTable read_table(const std::string& path, const ImportNames& names,
                           [&](std::string_view header) { return names.is_known(header); });
 }
 
-// The table of a recording has the columns of those that PlotJuggler writes.
+// The table of a recording has the columns that PlotJuggler writes.
 void read_bag(const std::string& path, const ImportOptions& options, TableRole role,
               ImportedTable& import) {
   if (role == TableRole::readings)

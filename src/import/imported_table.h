@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// One table on its way: text, then columns with names.
+/// A table that is read, and the quantities of its columns.
 struct ImportedTable {
   ImportNames names;
   PlainTable table;

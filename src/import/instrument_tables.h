@@ -7,9 +7,9 @@
 
 namespace armtrue {
 
-/// Reads the table of a preset whose files name their columns otherwise than a plain table. `body`:
-/// the rigid body or marker of a motion capture that is taken; may be empty if there is one only.
-/// All throw InputError.
+/// Reads the table of a preset whose TableForm is not `header`. `body`: the rigid body or marker of
+/// a motion capture that is taken; may be empty if there is one only. This and the readers below
+/// throw InputError.
 PlainTable read_instrument_table(const std::string& path, const Preset& preset,
                                  const std::string& body);
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 #include <set>
-#include <tuple>
 
 #include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
@@ -18,7 +17,7 @@ namespace {
 
 constexpr double kStandsStill = 0.01 * kDegree;  // or m: from sample to sample,
 constexpr double kStillFor = 0.02;               // [s]: and in this time where samples are closer
-constexpr double kRounding = 1e-6;               // [s] of a difference of times, even of UNIX times
+constexpr double kRounding = 1e-6;               // [s] of a difference of two UNIX times
 
 std::set<std::string> ids_of(const TableReader& reader) {
   std::set<std::string> ids;
@@ -47,8 +46,8 @@ std::vector<std::string> bare_names(const TableReader& reader) {
   return names;
 }
 
-// Names that differ only as bare_name() removes it are those of the same poses. In another order
-// the rows must not be joined by it.
+// Throws InputError if both tables have the same names by bare_name() in another order: their rows
+// must not be joined by order.
 void refuse_names_in_another_order(const TableReader& points, const TableReader& joints) {
   std::vector<std::string> left = bare_names(points), right = bare_names(joints);
   if (left == right) return;
@@ -95,8 +94,8 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
       a, lines_of(points), b, joints.rows()));
 }
 
-// Rows that are joined by their order although the other table has their names elsewhere; empty if
-// these are few.
+// A warning if many rows are joined by order although the other table has their names at other
+// rows; else empty.
 std::string doubt_of_order(const TableReader& points, const TableReader& joints) {
   if (!points.has("pose") || !joints.has("pose") || points.rows() != joints.rows()) return "";
   const std::vector<std::string> left = bare_names(points), right = bare_names(joints);
@@ -131,7 +130,7 @@ JointMatches match_by_order(const TableReader& points, const TableReader& joints
   return matches;
 }
 
-// Rows by pose and, if both tables number the visits, by repeat.
+// Joins rows by pose and, if both tables number the visits, by repeat.
 class IdJoin {
  public:
   IdJoin(const TableReader& points, const TableReader& joints)
@@ -301,7 +300,7 @@ void require_times(const TableReader& points, const TableReader& joints) {
     if (!table->has("t"))
       throw InputError(table->table().file +
                        ": has no column of times to join by; name it: --column t_s=NAME");
-  constexpr double kMostApart = 1e5;  // s: no log is so slow, and none has a sample in 1e5 ns
+  constexpr double kMostApart = 1e5;  // s: no log is so slow; in ns any log is above it (0.1 ms)
   const TableReader::Clock clock = joints.clock();
   const int rows = joints.rows();
   if (rows < 2 || !clock.is_number) return;

@@ -30,7 +30,7 @@ struct JointMatch {
 struct JointMatches {
   std::vector<JointMatch> rows;  ///< in the order of the points
   std::string how;               ///< for messages: by id, by order, by time
-  /// Without a column of poses: neighbours of the same joint angles are one pose.
+  /// Without a column of poses: consecutive rows of the same joint angles are one pose.
   bool stops_are_poses = false;
   /// Without a column of poses: rows of the same joint angles are one pose, wherever they stand.
   bool same_joints_are_one_pose = false;
@@ -41,15 +41,15 @@ struct JointMatches {
 /// apart that they are in ns.
 void require_times(const TableReader& points, const TableReader& joints);
 
-/// Throws InputError if two clocks that should count the same time but for an offset are written in
-/// different forms.
+/// Throws InputError if two clocks, which may differ by an offset alone, are written in different
+/// forms: numbers, times of day, dates with or without a time zone.
 void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
                          const TableReader& joints, const TableReader::Clock& b);
 
 /// Joins points and joint angles: by the column of poses, by the order of the rows, by time, or by
-/// stops (match_by_stops()). By
-/// time the joint angles are those between the two samples about the point, and only points are
-/// taken at which the joints stand still. Throws InputError if rows cannot be distinguished.
+/// stops (match_by_stops()). By time the joint angles are interpolated between the two samples
+/// around the point, and only points are taken at which the joints stand still. Throws InputError
+/// if rows cannot be distinguished.
 JointMatches match_joints(const TableReader& points, const TableReader& joints,
                           const ImportOptions& options);
 

@@ -29,7 +29,7 @@ std::optional<size_t> axis_of(std::string_view text) {
 
 bool is_digit(unsigned char c) { return std::isdigit(c) != 0; }
 
-// M1_x, M1.pos_x, x_M1, M1x, x1.
+// Marker and axis of M1_x, M1.pos_x, x_M1, M1x or x1.
 std::optional<MarkerColumn> marker_of(const std::string& header) {
   const std::string stem = column_name(header).stem;
   for (size_t at = stem.find_first_of(kSigns); at != stem.npos;
@@ -124,8 +124,8 @@ std::vector<std::string> spread_markers(PlainTable& table, const ImportNames& na
   }
   Markers markers = whole_markers(table, names);
   if (!chosen.empty()) keep_chosen(table, chosen, markers);
-  // A single point with a name, such as that of a TCP, may be the controller's: the user says what
-  // it is.
+  // A single point with a name, such as TCP, may be the controller's: the user must name its
+  // columns.
   if (markers.size() < 2 && chosen.empty()) return {};
   std::vector<std::string> found;
   for (const auto& [name, axes] : markers) found.push_back(name);
@@ -161,7 +161,7 @@ std::vector<std::string> spread_markers(PlainTable& table, const ImportNames& na
                           "'; write the points of all markers in one unit");
     spread.columns.push_back({std::string(1, "xyz"[axis]), unit});
   }
-  // One marker alone is the point of the tool, which no name has to tell from others.
+  // One marker alone needs no column `target`.
   spread.has_markers = markers.size() > 1;
   if (spread.has_markers) spread.columns.push_back({"target", ""});
   for (const PlainRow& row : table.rows)

@@ -12,7 +12,7 @@
 namespace armtrue {
 namespace {
 
-// One column of a body, of which the table has many.
+// A column of the table, with the body that it belongs to.
 struct BodyColumn {
   size_t column;
   std::string body, name;
@@ -202,7 +202,7 @@ QualisysHeader read_qualisys_header(TableLines& lines) {
   return header;
 }
 
-// A rotation has no matrix of zeros.
+// Empties the cells of a body that was not seen: its rotation matrix is 0.
 void blank_unseen(const std::vector<BodyColumn>& columns, PlainRow& row) {
   bool has_rotation = false, is_seen = false;
   for (size_t k = 0; k < columns.size(); ++k) {

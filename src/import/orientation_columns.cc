@@ -31,7 +31,8 @@ std::string their_names(const PlainTable& table, const ColumnMapping& mapping,
   return names;
 }
 
-// The columns of armtrue's own files say what they are.
+// Whether the angles have armtrue's own names a_deg, b_deg, c_deg (or _rad), whose convention is
+// known.
 bool is_our_name(const PlainTable& table, const ColumnMapping& mapping) {
   return std::ranges::all_of(std::array{"a", "b", "c"}, [&](const std::string& name) {
     const std::string& header = table.columns[mapping.find(name)->column].name;
@@ -39,7 +40,8 @@ bool is_our_name(const PlainTable& table, const ColumnMapping& mapping) {
   });
 }
 
-// The only group of which columns are there; it must be complete.
+// The only group of orientation columns in the table; throws InputError if it is not complete or
+// not the only one.
 std::vector<std::string> only_group(const PlainTable& table, const ColumnMapping& mapping) {
   std::vector<std::vector<std::string>> found;
   for (const auto& group : orientation_groups()) {

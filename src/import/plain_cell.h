@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// What one cell tells of the decimal sign of its table.
+/// What one cell says about the decimal sign of its table.
 enum class DecimalEvidence {
   none,       ///< a number without comma and point
   point,      ///< a number only if the point is the decimal sign

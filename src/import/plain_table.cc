@@ -17,7 +17,7 @@ bool is_comment(std::string_view line, const TableStyle& style) {
   return line.front() != '/' || line.starts_with("//");
 }
 
-// Tells the header from text above it, and by which separator its names are known.
+// Finds the header below other text, and the separator with which most of its names are known.
 class HeaderSearch {
  public:
   HeaderSearch(const TableStyle& style, const std::function<bool(std::string_view)>& is_known)
@@ -49,7 +49,8 @@ class HeaderSearch {
     return best >= style_.fewest_known;
   }
 
-  // Text above a header may hold X, Y and Z, too, but other words beside them.
+  // With blanks as separators all names must be known: text above a header may hold X, Y and Z
+  // among other words.
   bool by_blanks(std::string_view line) {
     if (line.find('"') != std::string_view::npos) return false;
     const std::vector<std::string> names = split_cells(trim_blanks(line), ' ', "");

@@ -21,11 +21,11 @@ struct PlainRow {
 struct PlainTable {
   std::string file;
   int header_line = 0;
-  char separator = ',';  ///< 0 of a recording, which has no text
+  char separator = ',';  ///< 0 for a recording, which is no text
   std::vector<PlainColumn> columns;
   std::vector<PlainRow> rows;
   bool has_markers = false;  ///< its column `target` names those of one row; see spread_markers()
-  std::vector<std::string> notes;  ///< for people: what of the file is not in the table
+  std::vector<std::string> notes;  ///< for the user: what of the file is not in the table
 
   /// file:line: column 'name': 'cell' what
   [[noreturn]] void fail(const PlainRow& row, int column, const std::string& what) const;
@@ -52,7 +52,7 @@ PlainTable read_plain_table(const std::string& path, const TableStyle& style,
 std::vector<std::string> split_cells(std::string_view line, char separator,
                                      const std::string& where);
 
-/// "file:line: ", the begin of a message.
+/// "file:line: ", with which a message begins.
 std::string at_line(const std::string& file, int line);
 
 }  // namespace armtrue

@@ -15,7 +15,7 @@
 namespace armtrue {
 namespace {
 
-// Each place where a header may hold any text multiplies the time of a match.
+// Bounds of a preset. Each placeholder of a header multiplies the time of a match.
 constexpr size_t kMostSeparators = 8, kMostColumns = 1000, kMostOfHeader = 200, kMostPlaces = 2;
 
 size_t places_in(std::string_view header) {

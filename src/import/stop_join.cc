@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
@@ -20,17 +19,17 @@ namespace {
 constexpr double kStillAngle = 0.03 * kDegree;  // within half a second
 constexpr double kStillTravel = 0.05 * kMillimetre;
 constexpr double kLargestRest = 10 * kMillimetre;  // of the points of a machine at rest
-constexpr double kThinned = 0.02;                  // [s] between two samples that are looked at
-constexpr double kStreamGap = 0.25;                // [s] between samples of a record that goes on
-constexpr double kStreamShare = 0.3;               // of its time that the samples cover
-// By which begin and end of a standstill are uncertain, for a record of points and for one of joint
-// angles [s]. A reading taken by hand lies well within.
+constexpr double kThinned = 0.02;                  // [s] least time between samples that are used
+constexpr double kStreamGap = 0.25;                // [s] largest median gap in a continuous record
+constexpr double kStreamShare = 0.3;               // least samples * gap / duration of one
+// Uncertainty of the begin and end of a standstill in a record of points and in one of joint angles
+// [s]. A reading taken by hand lies well within.
 constexpr double kPointEdge = 0.15, kJointEdge = 0.05;
 constexpr double kTrimmed = 0.1;  // [s] left out at both ends of a mean, or a tenth
 constexpr int kFewestStops = 5;
 constexpr double kFewestPaired = 0.6;  // of the readings within the time of the joint angles
-constexpr int kClearlyMore = 3;        // standstills than the next way to join, and a tenth
-constexpr size_t kMostJudged = 10;     // ways that the robot judges
+constexpr int kClearlyMore = 3;        // standstills, and a tenth, beyond the second best join
+constexpr size_t kMostJudged = 10;     // candidate joins that are compared with the robot
 constexpr double kImplausibleMiss = 20 * kMillimetre;  // as of a campaign, see diagnose()
 constexpr double kSamePoint = 5 * kMillimetre;         // of the same joint angles
 constexpr double kSameJoints = 0.02 * kDegree;         // [rad or m]
@@ -228,7 +227,8 @@ class StopJoin {
     return apart.size() < kFewestRevisits || median(apart) <= kSamePoint;
   }
 
-  // The only way whose positions agree with the robot; nothing if the readings are too few for it.
+  // The only candidate join whose positions agree with the robot; nothing if the readings are too
+  // few.
   std::optional<StandstillMatch> way_of_robot(const std::vector<StandstillMatch>& ways) const {
     std::optional<StandstillMatch> best;
     double least = 0, next = -1;

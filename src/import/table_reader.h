@@ -10,7 +10,7 @@
 
 namespace armtrue {
 
-/// Numbers of seconds beyond it count from 1970: further than a clock counts that began at 0.
+/// Times above it count from 1970 [s]: a clock that began at 0 is below for three years.
 inline constexpr double kFrom1970 = 1e8;
 
 /// The cells of one table by quantity, in m, rad, s. Errors throw InputError with file, line,
@@ -33,10 +33,10 @@ class TableReader {
   int whole_number(int r, const std::string& quantity) const;
   /// A name as a CSV file can hold it without quotes.
   const std::string& name(int r, const std::string& quantity) const;
-  /// Of a row that is measured.
+  /// Joint angles of a measured row [rad or m].
   JointVector joints(int r) const;
-  /// Joint angles come into the travel of the robot (move_into_travel()). Returns a warning that
-  /// says which, or nothing.
+  /// Moves joint angles by whole turns into the travel of the robot (move_into_travel()). Returns a
+  /// warning that says which, or an empty text.
   std::string move_joints_into_travel(const KinematicChain& chain);
   Eigen::Vector3d position(int r) const;
   Eigen::Quaterniond orientation(int r) const;
@@ -49,7 +49,7 @@ class TableReader {
     bool is_number = false;
     std::vector<double> seconds;   ///< if numbers
     std::vector<PlainTime> times;  ///< otherwise
-    /// Of a row since `zero` [s]; numbers are given as they are.
+    /// The time of a row since `zero` [s]; numbers as they are, without regard to `zero`.
     double since(int r, const PlainTime& zero) const;
   };
   /// The column t_s, or date and t_s; all rows in one form.

@@ -215,7 +215,7 @@ std::string Archive::with(const std::map<std::string, std::string>& changed) con
     else
       archive_write_set_format_pax_restricted(writer.get());
     archive_write_add_filter(writer.get(), filter_);
-    // No time of writing in the bytes.
+    // Without a time stamp, so that the same input gives the same bytes.
     archive_write_set_filter_option(writer.get(), "gzip", "timestamp", nullptr);
   }
   archive_write_set_bytes_in_last_block(writer.get(), 1);

@@ -13,7 +13,8 @@
 namespace armtrue {
 namespace {
 
-// All that a file of measured poses may have, but temperatures, whose names are the user's.
+// All columns that a file of measured poses may have, except temperatures, whose names are the
+// user's.
 std::vector<std::string> columns_of_a_campaign(const std::vector<JointName>& joints) {
   std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor",   "contact",
                                  "session", "payload_kg", "fx_n", "fy_n",   "fz_n",     "camera",

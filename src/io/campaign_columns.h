@@ -33,8 +33,8 @@ struct CampaignColumns {
   std::vector<std::string> unknown;       ///< not used
 };
 
-/// `source`: the file, for messages. Throws InputError: a column is missing, or names a quantity in
-/// part or twice over.
+/// `source`: the file, for messages. Throws InputError if a column is missing, or if a quantity is
+/// there in part or twice.
 CampaignColumns find_campaign_columns(const CsvTable& table, const std::vector<JointName>& joints,
                                       const std::string& source);
 

@@ -22,14 +22,14 @@ void append_column(JointRows& all, const JointRows& part) {
   for (const auto& row : part) all.push_back(row);
 }
 
-// The numbers in the whole campaign of names that a part has.
+// The indices in the whole campaign of the names of a part.
 std::vector<int> numbers_of(const std::vector<std::string>& names, TextIndex& index) {
   std::vector<int> numbers;
   for (const std::string& name : names) numbers.push_back(index.of(name));
   return numbers;
 }
 
-// A row without a name, which needs none, gets that of number 0.
+// A row that needs no name and has none gets index 0.
 void append_numbers(std::vector<int>& all, const std::vector<int>& part,
                     const std::vector<int>& numbers) {
   for (int number : part) all.push_back(number < 0 ? 0 : numbers[number]);

@@ -12,7 +12,7 @@
 
 namespace armtrue {
 
-/// The names of a campaign and their numbers.
+/// The indices of the names of a campaign.
 struct CampaignIndices {
   TextIndex poses, targets, anchors, contacts, sessions;
 
@@ -27,9 +27,9 @@ struct CampaignIndices {
 /// The rows of a block of a file, as if it were a file of its own.
 struct CampaignPart {
   Campaign rows;
-  int first_line = 0;          ///< of a row; 0 if there is none
-  int blank_line = 0;          ///< behind the last row; 0 if there is none
-  std::exception_ptr failure;  ///< of the row behind those that are complete
+  int first_line = 0;          ///< line of the first row; 0 if there is none
+  int blank_line = 0;          ///< line of a blank line after the last row; 0 if there is none
+  std::exception_ptr failure;  ///< of the row after the last complete one
 };
 
 /// Joins the parts of a campaign in the order of the file. Throws InputError for the first mistake

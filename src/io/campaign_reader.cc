@@ -22,18 +22,18 @@ namespace {
 
 constexpr double kUnitQuaternion = 1e-3;
 constexpr const char* kDeviation = "a standard deviation";
-constexpr int kNoName = -1;  // of what a row need not name
+constexpr int kNoName = -1;  // index of a name that the row does not need
 constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
 using Quantity = CsvTable::Quantity;
 
-constexpr size_t kBytesPerBlock = 1 << 18;  // of the file, which a thread reads at once
+constexpr size_t kBytesPerBlock = 1 << 18;  // of the file, that one task reads
 constexpr int kBlocksAtOnce = 16;           // bounds the text that waits in memory
 
 // Reads the rows of a block of the file.
 class RowReader {
  public:
-  // `has_beams`: the robot has some, so that a file without a column `beam` reads the only one.
+  // `has_beams`: the robot has beams. A file without a column `beam` then means its only one.
   RowReader(CsvTable& table, const CampaignColumns& columns, bool has_beams)
       : table_(table), columns_(columns), has_beams_(has_beams), indices_(part_.rows) {}
 
@@ -70,7 +70,7 @@ class RowReader {
   }
 
   bool has_pixel_columns() const { return columns_.corner.has_value(); }
-  // Whether all rows fill `position`: points, and pixels, which wait there.
+  // Whether all rows fill `position`: with points, or with pixels until bind_touches().
   bool fills_position() const { return columns_.has_points || has_pixel_columns(); }
   bool has_touch_columns() const { return columns_.contact || has_pixel_columns(); }
 
@@ -113,14 +113,14 @@ class RowReader {
     columns_.context->read(table_, c);
   }
 
-  // Of the row that was just read: beams and cameras are mounted for themselves.
+  // Whether the row that was just read needs a target: beams and cameras sit beside the targets.
   bool reads_target() const {
     const Campaign& c = part_.rows;
     if (c.touch.empty() || c.touch.back().contact < 0) return true;
     return !c.touch.back().is_pixel && !BeamName::is_one(c.contact_names[c.touch.back().contact]);
   }
 
-  // What a row states of its noise, as standard deviations and what makes its components white.
+  // Splits the covariance of a row into standard deviations and the matrix that whitens it.
   void read_covariance() {
     constexpr size_t kOfRotation = place_of_covariance(3, 3);
     const bool of_position = columns_.covariance[0].has_value();
@@ -356,7 +356,8 @@ class CampaignReader {
     return chain_ && std::ranges::count(chain_->contacts, ContactKind::beam, &Contact::kind) > 0;
   }
 
-  // A file with columns for points and for distances may have rows of one kind only.
+  // Clears what only rows of other kinds would use. Mixed rows of points and lengths become
+  // coordinates.
   void sort_kinds() {
     Campaign& c = campaign_;
     int points = 0;

@@ -22,14 +22,14 @@ void for_each_covariance(const StatedBlocks& blocks, const Take& take) {
     for (int k = i; k < (blocks.rotation ? 6 : 3); ++k) take(i, k);
 }
 
-// Whether the row of a file, whose points are not yet coordinates, reads a point.
+// Whether a row reads a point, before points_to_coordinates().
 bool reads_point(const Campaign& campaign, int row) {
   const ReadingKind kind = campaign.kind(row);
   return kind == ReadingKind::point ||
          (kind == ReadingKind::distance && campaign.distance[row] == 0);
 }
 
-// What the rows read, which decides on the columns.
+// Which kinds of readings the rows have: they decide on the columns.
 struct Kinds {
   bool points = false, distances = false, touches = false, beams = false, pixels = false;
   bool camera = false, board = false;  // are named

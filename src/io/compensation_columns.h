@@ -19,8 +19,8 @@ inline const std::array<std::string, 7> kCommandColumns{"predicted_before_mm",
 inline const std::array<std::string, 6> kPoseColumns{"x_mm",  "y_mm",  "z_mm",
                                                      "a_deg", "b_deg", "c_deg"};
 
-/// Decimals of a command in mm, deg, or m and rad. One that is corrected has two check digits more,
-/// which are the same in m and in mm.
+/// Decimals of a command: 7 in mm, 9 in deg, 10 in m and rad. A corrected one has two check digits
+/// more, which are the same in m and in mm.
 inline int command_decimals(double unit) {
   return unit == kMillimetre ? 7 : unit == kDegree ? 9 : 10;
 }

@@ -9,7 +9,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kAbsoluteZero = -273.15;  // deg C
-constexpr double kHottest = 1000;          // deg C: more is the code of a sensor that is not there
+constexpr double kHottest = 1000;          // deg C: higher values are the code of a missing sensor
 
 }  // namespace
 

@@ -11,15 +11,15 @@
 
 namespace armtrue {
 
-/// Where the columns stand that say under which conditions a pose is measured or driven to: time,
-/// payload, force, directions of arrival, ways since the last reversal, motor torques and
-/// temperatures (armtrue-formats(5)). Of one quantity all columns are there, or none.
+/// The columns of the conditions at a pose: time, payload, force, directions of arrival, travels
+/// since the last reversal, motor torques and temperatures (armtrue-formats(5)). Of one quantity
+/// all columns are there, or none.
 class ContextColumns {
  public:
   /// Throws InputError if a quantity is there in part.
   ContextColumns(const CsvTable& table, const std::vector<JointName>& joints);
 
-  /// Adds what the current row of the table says. Throws InputError if it cannot be so.
+  /// Appends the values of the current row of the table. Throws InputError for impossible values.
   void read(const CsvTable& table, Campaign& campaign) const;
 
   const std::vector<std::string>& temperature_names() const { return temperature_names_; }

@@ -24,7 +24,7 @@ constexpr const char* kMames = "$MAMES[";
 constexpr const char* kCounts = "$DMR_GRP[1].$MASTER_COUN";
 constexpr int kAxesOfArm = 6;       // of KUKA: external axis E1 has the number 7
 constexpr int kDecimals = 6;        // of deg and mm: 0.1 um at the end of an arm of some metres
-constexpr double kNoChange = 5e-7;  // what is less is rounded away
+constexpr double kNoChange = 5e-7;  // smaller changes round to 0
 
 std::string trimmed(const std::string& text) {
   const size_t first = text.find_first_not_of(" \t\r");
@@ -49,7 +49,7 @@ std::vector<NumberedLine> lines_of(const std::string& text) {
   return lines;
 }
 
-// Reads `[i] = n` behind a place of a line; nothing if the line goes on otherwise.
+// An element of an array, from `[i] = n` at a place of a line.
 struct Element {
   int index;
   double value;

@@ -23,7 +23,7 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
-// The most frequent mistakes are a missing unit and another case.
+// A name without its unit and case: most mistakes are in these.
 std::string stem(const std::string& name) {
   return lower_case(name.substr(0, name.rfind('_')));
 }
@@ -37,7 +37,7 @@ int distance_without_unit(const std::string& a, const std::string& b) {
   return edit_distance(stem(a), stem(b)) + (number(a) == number(b) ? 0 : 2);
 }
 
-// Some letter is right.
+// At most two edits apart, with at least one letter right.
 bool may_be_a_slip(const std::string& a, const std::string& b) {
   const auto longest = static_cast<int>(std::max(stem(a).size(), stem(b).size()));
   return distance_without_unit(a, b) <= std::min(2, longest - 1);
@@ -227,7 +227,7 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
               "table."
             : "; the robot has these axes: name the columns so, add them, or give the robot of "
               "this table.";
-  constexpr size_t kOfAnExport = 3;  // hardly a column is ours
+  constexpr size_t kOfAnExport = 3;  // with so many missing, another program wrote the table
   if (missing.size() >= kOfAnExport && what.empty())
     remedy = std::string("; convert an exported table with import-readings") +
              (std::ranges::count(missing, "t_s") ? " --pass" : "") + ", or name the columns so.";

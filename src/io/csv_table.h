@@ -1,7 +1,6 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <optional>
 #include <set>
 #include <span>
@@ -31,11 +30,11 @@ class CsvTable {
   std::optional<int> find(std::string_view column) const;
 
   using Quantity = QuantityColumn;
-  /// The column of a quantity: ("x") finds `x_mm` or `x_m`.
+  /// The column of a quantity: find_length("x") finds `x_mm` or `x_m`.
   std::optional<Quantity> find_length(std::string_view name) const;  ///< _mm or _m, not both
   std::optional<Quantity> find_angle(std::string_view name) const;   ///< _deg or _rad, not both
-  /// The column `in_unit`, of this unit in SI, or the column `in_si`. Throws InputError if both
-  /// stand.
+  /// The column `in_unit`, with the factor `unit` to SI, or the column `in_si`. Throws InputError
+  /// if the file has both.
   std::optional<Quantity> find_either(const std::string& in_unit, double unit,
                                       const std::string& in_si) const;
 
@@ -63,7 +62,7 @@ class CsvTable {
   [[noreturn]] void fail(int column, const std::string& what) const;
   [[noreturn]] void fail_in_line(int line, int column, const std::string& what) const;
   /// Throws the error of missing columns, with the most similar name of the file. `taken`: columns
-  /// that hold something else that is needed; `what` needs the missing ones, for the message.
+  /// that are needed for something else. `what`: what needs the missing ones, for the message.
   [[noreturn]] void fail_missing(const std::vector<std::string>& missing,
                                  const std::set<int>& taken = {},
                                  const std::string& what = "") const;

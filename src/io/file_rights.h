@@ -6,8 +6,9 @@
 namespace armtrue {
 
 /// Gives a file or folder the mode, owner and group of the one that it replaces. Where the process
-/// may not give the owner or the group, the set-ID bits are left out, and a group that the old one
-/// did not have may do what all others may. Returns false if the mode cannot be set; errno says why.
+/// may not set the owner or the group, the set-ID bits are left out; if it may not set the group,
+/// the group gets no more rights than all others. Returns false if the mode cannot be set; errno
+/// says why.
 inline bool give_rights(int descriptor, const struct stat& old) {
   struct stat now {};
   if (fstat(descriptor, &now) != 0) return false;

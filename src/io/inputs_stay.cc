@@ -24,19 +24,19 @@ struct NamedFile {
   std::optional<std::pair<dev_t, ino_t>> inode;  // if it exists
 };
 
-// Folders hold thousands of programs: an output is looked up among the inputs.
+// Two indices of the inputs, because folders hold thousands of programs: each output is looked up.
 struct Register {
   std::vector<NamedFile> inputs, outputs;
   // The first input of each kind:
   std::map<std::pair<dev_t, ino_t>, size_t> by_inode;
-  std::unordered_map<std::string, size_t> by_name;  // also of each folder around it
+  std::unordered_map<std::string, size_t> by_name;  // also by each folder that contains it
 
   void add_input(const NamedFile& input) {
     const size_t index = inputs.size();
     inputs.push_back(input);
     if (input.inode) by_inode.try_emplace(*input.inode, index);
     fs::path path = input.whole;
-    // A folder that is known has its folders known.
+    // A folder that is entered has its parents entered.
     while (by_name.try_emplace(path.string(), index).second && path.has_relative_path())
       path = path.parent_path();
   }
@@ -52,7 +52,7 @@ struct Register {
   }
 };
 
-// Sources are opened deep inside the readers, so that none can be forgotten.
+// Global, because every Source enters itself, wherever a reader opens it: none can be forgotten.
 std::optional<Register>& opened() {
   static std::optional<Register> all;
   return all;

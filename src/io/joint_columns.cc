@@ -17,7 +17,7 @@ JointQuantity find_joint(const CsvTable& table, const std::string& name, bool is
   return is_length ? table.find_length(name) : table.find_angle(name);
 }
 
-// How many columns q1, q2, ... the file has without a gap, in whatever unit.
+// Number of columns q1, q2, ... that the file has without a gap, in any unit.
 size_t count_of_arm(const CsvTable& table) {
   size_t count = 0;
   const auto has = [&](size_t number) {
@@ -28,7 +28,7 @@ size_t count_of_arm(const CsvTable& table) {
   return count;
 }
 
-// Two columns q1 and q2 at least: fewer are no set of joint columns with some left out.
+// A file with fewer columns q1, q2, ... is not taken for that of another robot.
 constexpr size_t kFewestOfAnArm = 2;
 
 void require_number(const CsvTable& table, const std::vector<JointName>& joints) {

@@ -73,7 +73,7 @@ const std::vector<OtherNames>& other_names() {
   return kOtherNames;
 }
 
-// Of a vector or of the joints: force_x, Kraft_X, torque1, tau1.
+// The column of a component of a vector or of a joint: of force_x, Kraft_X, torque1, tau1.
 std::string component_of(const std::string& name) {
   static const Names kForce{"f", "force", "kraft"};
   static const Names kTorque{"tau", "torque", "motortorque", "moment", "drehmoment", "motormoment"};

@@ -7,14 +7,14 @@
 
 namespace armtrue {
 
-/// What a file could have and has not.
+/// Quantities that a file could have and does not have.
 struct AbsentQuantities {
   bool orientation = false, time = false, repeat = false;
 };
 
-/// Refuses columns that would be dropped without a trace though the user counts on them: throws
-/// InputError if one of `unknown` is one of `known` in another case, or has a usual name of a
-/// quantity that is absent, such as roll, r11 or time_s.
+/// Refuses columns that would be ignored although the user counts on them: throws InputError if one
+/// of `unknown` is one of `known` in another case, or has a usual name of a quantity that is
+/// absent, such as roll, r11 or time_s.
 void refuse_mistaken_columns(const CsvTable& table, const std::vector<std::string>& unknown,
                              const std::vector<std::string>& known, const AbsentQuantities& absent);
 

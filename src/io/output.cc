@@ -47,7 +47,7 @@ const char* remedy(int error) {
   throw OutputError(path + ": cannot be written: " + std::strerror(error) + remedy(error));
 }
 
-// A symbolic link stays; the file that it names is replaced.
+// The file that is replaced: behind a symbolic link, which stays, the file that it names.
 std::string target(const std::string& path) {
   refuse_dangling_link(path);
   std::error_code error;
@@ -86,7 +86,8 @@ void write_all(int descriptor, const std::string& text, const std::string& path)
   }
 }
 
-// So that the new name survives a loss of power; file systems that cannot do it are left alone.
+// Synchronises the folder, so that the new name survives a loss of power. Errors are ignored: some
+// file systems cannot do it.
 void sync_folder(const std::string& file) {
   const int folder = open(fs::path(file).parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;

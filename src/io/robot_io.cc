@@ -29,10 +29,10 @@ namespace {
 constexpr double kMaxGravity = 20;   // m/s2
 constexpr double kMinGravity = 9;    // m/s2, unless it is zero
 constexpr double kHeaviest = 2e4;    // kg: of a link
-constexpr double kNearestCentre = 2e-3;  // m: of all links one has its centre farther off
+constexpr double kNearestCentre = 2e-3;  // m: at least one link has its centre farther off
 constexpr double kSmallest = 1e-12;  // m or rad: of a deviation
-// Each target, anchor or session adds parameters, whose number squared the fit takes time and
-// memory.
+// Each target, anchor or session adds parameters. Time and memory of the fit grow with the square
+// of their number.
 constexpr size_t kMaxOfAKind = 1000;
 
 int link_index(const YamlMap& map, const KinematicChain& chain, const std::string& name) {
@@ -291,7 +291,8 @@ void find_missing(YamlMap& map, const std::string& where, std::initializer_list<
     if (!map.has(key)) missing.push_back(where + key);
 }
 
-// All that is missing is told at once; a single key at its place.
+// Throws one error for all keys that are missing. A single one is left to its reader, which names
+// the line.
 void check_complete(YamlMap& document, const std::string& file) {
   std::vector<std::string> missing;
   find_missing(document, "", {"name", "base", "links", "tool"}, missing);
@@ -328,7 +329,7 @@ Provenance read_provenance(YamlMap& document) {
 
 namespace {
 
-// What calibrate and close-loop read, the nominal robot first.
+// Files that calibrate or close-loop read; the first is the nominal robot.
 void take_inputs(RobotFile& result) {
   for (const auto& input : result.provenance.inputs) {
     result.made_of.push_back(input.second);

@@ -7,7 +7,7 @@
 namespace armtrue {
 
 /// Appends the lines of a table to `text`: `append(row, lines)` adds those of one row. Blocks of
-/// rows are written on all cores, and joined in order.
+/// rows run on all cores, and are joined in order.
 template <typename Append>
 void append_rows(int rows, const Append& append, std::string& text) {
   constexpr int kRowsPerText = 4096;

@@ -4,7 +4,8 @@
 
 namespace armtrue {
 
-/// Signals that end a process wait until the files are whole and no temporary file is left.
+/// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT wait: files become whole, and no temporary
+/// file is left.
 class SignalsWait {
  public:
   SignalsWait() {

@@ -9,8 +9,8 @@
 
 namespace armtrue {
 
-/// Gives each text an index, in the order of first appearance. A table of places with linear
-/// probing: files of a million poses have a million ids.
+/// Gives each text an index, in the order of first appearance. A hash table with linear probing,
+/// which is fast enough for the million ids of a file of a million poses.
 class TextIndex {
  public:
   explicit TextIndex(std::vector<std::string>& names) : names_(names), slots_(64) {}

@@ -44,7 +44,7 @@ struct ReadBeam {
   std::vector<Plane> planes;
 };
 
-// A beam and the planes that it reads, at one guess.
+// One iterate of the fit of a beam and the planes that it reads.
 class Guess {
  public:
   Guess(const ReadBeam& read, const Eigen::Vector3d& direction)
@@ -119,8 +119,8 @@ class Guess {
     planes_[number].height = planes_[number].normal.dot(mean);
   }
 
-  // Unknowns: origin, direction, then normal and height of each unknown plane; a row for each
-  // vector of length one keeps its change at a right angle to it. Returns the size of the step.
+  // Unknowns: origin, direction, then normal and height of each unknown plane. For each unit vector
+  // one equation more keeps its change orthogonal to it. Returns the length of the step.
   double step(double damping) {
     std::vector<Eigen::Index> first(planes_.size(), -1);
     Eigen::Index count = 6;
@@ -167,7 +167,7 @@ class Guess {
   Eigen::Vector3d origin_{0, 0, 0}, along_;
 };
 
-// Towards the faces, edges and corners of a cube.
+// The 26 directions towards the faces, edges and corners of a cube.
 std::vector<Eigen::Vector3d> directions_all_around() {
   std::vector<Eigen::Vector3d> directions;
   for (int x = -1; x <= 1; ++x)

@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// Where the beam of a row ends if its reading is right, in the measured frame [m].
+/// Where a beam ends whose reading [m] is exact, in the measured frame [m].
 Eigen::Vector3d end_of_beam(const Contact& beam, double reading);
 
 /// The robot with those beams placed that are not `known`, one flag for each contact, where the

@@ -10,9 +10,9 @@
 namespace armtrue {
 namespace {
 
-// From this many on, most of the unknowns are knots of curves, and few of them move a row.
+// With more unknowns most of them are coefficients of splines, and a row depends on few of them.
 constexpr int kManyUnknowns = 150;
-constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in cache
+constexpr int kRowsPerFactor = 256;  // of one factorisation; they stay in the cache
 static_assert(kRowsPerFactor % kRowsAtOnce == 0);
 
 }  // namespace

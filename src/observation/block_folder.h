@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-inline constexpr int kRowsAtOnce = 32;  ///< evaluated at once
+inline constexpr int kRowsAtOnce = 32;  ///< rows that the model evaluates in one call
 
 /// The columns that are not zero, in ascending order.
 void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>& nonzero);
@@ -16,16 +16,17 @@ void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>
 /// Folds the rows of some predictions.
 class BlockFolder {
  public:
-  enum class What { all, slopes };  ///< slopes: `products` is a column, what the last one is of all
+  /// slopes: only the last column of Fold::products, J^T W r and r^T W r, and the loss.
+  enum class What { all, slopes };
 
-  /// `kept`: null to take the derivatives at `at`. Slopes alone need them.
+  /// `kept`: null to take the derivatives at `at`. What::slopes needs `kept`.
   BlockFolder(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
               FoldBy by, const KeptDerivatives* kept, What what = What::all);
 
   /// The fold of no rows.
   static Fold zero_fold(const ObservationModel& model, const ReadingLaw& law, FoldBy by);
 
-  /// The fold of the predictions from `begin` on, without `end`. To be called once.
+  /// The fold of the predictions begin <= k < end. To be called once.
   Fold of(int begin, int end);
 
  private:
@@ -46,29 +47,28 @@ class BlockFolder {
   }
 
   // Multiplies the derivatives and the residual of a row by the root of its weight, and adds its
-  // loss. Sets `bent_` and `bending_`: with J the weighted derivatives, bending J^T bent are the
-  // slopes whose products add up to `bend`.
+  // loss. Sets `bent_` and `bending_`: with J the weighted derivatives and a = bending J^T bent,
+  // the row adds a a^T to Fold::bend.
   template <typename Row>
   void weigh(int prediction, Row&& of_row);
 
   // The same of replicates, as one row. They have one J, so with weights w, W = sum w and
   // m = sum w r / W
   //     sum w [J r]^T [J r] = W [J m]^T [J m] + rest,
-  // where the rest is the squares of the readings alone, and with c = 2 w^2 / ((nu + d) u)
+  // where the rest is a number in the corner of r alone, and with c = 2 w^2 / ((nu + d) u)
   //     sum c (J^T r) (J^T r)^T = J^T (sum c r r^T) J.
   template <typename Row>
   void weigh_replicates(int prediction, Row&& of_row);
 
-  // Sets `gathered_` to the columns of a prediction that are not zero and, the last of them, the
-  // residual of a single row.
+  // Sets `gathered_` to the columns of a prediction that are not zero, then the residual. Of
+  // replicates weigh() sets the residual.
   void gather(int prediction, int place);
 
-  // A row that few of many unknowns move, as where curves have many knots: only the products of
-  // columns that are not zero.
+  // Adds the products of the columns of `gathered_` alone: few of many unknowns move a row.
   void add_gathered();
 
-  // Columns that are not zero and stand side by side, as the knots of a curve do: from `column` on,
-  // in `gathered_` from `place` on.
+  // Neighbouring columns that are not zero, as those of one spline: from `column` on among the
+  // unknowns, from `place` on in `gathered_`.
   struct Run {
     Eigen::Index place, count;
     int column;
@@ -79,21 +79,20 @@ class BlockFolder {
   // Adds the products of the j-th column of a row with those up to it.
   void add_products(const RowMajor& row, Eigen::Index j, Eigen::Ref<Eigen::VectorXd> out) const;
 
-  // The compiler knows the number of rows, and that nothing of `row` changes: it takes four columns
-  // at once.
+  // The number of rows is known when this is compiled, and `out` does not overlap `row`: the
+  // compiler vectorises it.
   template <int kRows>
   void add_products_of(const RowMajor& row, Eigen::Index j, double* __restrict out) const;
 
-  // Takes the rows into the sums.
+  // Adds the rows that wait in `rows_` to `folded_`.
   void empty();
 
   void empty_slopes();
 
-  // The columns of the next slopes.
+  // Columns of `slopes_` for the next row.
   Eigen::Block<Eigen::MatrixXd> room_for_slopes();
 
-  // What replicates have beside their means stands in the corner of the products, and moves no
-  // other number of a triangle.
+  // Adds `rest_` to r^T W r, the corner of the products. In a triangle it changes the corner alone.
   void take_rest();
 
   const ObservationModel::At& at_;
@@ -102,7 +101,7 @@ class BlockFolder {
   const KeptDerivatives* kept_;
   const What what_;
   const bool by_row_;     // each row by itself, without its zeros
-  Eigen::MatrixXd rows_;  // weighted, but where each is taken by itself
+  Eigen::MatrixXd rows_;  // weighted unless by_row_
   std::array<Eigen::Matrix<double, 6, 1>, kRowsAtOnce> residuals_;
   int filled_ = 0;
   Fold folded_;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -138,7 +137,7 @@ std::optional<Pose> place_by_homography(const std::vector<Eigen::Vector2d>& corn
   return Pose{rotation, columns.col(2)};
 }
 
-// The corners as the image shows them, off by so many pixels each.
+// The corners of one image, from which the place of the board before the camera follows.
 class BoardView {
  public:
   BoardView(const Contact& camera, const Image& image) : camera_(camera), image_(image) {
@@ -295,9 +294,9 @@ Pose mean_pose(const std::vector<Pose>& poses, const std::vector<int>& chosen) {
   return {nearest_rotation(rotation), translation / static_cast<double>(chosen.size())};
 }
 
-// Of two places, how far they are apart as the seen board shows it [m].
+// How far two places of a board are apart [m].
 double apart(const Pose& a, const Pose& b) {
-  constexpr double kLever = 1.0;  // m: a turn counts as at arm's length
+  constexpr double kLever = 1.0;  // m: by which a rotation counts as a distance
   return (a.translation - b.translation).norm() + kLever * (a.rotation - b.rotation).norm();
 }
 

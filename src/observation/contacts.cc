@@ -26,8 +26,8 @@ namespace {
 enum class By { tool, beam };
 
 // What touches one contact: points in R_A, what the gauge showed, and of an artefact which of its
-// points was touched. Each touch once, though that of a point is three rows. A beam ends on the
-// surface itself: it has no radius.
+// points was touched. A touch of a point, three rows, counts once. A beam ends on the surface
+// itself: it has no radius.
 struct Touches {
   By by = By::tool;
   Eigen::Vector3d towards{0, 0, 0};  // of beams: the sum of the directions back along them
@@ -40,7 +40,7 @@ struct Touches {
   }
 };
 
-// Of beams, each has a place.
+// With By::beam every beam of the campaign must have a place.
 std::map<int, Touches> touches_by_contact(const Robot& robot, const Campaign& campaign, By by) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, robot.chain);
   const Eigen::Matrix3Xd points = own_points(robot, campaign);
@@ -159,8 +159,8 @@ double refine_artefact(const Touches& touches, Contact& contact, bool with_radiu
   return here.cost;
 }
 
-// Faces and balls have no closed form together: the best of starts all around, with the middle of
-// what was touched at the middle of the touches.
+// Faces and balls have no closed form together: the best of the starts with rotations all around,
+// the mean of what was touched at the mean of the touches.
 void place_artefact(const Touches& touches, Contact& contact) {
   const auto is_point = [&](int point) { return reads_point(contact, point); };
   if (std::ranges::all_of(touches.of_artefact, is_point)) return place_points(touches, contact);
@@ -179,7 +179,7 @@ void place_artefact(const Touches& touches, Contact& contact) {
     least = cost;
   }
   contact = *best;
-  // Last, so that a radius which the place imitates stays as it was.
+  // The radius last: if a shift of the place does the same, the radius stays as it was.
   if (touches.by == By::tool && !contact.radius_is_known) refine_artefact(touches, contact, true);
 }
 

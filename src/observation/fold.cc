@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <span>
 
 #include "linear_algebra/stacked_triangle.h"
@@ -26,11 +25,11 @@ void for_each_residual(const ObservationModel::At& at, int begin, int end, const
   }
 }
 
-// Fixed by the number of rows alone, so that the result does not depend on the machine; at most
-// 256 blocks, whose results wait for each other in memory.
+// It depends on the number of rows alone, so that the result does not depend on the machine. At
+// most 256 blocks: their results are held in memory together.
 int rows_per_block(int rows) { return std::max(kRowsPerBlock, (rows + 255) / 256); }
 
-// Blocks of about as many rows.
+// Such that a block has about rows_per_block() rows.
 int predictions_per_block(const ObservationModel& model) {
   const long rows = std::max(1, model.rows()), predictions = model.rows_by_prediction().groups();
   return std::max(1,
@@ -118,7 +117,7 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
 KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model) {
   const int size = model.row_size(), unknowns = model.unknowns();
   const int predictions = model.rows_by_prediction().groups();
-  // Rows move about as many unknowns as the first.
+  // Estimated: each row depends on as many unknowns as the first one.
   const auto reserve = [&](int rows, size_t of_row, KeptDerivatives& kept) {
     const size_t count = rows * of_row;
     kept.first.reserve(rows + 1);

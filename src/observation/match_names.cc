@@ -230,9 +230,9 @@ void require_arm_between(const Campaign& campaign, const KinematicChain& chain,
   }
 }
 
-// Median over the images of what a pixel shows of the board: the spread of its points over that of
-// their pixels. A board that is seen obliquely looks smaller; the median is of the views as they
-// are.
+// Median over the images of the length of a pixel at the board [m]: the standard deviation of the
+// board's points over that of their pixels. Oblique views, in which the board looks smaller, count
+// like others.
 double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
                        const std::vector<ContactPoint>& matched) {
   constexpr int kFewestCorners = 4;  // corners from which the place of a board follows
@@ -269,7 +269,7 @@ double length_of_pixel(const Campaign& campaign, const KinematicChain& chain,
   return median(std::move(lengths));
 }
 
-// Of pixels that are rows of one coordinate each.
+// Pixels, one coordinate per row, become lengths at the board.
 void scale_pixels(Campaign& campaign, double metre_per_pixel) {
   for (int row = 0; row < campaign.rows(); ++row) {
     if (campaign.kind(row) != ReadingKind::pixel) continue;
@@ -280,12 +280,8 @@ void scale_pixels(Campaign& campaign, double metre_per_pixel) {
   campaign.metre_per_pixel = metre_per_pixel;
 }
 
-}  // namespace
-
-namespace {
-
-// The file's places may be rough; where they say that a beam runs along its plane, it is not that
-// plane, or the places are wrong.
+// Refuses a beam that runs along its plane by the places in the robot file: rough places do not do
+// that, so the plane is another one, or the places are wrong.
 void require_beams_on_planes(const Campaign& campaign, const KinematicChain& chain,
                              const std::vector<ContactPoint>& matched) {
   if (std::ranges::all_of(matched, [](const ContactPoint& one) { return one.beam < 0; })) return;

@@ -23,7 +23,8 @@ bool same_posture(const Campaign& campaign, int a, int b) {
          (campaign.payload_kg.empty() || campaign.payload_kg[a] == campaign.payload_kg[b]);
 }
 
-// Of each row the first of those visits of its pose, one after another, that have its posture.
+// For each row: the first row of the unbroken series of visits of its pose with its joint angles
+// and payload.
 std::vector<int> first_rows_of_posture(const Campaign& campaign) {
   constexpr int kNone = -1;
   std::vector<int> last_of_pose(campaign.pose_ids.size(), kNone);
@@ -73,8 +74,8 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
   find_replicates();
 }
 
-// Those that the unknowns need. Of base and tool a rotation comes with the other two: the blocks
-// turn them into each other.
+// The columns of the Jacobian that the unknowns need. Of base and tool, one rotation needs all
+// three: turn_columns() mixes them.
 void ObservationModel::choose_columns() {
   const ParameterLayout layout = layout_of(robot_.chain);
   ColumnSet needed;
@@ -166,7 +167,7 @@ bool ObservationModel::same_prediction(int row, int other) const {
 }
 
 size_t ObservationModel::hash_of_prediction(int row) const {
-  // Fowler, Noll and Vo's, 64 bits, of the numbers instead of their bytes.
+  // FNV-1a (Fowler, Noll, Vo), 64 bits, over hashes of the numbers instead of bytes.
   std::uint64_t hash = 14695981039346656037ULL;
   const auto add = [&](double number) {
     hash = (hash ^ std::hash<double>{}(number)) * 1099511628211ULL;
@@ -201,7 +202,7 @@ void ObservationModel::find_replicates() {
         number.push_back(number_of.try_emplace(row, count).first->second);
       count = std::max(count, number.back() + 1);
     }
-  }  // what counts the visits takes as much memory as the groups
+  }  // frees the maps before the groups take as much memory
   rows_by_prediction_ = grouped_rows(number);
   if (has_replicates()) prediction_ = std::move(number);
 }

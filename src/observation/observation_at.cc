@@ -7,7 +7,8 @@
 namespace armtrue {
 namespace {
 
-// Rows that are evaluated together: whole vectors, and Jacobians that fit into the cache.
+// Rows that are evaluated together: a multiple of the length of SIMD vectors, and few enough that
+// their Jacobians fit into the cache.
 constexpr int kPosesAtOnce = 8;
 
 template <typename Jacobian>
@@ -49,7 +50,7 @@ Eigen::VectorXd ObservationModel::At::offsets(int row) const {
   if (terms_.empty()) return offsets;
   const double* const values = model_.effect_values_.col(row).data();
   for (auto term = terms_.begin(); term != terms_.end();) {
-    // A curve has many terms of one parameter: their sum stays in a register.
+    // A series has many terms of one parameter: their sum stays in a register.
     const int parameter = term->parameter;
     double sum = offsets[parameter];
     for (; term != terms_.end() && term->parameter == parameter; ++term)
@@ -209,7 +210,7 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   const bool is_of_contact = kind == ReadingKind::touch || kind == ReadingKind::pixel;
   const int first_anchor = first_anchor_parameter(robot_.chain);
   column.setZero();
-  if (parameter == layout_.arm_scale) return;  // the terms of its lengths do what it does
+  if (parameter == layout_.arm_scale) return;  // its effects are terms of the lengths themselves
   if (parameter >= first_contact_parameter(robot_.chain)) {
     if (kind == ReadingKind::pixel)
       column[0] = pixel_column(row, parameter, predicted) / sigma;

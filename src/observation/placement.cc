@@ -68,7 +68,7 @@ double loss_of(const std::vector<double>& miss, double scale) {
   return loss;
 }
 
-// What readings of one target say of it, and of it together with the base.
+// Blocks of the normal equations of one target: its own, and those that it shares with the base.
 struct TargetEquations {
   Eigen::Matrix3d own = Eigen::Matrix3d::Zero();
   Eigen::Matrix<double, 6, 3> shared = Eigen::Matrix<double, 6, 3>::Zero();
@@ -133,7 +133,7 @@ void move(State& state, const Eigen::VectorXd& step, bool turns) {
       Eigen::Map<const Eigen::Matrix3Xd>(step.data() + first + 3, 3, state.targets.cols());
 }
 
-// Estimates the scale again after each accepted step.
+// Levenberg and Marquardt's method. The scale of Student's t is estimated anew before each step.
 void descend(const Links& links, State& state) {
   constexpr double kMostDamping = 1e6, kSettled = 1e-7;
   double damping = 1e-3;

@@ -29,8 +29,8 @@ double log_gamma(double x) {
   return lgamma_r(x, &sign);
 }
 
-// Squared norms of the residuals of all rows [m^2, rad^2] and their variances as ReadingLaw has
-// them, as arrays: a processor takes several numbers of an array at once.
+// Squared norms of the residuals of all rows [m^2, rad^2], and ReadingLaw::variance. One array for
+// each, so that the compiler vectorises.
 struct Rows {
   Eigen::ArrayXd position, orientation, variance;
   ReadingSize size;
@@ -50,7 +50,7 @@ struct Rows {
   }
 };
 
-// Calls take(first, count, whitened) for some rows after others, with s of ReadingLaw.
+// Calls take(first, count, s) for blocks of rows, with s as in ReadingLaw.
 template <typename Take>
 void for_each_whitened(const Rows& rows, const ReadingSigma& sigma, const Take& take) {
   constexpr Eigen::Index kRowsAtOnce = 1024;  // stay in the cache
@@ -84,14 +84,14 @@ double log_likelihood(const Rows& rows, const ReadingSigma& sigma, double dof) {
   return value;
 }
 
-// Expectation-maximisation of sigma under a law; see describe_residuals(). Where sigma is most
-// likely the sum of the weights is known, and may stand for the number of rows: a third of the
-// rounds (Kent, Tyler, Vardi, "A curious likelihood identity for the multivariate t-distribution",
-// 1994).
+// Expectation-maximisation of sigma under a law; see describe_residuals(). At the maximum of the
+// likelihood the sum of the weights is known. Divided by it instead of by the number of rows, sigma
+// converges in a third of the rounds (Kent, Tyler, Vardi, "A curious likelihood identity for the
+// multivariate t-distribution", 1994).
 ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
                                const Eigen::Array2d& correction) {
   const int d = rows.size.all();
-  double explained = rows.size.position / correction[0];  // s of a row, weighted, in the mean
+  double explained = rows.size.position / correction[0];  // mean of weight * s
   if (rows.size.orientation > 0) explained += rows.size.orientation / correction[1];
   for (int round = 0; round < (dof > 0 ? kMaxRoundsOfSigma : 1); ++round) {
     const ReadingSigma before = sigma;
@@ -138,7 +138,7 @@ double ReadingLaw::loss(double squared_norm, int dimension, double row_variance)
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension) {
   const size_t poses = campaign.poses_by_quantity();
-  // All alone; not every pose need be read from every anchor.
+  // Each reading is the only one of its pose.
   if (campaign.anchor.empty() && !campaign.has_coordinates() && !campaign.has_touches() &&
       poses >= norms.size())
     return {};
@@ -224,7 +224,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
 ReadingSigma sigma_with_prior(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
                                 const ReadingSigma& expected, bool has_orientation) {
   constexpr double kDeviation = 2, kCorrelation = 0.875;  // their ratio: deviation 1
-  constexpr int kMaxSweeps = 200;                         // of both in turn; each takes rho^2 away
+  constexpr int kMaxSweeps = 200;                         // each leaves rho^2 of the error at most
   constexpr double kTolerance = 1e-9;
   const double rho = has_orientation ? kCorrelation : 0;
   const double variance = kDeviation * kDeviation * (1 - rho * rho);

@@ -18,10 +18,9 @@
 namespace armtrue {
 namespace {
 
-// With a larger error of the base, the set-up differs from that of the robot file; this is no
-// calibration error.
+// A larger error of the base is no calibration error: the set-up is not that of the robot file.
 constexpr double kFarBase = 0.08;  // m
-// The same for a tool, after the base is registered: errors of an arm are smaller.
+// The same for the tool, with the base registered.
 constexpr double kFarTool = 0.02;         // m, position
 constexpr double kFarTurn = 0.3;          // rad
 constexpr int kMinPoints = 4;             // one more than a pose needs
@@ -161,8 +160,9 @@ Eigen::Vector2d typical_miss(const Robot& robot, const Campaign& campaign) {
   return {std::sqrt(median(std::move(position))), std::sqrt(median(std::move(orientation)))};
 }
 
-// What the readings do not show of a tool that was placed is chance: it gets the value of the file,
-// and the base follows. Without any orientation they do not show how the tool is turned.
+// Components of the placed tool that are not among the `kept` parameters are chance: they get the
+// value of the robot file, and the base is registered again. The tool keeps the rotation of the
+// file if no rotation of it is kept.
 void keep_unseen_tool(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept,
                       Robot& placed) {
   constexpr int kAxes = 3;
@@ -179,7 +179,7 @@ void keep_unseen_tool(const Robot& robot, const Campaign& campaign, const std::v
   if (is_kept) placed.chain.base = registered_base(placed, campaign);
 }
 
-// `tool`: it may be placed too, in what the `kept` parameters show of it.
+// `tool`: the tool may be placed too, in its `kept` parameters.
 Robot with_base_near(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept,
                      bool tool) {
   const Eigen::Vector2d as_given = typical_miss(robot, campaign);
@@ -199,12 +199,8 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign, const std::ve
   return registered[0] < as_given[0] && as_given[0] >= kFarBase ? moved : robot;
 }
 
-}  // namespace
-
-namespace {
-
-// The base is registered on what an instrument read, and the contacts are placed before, where they
-// have no place, and after, where the base has moved.
+// Registers the base on what an instrument read. Places contacts before it (those without a place)
+// and again after it (those that the new base puts far off).
 Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaign,
                                      const std::vector<int>& kept) {
   const auto finds = [&](int parameter) {

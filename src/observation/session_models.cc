@@ -5,7 +5,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 #include "armtrue/campaign/sessions.h"
@@ -67,7 +66,7 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     for (int g = 0; g < count; ++g) campaigns_.push_back(readings_of(g));
   }
   models_.reserve(rows_.size());
-  Robot alone = robot;  // each model has a robot of its own: without what models do not read
+  Robot alone = robot;  // every model copies it: so without what models do not read
   alone.sessions.clear();
   if (count > 1) {
     alone.std.clear();
@@ -148,7 +147,7 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
     if (session > 0 && contains(own, k)) continue;
     const bool is_of_target = k >= layout.targets && k < targets_end;
     if (by_target_ && is_of_target && (k - layout.targets) / 3 != target) continue;
-    // With one target the numbers of what stands behind the others are lower.
+    // A robot with one target has lower indices of the parameters behind the targets.
     const int left_out = !has_one_target_each_ || k < layout.targets ? 0
                          : is_of_target                              ? target
                                                                      : targets - 1;
@@ -160,7 +159,8 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
                     median_ratio(readings.sigma_orientation, campaign_.sigma_orientation)});
 }
 
-// The unknowns of the first session in turns of its own, of each target's and of common ones.
+// Splits the unknowns of the first session into runs of one owner: the session, a target, or all
+// groups.
 void SessionModels::find_runs() {
   constexpr int kCommon = -1, kOwn = -2;
   const int targets_end = first_anchor_parameter(robot_.chain);

@@ -7,7 +7,8 @@ namespace armtrue {
 
 namespace {
 
-// What is on the arm is fixed in the measured frame, R_A from it.
+// R_A from the frame in which a contact is fixed: the measured frame of what is on the arm, else
+// the R_A of the readings.
 const Pose& frame_of(const Contact& contact, const Pose& measured, const Pose& at_rest) {
   return contact.on_arm ? measured : at_rest;
 }
@@ -54,7 +55,7 @@ Pose ObservationModel::At::place_of(int contact, const Pose& measured,
   return place * Pose{rotation_exp(offset.segment<3>(first + 3)), offset.segment<3>(first)};
 }
 
-// No instrument has a part in a touch, nor has its scale.
+// A touch needs no instrument: its scale is 1.
 void ObservationModel::At::predict_touch(int row, const Eigen::VectorXd& offset,
                                          Prediction& predicted) const {
   const Touch touch = model_.campaign_.touch[row];

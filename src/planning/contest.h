@@ -10,10 +10,10 @@
 
 namespace armtrue {
 
-/// One found effect and its rivals (the members, of which exactly one is true), and the nuisances:
-/// geometry and all other effects, which are fitted in any case. Columns are standardised over
-/// cloud and given poses: those of the nuisances together, those of each member separately, after
-/// projection off the nuisances.
+/// One found effect and its rivals (the members, of which exactly one is true), and the nuisance
+/// parameters: geometry and all other effects, which are fitted in any case. Columns are
+/// standardised over cloud and given poses: those of the nuisances together; those of each member
+/// separately, as residuals of their regression on the nuisances.
 struct Contest {
   /// Standardised columns: an orthonormal basis of the raw columns, in units of an average pose.
   struct Standard {
@@ -31,7 +31,7 @@ struct Contest {
   Robot robot;  ///< its effects: the others, then the members
   std::vector<Member> members;
   int nuisances = 0;         ///< standardised columns
-  Eigen::MatrixXd standard;  ///< of all raw columns, on the right
+  Eigen::MatrixXd standard;  ///< all raw columns times this are the standardised ones
 };
 
 /// The contest between a found effect and those that the campaign cannot distinguish from it. The

@@ -20,7 +20,7 @@ Eigen::MatrixXd with_identity(Eigen::MatrixXd gram) {
   return gram;
 }
 
-// L^-T of the few columns of a factor L.
+// L^-T of a small lower triangular factor L.
 Eigen::MatrixXd upper_inverse(const Eigen::LLT<Eigen::MatrixXd>& root) {
   const Eigen::MatrixXd& lower = root.matrixLLT();
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(lower.rows(), lower.cols());
@@ -254,8 +254,8 @@ Eigen::VectorXd Information::values_of_adding() const {
   const Eigen::LLT<Eigen::MatrixXd> llt(schur);
   const double before_adding = log_determinant(llt);
   const bool is_aimed = !aim_.blocks.empty();
-  // Writes G^T of the candidates from `begin` on, each at its column `first`, group beside group;
-  // adds log det of what their groups have of their own.
+  // Writes G^T of the candidates from `begin` on, each from its column `first` on, its groups side
+  // by side. Adds log det(I + E D^-1 E^T) of each group to `determinants`.
   const auto write_beside_own = [&](int begin, std::vector<Eigen::Index> first,
                                     Eigen::Ref<Eigen::MatrixXd> out,
                                     Eigen::Ref<Eigen::VectorXd> determinants) {
@@ -304,7 +304,7 @@ Eigen::VectorXd Information::values_of_adding() const {
     }
     return variance(after, schur + beside_own * beside_own.transpose());
   };
-  // Where nothing is anybody's own, the fall is tr((I + P^T P)^-1 P^T V P) (Woodbury).
+  // If no group has unknowns of its own, the fall is tr((I + P^T P)^-1 P^T V P) (Woodbury).
   const bool has_own =
       std::ranges::any_of(blocks_, [](const Block& block) { return block.own.size() > 0; });
   Eigen::MatrixXd aimed;  // V = L^-1 A^T A L^-T
@@ -335,8 +335,8 @@ Eigen::VectorXd Information::values_of_adding() const {
                 before - variance_with(begin + k, all.middleCols(first[k], size_of(k)), after);
           return 0;
         }
-        // A candidate of many rows costs less by log det(S + G^T G), which takes a time that is
-        // linear in them, than by I + G S^-1 G^T. Aimed at a zone, all go the latter way.
+        // For a candidate of many rows log det(S + G^T G), whose time is linear in them, is cheaper
+        // than log det(I + G S^-1 G^T). With an aim all take the latter.
         Eigen::MatrixXd gram;
         Eigen::LLT<Eigen::MatrixXd> root;
         std::vector<int> of_few_rows;

@@ -18,18 +18,18 @@ struct GroupRows {
   Eigen::MatrixXd own, common;  ///< rows x unknowns
 };
 
-/// Derivatives of some readings, group by group. What targets have of their own stays apart, so that
-/// the cost grows with their number, not with its cube.
+/// Derivatives of some readings, group by group. The unknowns of each target stay apart, so that
+/// the cost grows with the number of targets, not with its cube.
 struct GroupedDerivatives {
   std::vector<GroupRows> groups;             ///< one for each target; one in all if not split
   std::vector<std::vector<int>> pose_of_row;  ///< of each group, the pose that each reading is of
   int row_size = 1;                          ///< rows of a reading
 };
 
-/// Which unknowns are whose: the same for all readings of a plan.
+/// Which unknowns belong to which group: the same for all readings of a plan.
 class UnknownGroups {
  public:
-  /// As the readings of the candidates fall into groups.
+  /// The groups of the readings of the candidates.
   explicit UnknownGroups(const SessionModels& candidates);
 
   SessionModels::Split split() const { return split_; }
@@ -38,9 +38,10 @@ class UnknownGroups {
   const std::vector<int>& own(size_t group) const { return own_[group]; }
   const std::vector<int>& common() const { return common_; }
 
-  /// Whitened derivatives of the readings at x = 0, of models split() as the candidates are.
+  /// Whitened derivatives of the readings at x = 0. `models`: split as split() says.
   GroupedDerivatives derivatives(const SessionModels& models) const;
-  /// The same, the rows of each group folded into a triangle. Its rows are of no pose.
+  /// The same, the rows of each group reduced to a triangle R with the same R^T R; pose_of_row is
+  /// empty.
   GroupedDerivatives triangles(const SessionModels& models) const;
   /// Rows of derivatives by all unknowns, of one group.
   GroupedDerivatives of_one_group(const Eigen::MatrixXd& rows) const;
@@ -55,8 +56,8 @@ class UnknownGroups {
   std::vector<int> target_;  // of each group
 };
 
-/// The root R of an information R^T R, which scales the unknowns so that this information is the
-/// identity: determinants and variances then stay near 1 whatever the units.
+/// The triangle R of an information R^T R. In unknowns R x this information is the identity:
+/// determinants and variances then stay near 1 whatever the units.
 class Scaling {
  public:
   /// Of the information of these rows times `weight` squared.
@@ -81,8 +82,8 @@ class Information {
 
   void set_chosen(int candidate, bool chosen);
 
-  /// With the information of a group's own unknowns D, of them with the common ones F, and S that of
-  /// the common ones beside all own: a candidate's rows [E C] change log det M by
+  /// With D the information of a group's own unknowns, F that between them and the common ones, and
+  /// S the Schur complement of the common ones: a candidate's rows [E C] change log det M by
   ///     sum log det(I + E D^-1 E^T) + log det(I + G S^-1 G^T),  G = L^-1 (C - E D^-1 F),
   /// with L L^T = I + E D^-1 E^T, group by group, and S by G^T G. The fall of the variance of the
   /// aim follows from M before and after.
@@ -96,7 +97,7 @@ class Information {
     std::vector<Block> blocks;
     Eigen::MatrixXd common;
   };
-  // Of a candidate, from the transposed rows of a group.
+  // The columns of a candidate among the transposed rows of a group.
   Eigen::Block<const Eigen::MatrixXd> columns_of(const Eigen::MatrixXd& columns, size_t group,
                                                  int candidate) const;
   double variance(const std::vector<Block>& blocks, const Eigen::MatrixXd& schur) const;

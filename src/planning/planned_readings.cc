@@ -75,7 +75,7 @@ PlannedPose planned_pose_at(const Campaign& given, int row) {
 std::vector<TouchSight> touches_of(const Campaign& given, const KinematicChain& chain) {
   const std::vector<TouchSight> all = touch_sights_of(chain);
   std::vector<TouchSight> touches;
-  std::map<int, int> above;  // less below, of each contact
+  std::map<int, int> above;  // by contact: touches from its own side minus those from the other
   for (int row = 0; row < given.rows(); ++row) {
     if (!is_touch(given, row) || given.touch[row].axis > 0) continue;
     const auto sight = touch_at(planned_pose_at(given, row), chain, all);
@@ -120,8 +120,8 @@ std::map<ReadingKind, double> stated_by_kind(const Campaign& given) {
 
 namespace {
 
-// Corners of an image that is as it was read, so many that they span it, each with the weight of
-// those that it stands for; none of an image that does not show where the board is.
+// At most `most` corners of each image, which span it, each with the weight of those that it stands
+// for. None of an image with fewer than four corners: it does not show where the board is.
 Campaign with_fewer_corners(const Campaign& campaign, size_t most) {
   constexpr size_t kFewest = 4;
   std::vector<bool> is_kept(campaign.q.size(), true);

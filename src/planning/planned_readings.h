@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// What was read in the given poses. The scanner sees what it saw there.
+/// The kinds of readings of the given poses. The scanner is the one that read there.
 ReadingKinds kinds_of(const Campaign& given);
 
 /// The pose of a row, with what it touches.

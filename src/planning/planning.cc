@@ -72,8 +72,8 @@ std::vector<PlannedPose> PosePlanner::plan(int count) const {
   if (count > kCloudSize)
     throw std::invalid_argument("more poses are asked for than there are candidates, " +
                                 std::to_string(kCloudSize));
-  // The elimination of what earlier sessions have of their own ties the places of their targets
-  // together: then all unknowns are one group.
+  // The elimination of the own parameters of earlier sessions correlates the places of targets:
+  // then all unknowns are one group.
   const bool ties = rows_by_session(cloud_.given).size() > 1;
   const auto models_of = [&](const Campaign& campaign, SessionModels::Split split) {
     return SessionModels(campaign, cloud_.robot, cloud_.unknowns, sigma_of(cloud_, campaign),

@@ -64,7 +64,7 @@ bool is_above_floor(const PoseCloud& cloud, const JointVector& q) {
 
 namespace {
 
-// What is planned is read as what is given.
+// The planned poses are read as the given ones were.
 void choose_kinds(PoseCloud& cloud) {
   KinematicChain& chain = cloud.robot.chain;
   ReadingKinds& kinds = cloud.options;
@@ -77,7 +77,7 @@ void choose_kinds(PoseCloud& cloud) {
   if (!kinds.distances) chain.anchors.clear();
 }
 
-// Where what is read stands, of the robot file or of the given readings.
+// The places of contacts, cameras and boards, from the robot file or the given readings.
 void find_places(PoseCloud& cloud) {
   if (cloud.options.box)
     throw std::invalid_argument(
@@ -119,7 +119,7 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
   if (cloud.options.needs_sights()) find_places(cloud);
   cloud.poses = random_poses(cloud, kCloudSize, options.seed);
   cloud.noise = sigma_of(cloud, readings(cloud, cloud.poses));
-  // A box may leave unseen what the given poses show.
+  // The given poses may show parameters that no pose in the box does.
   cloud.unknowns = choose_identifiable(cloud.robot, readings(cloud, with_given(cloud))).kept;
   if (cloud.unknowns.empty())
     throw std::invalid_argument(
@@ -142,7 +142,7 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 
 namespace {
 
-// Random configurations in which something reads, above the floor.
+// Random configurations above the floor in which something can be read.
 std::vector<PlannedPose> random_sighted(const PoseCloud& cloud, int count, std::uint64_t seed) {
   constexpr int kMostDraws = 32;  // of a configuration
   const KinematicChain& chain = cloud.robot.chain;

@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -99,9 +98,9 @@ class Discrimination {
     }
   }
 
-  // A candidate adds E A^-1 E^T to the members' information beside the nuisances: E is what the
-  // nuisances, fitted without it, leave of its rows, A = I + P^T P the variance of that, with
-  // P = L^-1 of its rows by the nuisances.
+  // With N and B the columns of a candidate's rows (transposed) for nuisances and members, the
+  // candidate adds E A^-1 E^T to the information of the members after the nuisances: P = L^-1 N,
+  // E = B - share^T P (see Fitted), A = I + P^T P.
   Eigen::VectorXd values_of_adding() const {
     Eigen::VectorXd smallest =
         Eigen::VectorXd::Constant(kCloudSize, std::numeric_limits<double>::infinity());
@@ -179,8 +178,8 @@ class Separation {
   }
 
  private:
-  // Scatter of the given readings about the model with all found effects, if there are enough of
-  // them; at least the noise of the instrument.
+  // The noise is the standard deviation of the given readings about the model with all found
+  // effects, at least that of the instrument. With too few readings it stays.
   void set_noise(Robot robot, const std::vector<TracedEffect>& found, const Campaign& given) {
     size_t unknowns = cloud_.unknowns.size();
     for (const TracedEffect& one : found) {
@@ -284,7 +283,7 @@ class Separation {
   std::vector<Pair> pairs_;
 };
 
-// Without masses, gravity is a basis that depends on the identified chain.
+// Without masses the number of coefficients of gravity depends on the identified chain.
 void require_coefficients(const Effect& effect, const Robot& robot,
                           const std::vector<std::string>& temperature_names) {
   const int needed = BoundEffect(effect, robot, temperature_names).coefficient_count();

@@ -24,7 +24,7 @@ std::string moved_cell(const NumberChange& number) {
 // Changes of one unit with their 95 % intervals, those farthest from zero first.
 Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool of_arm,
                         const std::string& unit_in_files) {
-  constexpr size_t kShown = 5;  // whose names have room beside each other
+  constexpr size_t kShown = 5;  // more names have no room beside each other
   std::vector<const ComparedParameter*> shown;
   for (const ComparedParameter& parameter : parameters)
     if (parameter.of_arm == of_arm && parameter.unit.name == unit_in_files &&
@@ -145,7 +145,7 @@ Drawing curve_picture(const RemainderCurve& curve, size_t number) {
 
 constexpr size_t kCurvesShown = 6;  // as pictures
 
-// Their numbers, those of angles first, the largest change first.
+// Indices of the curves: angles before lengths, the largest change first.
 std::vector<size_t> by_change(const std::vector<RemainderCurve>& curves) {
   std::vector<size_t> order(curves.size());
   std::iota(order.begin(), order.end(), size_t{0});

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "armtrue/kinematics/units.h"
 #include "report/prediction_parts.h"
@@ -35,7 +34,7 @@ void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& ta
         is_known ? "standard deviation of the model" : "the robot file states no uncertainty"}});
 }
 
-// What each target was moved by, at its place, and each inserted point.
+// The correction of each target and of each inserted point as a vector at its place.
 std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets,
                                      const std::optional<BetweenPoints>& between,
                                      std::vector<std::string> names) {

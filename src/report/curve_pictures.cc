@@ -12,7 +12,7 @@
 namespace armtrue {
 namespace {
 
-// A point of a curve and its 95 % band, for a pointer. `unit_of_x`: as "deg".
+// Text that a pointer shows: a point of a curve and its 95 % band. `unit_of_x`: such as "deg".
 std::string point_text(double x, const std::string& unit_of_x, const CurvePoint& point,
                        const DisplayUnit& unit) {
   return fmt::format("at {:.4g} {}: {:.3g} +- {:.2g} {}", x, unit_of_x, point.value / unit.si,

@@ -17,7 +17,7 @@ namespace {
 constexpr int kSlices = 3;
 constexpr int kCellsPerSide = 26;  // of a slice; of more points some are shown
 constexpr int kArrowsPerSide = 9;
-constexpr Eigen::Index kPathArrows = 60;  // so that those of a path stand apart
+constexpr Eigen::Index kPathArrows = 60;  // of a path; more would overlap
 constexpr double kSliceHeight = 230;
 
 std::optional<double> left_of(const MapPoint& point) {
@@ -37,7 +37,7 @@ class GridPictures {
   explicit GridPictures(const ErrorMap& map) : map_(map), grid_(*map.grid) {
     const auto fewest = std::ranges::min_element(grid_.count);
     across_ = static_cast<int>(fewest - grid_.count.begin());
-    if (*fewest == grid_.count[2]) across_ = 2;  // the plan is what is read most easily
+    if (*fewest == grid_.count[2]) across_ = 2;  // the view from above is read most easily
     right_ = across_ == 0 ? 1 : 0;
     up_ = across_ == 2 ? 1 : 2;
     for (const MapPoint& point : map.points) {
@@ -91,15 +91,16 @@ class GridPictures {
     return Eigen::Vector2d(v[right_], v[up_]) / kMillimetre;
   }
 
-  // Of the classes. Before: all values, and no small differences as if they were large. After: from
-  // 0 to the largest before, so that both pictures show the gain.
+  // Ends of the colour classes. Before: all values, over at least a quarter of the largest, so that
+  // small differences do not look large. After: from 0 to the largest of both pictures, so that
+  // they show the gain.
   std::array<double, 2> limits(bool is_before) const {
     constexpr double kLeastShare = 0.25;
     if (!is_before) return {0, std::max(high_[0], high_[1])};
     return {std::min(low_[0], (1 - kLeastShare) * high_[0]), high_[0]};
   }
 
-  // Between the cells that are drawn [mm].
+  // Distance between the cells that are drawn [mm].
   double step(int axis) const {
     constexpr double kLeastStep = 1;
     const int shown = std::min(count(axis), kCellsPerSide);

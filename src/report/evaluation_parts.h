@@ -22,15 +22,16 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
                         const std::vector<bool>& left_out, const std::string& readings,
                         const Eigen::Vector3d& up);
 
-/// Whether a mean error [m] is no larger than that of a complete model; false if the noise is
-/// unknown.
+/// Whether a mean error [m] is at most 1.3 times that of a complete model,
+/// NoiseFloor::mean_error(); false if the noise is unknown.
 bool is_at_floor(double mean, const NoiseFloor& noise);
 
-/// What an error of the instrument's scale would cost that no readings show, as a paragraph; empty
-/// without an instrument. `key`: of unseen_scale, with a slash.
+/// A paragraph on the position error that an unobservable error of the instrument's scale would
+/// cause; empty if the product has no such value. `key`: of unseen_scale, with a slash.
 std::string unseen_scale_text(const Page& page, const std::string& key);
 
-/// The tile of the floor, from its key; a mark of what is not known without a noise.
+/// The tile of the mean error of a complete model, from its key; it says so if the noise is
+/// unknown.
 Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::string& key);
 
 }  // namespace armtrue

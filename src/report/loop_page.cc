@@ -43,7 +43,7 @@ std::string badge_of(Verdict verdict) {
   return "a rest is unexplained";
 }
 
-// The readings that judge: those held out, else those of the training.
+// The readings on which the models are compared: the held-out ones, else those of the training.
 struct Judging {
   const Campaign& campaign;
   std::string set, words;  // as a key, and in words
@@ -277,7 +277,7 @@ void add_rest(Page& page, const LoopResult& result, const Judging& by) {
   page.add(folded("Stages of the model", html));
 }
 
-// Of the robot file, if one is written: it is fitted to all poses.
+// The parameters of the fit to all poses if there is one, as a robot file has them.
 void add_parameters(Page& page, const LoopResult& result, const std::optional<FitToAll>& to_all,
                     const Robot& nominal, const Campaign& training) {
   const CalibrationResult& fit = to_all ? to_all->fit : result_of(result);

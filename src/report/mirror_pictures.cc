@@ -28,7 +28,8 @@ std::string thinned_samples(Eigen::Index samples) {
              : std::string();
 }
 
-// Holds 0, and no rounding as if it were a deviation.
+// An axis that holds 0 and reaches 0.01 mm to both sides at least, so that rounding errors do not
+// look like a deviation.
 Axis axis_of(const Eigen::VectorXd& values, const std::string& label, int most) {
   constexpr double kLeastSide = 0.01;  // mm
   return round_axis(std::min(-kLeastSide, values.minCoeff()),
@@ -193,7 +194,7 @@ Drawing force_over_time(const PathDeviation& deviation) {
 Drawing force_picture(const PathDeviation& deviation, const ForceLaw& law) {
   Eigen::Matrix3Xd forced = deviation.whole;
   for (int axis = 0; axis < 3; ++axis) forced.row(axis).array() -= law.offset[axis].value;
-  // Evenly: extremes would not show where most samples lie.
+  // Evenly thinned: extremes alone would not show where most samples are.
   Points samples;
   double most_force = 0, most_mm = 0;
   for (Eigen::Index i : evenly(forced.cols(), kMostSamples)) {

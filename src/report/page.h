@@ -12,15 +12,15 @@ namespace armtrue {
 /// Whether a result needs attention; each has a colour and a sign.
 enum class Tone { good, attention, bad };
 
-/// A text that the page words or rounds itself, with the path of its value in the product (see
-/// Report); Page::value() shows a value as it is.
+/// A text that the page words or rounds itself, marked with the path of its value in the product
+/// (see Report). Page::value() shows a value as the product has it.
 std::string keyed(const std::string& text, const std::string& key);
 
-/// A value [SI] with four decimals of a unit, a tenth of a um or of a urad, so never "-0.0000"; "-"
-/// if there is none.
+/// A value [SI] in a unit with four decimals, 0.1 um or 0.1 urad, never "-0.0000"; "-" if there is
+/// none.
 std::string keyed_value(const std::optional<double>& si, double unit, const std::string& key);
 
-/// A share, of 1 in the product, in per cent.
+/// A share from 0 to 1, in per cent.
 std::string keyed_share(double share, const std::string& key);
 
 /// A row of cells, each HTML.
@@ -29,19 +29,19 @@ using TableRow = std::vector<std::string>;
 /// Head and rows; the first column is of words, the others of numbers. It scrolls inside itself.
 std::string table(const TableRow& head, const std::vector<TableRow>& rows);
 
-/// A bar as long as a share of 1.
+/// A bar whose length shows a share from 0 to 1.
 std::string share_bar(double share);
 
-/// Hidden until the reader asks for it.
+/// HTML that is hidden until the reader clicks on the summary.
 std::string folded(const std::string& summary, const std::string& html);
 
 /// `<p>` of HTML.
 std::string paragraph(const std::string& html);
 
-/// One page in one style. All texts are HTML but where it says "plain".
+/// Builds a page. All texts are HTML, except those that are called plain.
 class Page {
  public:
-  /// `robot`: plain. `what`: kind of page, as "Calibration", plain.
+  /// `robot`: plain. `what`: kind of page, such as "Calibration", plain.
   Page(const PageHead& head, const std::string& robot, const std::string& what);
 
   /// The result in a word (plain) and in a sentence.
@@ -52,10 +52,11 @@ class Page {
   };
   void tiles(const std::vector<Tile>& tiles);
   void section(const std::string& heading);
-  /// Of what is folded, and so not printed.
+  /// A heading of parts that are folded; like them it is not printed.
   void folded_section(const std::string& heading);
   void add(const std::string& html) { body_ += html; }
-  /// Beside each other as far as there is room; kept for Report::pictures. Null: left out.
+  /// Adds pictures, side by side as far as there is room, also to Report::pictures. Null pointers
+  /// are skipped.
   void pictures(const std::vector<Drawing>& pictures);
   void list(const std::vector<std::string>& items);
 
@@ -64,7 +65,7 @@ class Page {
   /// The value at a path of the product, as it stands there; "-" where there is none. In mm or mrad
   /// a number below a tenth of a thousandth, which rounding makes, is 0.0000.
   std::string value(const std::string& key) const;
-  /// The same of the name of a file, which may be broken anywhere.
+  /// The same for the name of a file; the line may break anywhere in it.
   std::string file_name(const std::string& key) const;
   /// The values of a list.
   std::vector<std::string> values(const std::string& list) const;
@@ -73,7 +74,7 @@ class Page {
   /// A name, then mean, RMS, 95th percentile and maximum of the errors below a path.
   TableRow error_row(const std::string& name, const std::string& key) const;
 
-  /// The input files with their SHA-256, and what made the page.
+  /// The input files with their SHA-256, and the command and version that made the page.
   std::string inputs() const;
   /// The whole page; `folds_inputs`: with the input files at its end, folded away.
   Report finish(bool folds_inputs = true);

@@ -2,8 +2,8 @@
 
 namespace armtrue {
 
-/// The script of a page: tables that sort, pictures that enlarge and tell their points, spaces that
-/// turn. Without it a page shows the same numbers and pictures.
+/// The script of a page: it sorts tables, enlarges pictures, shows the texts of their points, and
+/// turns pictures in three dimensions. Without it a page shows the same numbers and pictures.
 const char* page_script();
 
 }  // namespace armtrue

@@ -3,8 +3,8 @@
 namespace armtrue {
 namespace {
 
-// Okabe and Ito's colours (2008), which nobody confuses, darker on white and lighter on black; the
-// classes of a map are one hue from near the paper to far from it.
+// Okabe and Ito's colours (2008), which colour-blind readers distinguish, darker on white and
+// lighter on black. The classes of a map have one hue, with rising contrast to the paper.
 constexpr const char* kLight =
     ":root{color-scheme:light dark;--paper:#fff;--ink:#1c2127;--quiet:#57606a;--grid:#dfe3e8;"
     "--card:#f5f7f9;--nominal:#6e7781;--before:#c8500a;--after:#0067a8;--good:#067a52;"

@@ -14,14 +14,15 @@ namespace {
 
 constexpr size_t kMostAgreements = 5;  // that are shown
 
-// R = Rx(x) Ry(y) Rz(z); where only x + z or x - z counts, z is 0.
+// R = Rx(x) Ry(y) Rz(z). At y = +-90 deg R depends on x + z or x - z alone: z is 0.
 Eigen::Vector3d xyz_from_rotation(const Eigen::Matrix3d& r) {
   const double cosine = std::hypot(r(0, 0), r(0, 1)), y = std::atan2(r(0, 2), cosine);
   if (cosine < 1e-9) return {std::atan2(r(2, 1), r(1, 1)), y, 0};
   return {std::atan2(-r(1, 2), r(2, 2)), y, std::atan2(-r(0, 1), r(0, 0))};
 }
 
-// R = Rz(a) Ry(b) Rz(c) with b from 0 to pi; where only a + c or a - c counts, c is 0.
+// R = Rz(a) Ry(b) Rz(c) with b from 0 to pi. At b = 0 or pi R depends on a + c or a - c alone: c is
+// 0.
 Eigen::Vector3d zyz_from_rotation(const Eigen::Matrix3d& r) {
   const double sine = std::hypot(r(0, 2), r(1, 2)), b = std::atan2(sine, r(2, 2));
   if (sine < 1e-9) return {std::atan2(-r(0, 1), r(1, 1)), b, 0};

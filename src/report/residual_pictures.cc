@@ -24,13 +24,13 @@ double largest_error(const std::vector<Judged>& models) {
   return in_mm(largest);
 }
 
-// "; of 12000 readings 800 are drawn, evenly spread", or nothing if all are.
+// " Of 12000 readings 800 are drawn, evenly spread.", or nothing if all are.
 std::string thinned_note(Eigen::Index all, size_t drawn, const std::string& what) {
   if (std::cmp_equal(drawn, all)) return "";
   return fmt::format(" Of {} {} {} are drawn, evenly spread.", all, what, drawn);
 }
 
-// Mean residual and mean place of each pose and target, in the order of the first visits.
+// Mean residual and mean place by pose and target, in the order of the first visits.
 struct PlacedResiduals {
   std::vector<std::string> names;
   std::vector<Eigen::Vector3d> places;
@@ -67,11 +67,8 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
   return placed;
 }
 
-}  // namespace
-
-namespace {
-
-// "Worst, with its effects: pose P7 (0.42 mm), ..." By the largest error of a pose's readings.
+// The worst poses by the largest error of their readings: "Worst, with its effects: pose P7
+// (0.42 mm), ..."
 std::string worst_poses(const Judged& model, const Campaign& campaign) {
   constexpr size_t kShown = 5;
   std::map<std::string, double> worst;
@@ -217,14 +214,14 @@ struct View {
   const char* from;
 };
 
-// The three views along the axes, named by the vertical: none is from above where the frame is
-// tilted by more than this.
+// The three views along the axes of the frame, named from above, from the side and from the front.
+// If no axis is within 30 deg of the vertical, they are named by the axes.
 std::vector<View> views(const Eigen::Vector3d& upwards) {
   constexpr double kUpright = 30 * kDegree;
   int k = 0;
   const double along = upwards.cwiseAbs().maxCoeff(&k);
   const bool is_down = upwards[k] < 0;
-  // Right-handed about what points to the eye.
+  // Right and up axis: with the direction towards the viewer they are right-handed.
   const int a = k == 2 ? 0 : k == 0 ? 1 : 2, b = k == 2 ? 1 : k == 0 ? 2 : 0;
   if (along < std::cos(kUpright) * upwards.norm())
     return {{0, 1, "along z"}, {0, 2, "along y"}, {1, 2, "along x"}};

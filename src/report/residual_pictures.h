@@ -23,12 +23,12 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
 /// Mean and range of each axis, a mark for each model (figure 4).
 Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign);
 
-/// The length of the error of each reading, in the order of the visits. `weights`: of the readings
-/// in the fit, if there was one: those near 0 are marked as left out.
+/// The length of the error of each reading, in the order of the visits. `left_out`: by row, whether
+/// the fit left it out; such readings are marked. Empty: none.
 Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& campaign,
                          const std::vector<bool>& left_out);
 
-/// "pose P7", of a reading.
+/// The pose of a reading, such as "pose P7".
 std::string reading_name(const Campaign& campaign, const Evaluation& evaluation, size_t reading);
 
 /// The mean error of each pose as a vector at its place, from three sides and in three dimensions;
@@ -39,19 +39,21 @@ std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Camp
 /// A round factor by which vectors of `longest` [m] are drawn over a workspace of `extent` [m].
 double round_magnification(double longest, double extent);
 
-/// Vectors at points of a workspace, the same from three sides and in three dimensions.
+/// Vectors at places of a workspace, for field_maps().
 struct VectorField {
   std::string name;
   Look look;
   std::vector<Eigen::Vector3d> vectors;  // [m]
 };
 struct FieldText {
-  std::string file, title, frame, note;  ///< `file`: begin of the names of the pictures
+  std::string file, title, frame, note;  ///< `file`: begins the names of the pictures
   std::string what = "errors";           ///< plural, of what the vectors are
   Eigen::Index most = 250;               ///< vectors to draw
   std::vector<std::string> names = {};   ///< of the places, for a pointer; none if empty
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< the vertical in the frame
 };
+/// The fields, a vector for each place, seen from three sides and in three dimensions. `places`:
+/// [m].
 std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
                                 const std::vector<VectorField>& fields, const FieldText& text);
 

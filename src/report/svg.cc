@@ -88,7 +88,7 @@ std::string mark_path(const std::string& look, double x, double y) {
 }
 
 Axis exact_axis(double low, double high, const std::string& label, int most) {
-  constexpr double kLeastHalf = 1e-3;  // of an axis of errors that are nothing, or all the same
+  constexpr double kLeastHalf = 1e-3;  // of an axis of errors that are all 0 or all the same
   if (low == 0 && high == 0) high = kLeastHalf;
   if (!(high > low)) {
     const double half = std::max(kLeastHalf, 0.05 * std::abs(low));

@@ -33,13 +33,13 @@ struct Axis {
 /// and at most `most` steps.
 Axis round_axis(double low, double high, const std::string& label, int most = 6);
 
-/// Of what is counted, from 0 on: no step is below 1.
+/// An axis of counts, from 0 on: no step is below 1.
 Axis count_axis(double high, const std::string& label, int most = 6);
 
-/// The same steps, but exactly these ends.
+/// As round_axis(), but with exactly these ends.
 Axis exact_axis(double low, double high, const std::string& label, int most = 6);
 
-/// A value of an axis as its ticks have it.
+/// A value with as many decimals as the ticks of an axis with this step have.
 std::string tick_text(double value, double step);
 
 /// Rows to draw, at most `most`: all, or evenly spread ones, the first and the last included.
@@ -63,11 +63,11 @@ class Panel {
   /// `texts`, here and below: what each point or vector is, for a pointer; none if empty.
   void line(const Points& points, Look look, const std::string& name,
             const std::vector<std::string>& texts = {});
-  /// Between low (y) and high: the same x, both ends of an interval.
+  /// Fills the area between two lines with the same x: the ends of an interval at each.
   void band(const Points& low, const Points& high, Look look, const std::string& name);
   void points(const Points& points, Look look, const std::string& name,
               const std::vector<std::string>& texts = {});
-  /// Small and quiet: where something lies.
+  /// Small grey marks of places, without a name in the legend.
   void dots(const Points& points);
   void vectors(const Points& from, const Points& to, Look look, const std::string& name,
                const std::vector<std::string>& texts = {});
@@ -77,12 +77,12 @@ class Panel {
   /// Squares about points, whose class (0 to kHeatClasses - 1) is colour and size.
   void cells(const Points& centres, const std::vector<int>& classes, double width, double height,
              const std::vector<std::string>& texts);
-  /// Across the whole panel.
+  /// A line across the whole panel, at x or at y.
   void rule_x(double x, Look look, const std::string& name);
   void rule_y(double y, Look look, const std::string& name);
-  /// `anchor`: start, middle or end.
+  /// `anchor`: which part of the text is at (x, y): start, middle or end.
   void text(double x, double y, const std::string& text, const char* anchor);
-  /// In the upper right corner.
+  /// A text in the upper right corner.
   void corner(const std::string& text);
 
   // Of a panel of Picture::space(): places lie within a ball of radius 1, their z points upwards.
@@ -120,7 +120,7 @@ class Picture {
   Picture(std::string name, std::string title, std::string description, Axis x);
   Picture(Picture&&) = delete;
 
-  /// A panel below those before; the reference stays good.
+  /// Adds a panel below the others; the reference stays valid.
   Panel& panel(const Axis& y, int height);
   /// The only panel of a picture in three dimensions, seen from a corner above. A page turns it.
   Panel& space(int height);
@@ -163,17 +163,18 @@ class Picture {
   std::array<std::string, 2> heat_;  // lowest and highest value
 };
 
-/// A picture on its way from who draws it to a page; null: there is nothing to draw.
+/// A picture that is drawn for a page; null: there is nothing to draw.
 using Drawing = std::shared_ptr<Picture>;
 
 /// Pictures as one file with a style of its own, two beside each other.
 std::string stand_alone(const std::vector<Drawing>& pictures);
 
-/// A panel whose axes have equal scales, high enough for its place. `low`, `high`: corners.
+/// Axes of equal scale, and the height of their panel.
 struct MapAxes {
   Axis x, y;
   int height;
 };
+/// The axes of a map that holds the corners `low` and `high`.
 MapAxes map_axes(Eigen::Vector2d low, Eigen::Vector2d high, const std::string& x_label,
                  const std::string& y_label, double most_height = 340);
 

@@ -10,7 +10,7 @@
 namespace armtrue {
 namespace {
 
-// Text of the i-th of some marks, as an element in it.
+// The text of the i-th mark, as a <title> in its element.
 std::string title_of(const std::vector<std::string>& texts, size_t i) {
   return texts.empty() ? "" : "<title>" + escaped(texts[i]) + "</title>";
 }

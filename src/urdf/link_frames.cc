@@ -55,7 +55,7 @@ Pose frame_towards(const JointAxis& own, const JointAxis& next, const Pose& prev
     origin = previous.translation - across(previous.translation - own.point);
     const Vector3d to_next = next.point - origin;
     const Vector3d foot = to_next - next.direction * next.direction.dot(to_next);
-    // Axes that meet have no such direction: it stays that of the frame before.
+    // Without such a direction, where `next` passes through the origin, x stays that of `previous`.
     x = (across(foot).norm() > 1e-9 ? across(foot) : across(previous.rotation.col(0))).normalized();
   }
   Pose frame;

@@ -23,12 +23,12 @@ struct JointAxis {
 };
 
 /// The frame on axis `own` whose x is the common normal towards `next`; source: Khalil and
-/// Kleinfinger (1986). Where the axes are parallel within 1 deg, the origin is the foot of the
-/// perpendicular from that of the frame before, and x points to the foot of the perpendicular from
-/// there on `next`; source: Hayati (1983).
+/// Kleinfinger (1986). Where the axes are parallel within 0.02 rad, the origin is the foot of the
+/// perpendicular from the origin of `previous` onto `own`, and x points to the foot of the
+/// perpendicular from there onto `next`; source: Hayati (1983).
 Pose frame_towards(const JointAxis& own, const JointAxis& next, const Pose& previous);
 
-/// A link without theta and lengths, whose alpha and beta turn the z axis of the frame before to a
+/// A link with theta, d and r 0, whose alpha and beta turn the z axis of the frame before to a
 /// direction in that frame.
 Link link_along(const Eigen::Vector3d& z);
 

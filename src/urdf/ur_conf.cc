@@ -37,9 +37,10 @@ constexpr std::array<NamedRow, 4> kRows{
     NamedRow{"delta_theta", &DhTable::theta}, NamedRow{"delta_a", &DhTable::a},
     NamedRow{"delta_d", &DhTable::d}, NamedRow{"delta_alpha", &DhTable::alpha}};
 
-// No calibration moves an axis farther; beyond it the arm is another.
+// A calibration moves an axis less; beyond these the robot is another arm.
 constexpr double kSameAxis = 50 * kMillimetre, kSameAxisAngle = 5 * kDegree;
-// [rad]: axes that are parallel to rounding have any common normal; that of the type is taken.
+// [rad]: axes closer than this count as parallel. Their common normal is not unique: that of the
+// type is taken.
 constexpr double kParallel = 1e-9;
 constexpr double kLastDigits = 1e-14;  // [rad, m]: of the sums that lead to a number
 
@@ -175,7 +176,7 @@ DhLink dh_towards(const Pose& next, const DhLink& type) {
   return link;
 }
 
-// The frames that a table cannot hold, and the table.
+// A DH table, and the frames of an arm that it cannot hold.
 struct DhArm {
   DhTable dh;
   Pose foot;  // R_0 from the frame of the table on axis 1
@@ -221,7 +222,7 @@ FrameShift shift_of(const Pose& pose) {
   return {pose.translation.norm(), Eigen::AngleAxisd(pose.rotation).angle(), {}};
 }
 
-// Axes of the two arms, seen from R_0, must lie together.
+// Throws InputError unless the axes of both arms coincide in R_0 within kSameAxis.
 void require_arm_of_type(const Robot& robot, const Robot& nominal, const std::string& about) {
   const auto fail = [&](const std::string& why) {
     throw InputError(

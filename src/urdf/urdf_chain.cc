@@ -58,7 +58,7 @@ Pose from_kdl(const KDL::Frame& frame) {
   return pose;
 }
 
-// A number that lost its point or its blank is no length of an arm.
+// Throws InputError for a number that lost its decimal point or a blank.
 void check_size(double number, const urdf::Joint& joint, const std::string& file) {
   if (!(std::abs(number) <= kMaxMagnitude))
     throw InputError(
@@ -168,7 +168,7 @@ void add_joint(ChainJoint joint, const UrdfDocument& document, std::vector<Chain
   joints.push_back(behind);
 }
 
-// Of two arms as one chain, the link that both stand on: the way back ends there.
+// Marks the link on which two arms of one chain stand: there the chain stops leading backwards.
 void find_ground(std::vector<ChainJoint>& joints, const UrdfDocument& document) {
   const auto moves_backwards = [](const ChainJoint& joint) {
     return joint.backwards && joint.moves();
@@ -184,9 +184,9 @@ void find_ground(std::vector<ChainJoint>& joints, const UrdfDocument& document) 
   ground->is_ground = true;
 }
 
-// A motor may stand beside the way: that of a palletiser's forearm turns a crank at the column, and
-// rods pass it on. Its encoder is then that of the first joint of the way that follows it as far as
-// it turns; the others follow that joint.
+// A motor may stand beside the chain: that of a palletiser's forearm turns a crank at the column,
+// and rods pass the motion on. The first joint of the chain that follows it with multiplier 1 or -1
+// then gets its encoder; the others follow that joint.
 void take_encoders_beside(const UrdfDocument& document, std::vector<ChainJoint>& joints) {
   for (ChainJoint& own : joints) {
     if (own.follows.empty()) continue;
@@ -223,9 +223,9 @@ bool stand_together(const Pose& a, const Pose& b) {
          (a.translation - b.translation).isZero(kRounding);
 }
 
-// Links that stand fixed beside the way or on it, before its first driven joint, but not where the
-// base does. Of links that stand together the first counts, and one beside the way before one on
-// it: a controller's frame stands beside.
+// Links that are fixed to the base, on the chain before its first driven joint or beside it, at
+// another pose than the base. Of links at one pose the first counts, those beside the chain before
+// those on it: a controller's frame is beside.
 std::vector<std::string> fixed_elsewhere(const urdf::ModelInterface& model,
                                          const UrdfChain& chain) {
   std::vector<std::pair<std::string, Pose>> beside, on_the_way;

@@ -22,18 +22,18 @@ struct ChainJoint {
   bool moves() const { return kind == Kind::revolute || kind == Kind::prismatic; }
   bool is_driven() const { return moves() && has_encoder; }
 
-  std::string name, link;  ///< link: the one behind it
+  std::string name, link;  ///< `link`: its child
   Kind kind = Kind::fixed;
   bool has_encoder = true;          ///< false: it only follows others
-  std::vector<ChainMimic> follows;  ///< of a URDF one; more where joints on one axis are one
+  std::vector<ChainMimic> follows;  ///< one in a URDF; more after joints on one axis were merged
   double shift = 0;                 ///< added to its value [rad or m]
-  /// The frame of `link` in the frame before it, where the joint angle is 0. From child to parent
-  /// (`backwards`) it is the inverse of the joint's origin. A joint that moves is then two: it
-  /// turns where it is, the other way, as `link` its own child, and a fixed one leads on to its
-  /// parent.
+  /// The frame of `link` in the frame before it, where the joint angle is 0. A chain that leads
+  /// from child to parent (`backwards`) has the inverse of the joint's origin. A joint that moves
+  /// becomes two there: one with the identity that turns the other way, whose `link` is the child
+  /// itself, and a fixed one that leads on to the parent.
   Pose origin;
   bool backwards = false;
-  bool is_ground = false;  ///< where a way with such joints ends to lead backwards; fixed
+  bool is_ground = false;  ///< fixed; the chain leads backwards up to here, and forwards from here
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a joint that moves in its frame, unit
   bool limited = false;
   bool lacks_travel = false;  ///< it is limited, but the document does not say how
@@ -47,16 +47,16 @@ struct UrdfChain {
   std::string robot;  ///< its name
   std::string base;   ///< link
   std::vector<ChainJoint> joints;
-  /// Links that stand fixed to the base, beside the way or on it, turned or moved, as the frame of
-  /// a controller often does. Links that stand together count once.
+  /// Links that are fixed to the base, beside the chain or on it, at another pose, such as the
+  /// frame of a controller. Links at one pose count once.
   std::vector<std::string> beside_base;
   std::string tool0;  ///< see tool0_beside_tip()
 };
 
-/// Reads the document with urdfdom and finds the way with KDL. Errors are those of parse_urdf().
+/// Reads the document with urdfdom and finds the chain with KDL. Throws as parse_urdf().
 UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends);
 
-/// The arm of a document whose way is `chain`. Errors are those of parse_urdf().
+/// The arm of a document whose chain is `chain`. Throws as parse_urdf().
 Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file);
 
 /// The same arm with the frames that robot_of() gives to the axes of a foreign document. It is seen

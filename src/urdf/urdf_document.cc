@@ -17,7 +17,7 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kMaxJointsOfFile = 2000;  // a whole cell; the way through is searched recursively
+constexpr size_t kMaxJointsOfFile = 2000;  // a whole cell; the search of the chain is recursive
 
 // Collects the messages of urdfdom instead of printing them.
 class Complaints : public console_bridge::OutputHandler {
@@ -42,8 +42,8 @@ std::string link_attribute(const TiXmlElement& joint, const char* side) {
   return link ? link : "";
 }
 
-// urdfdom lets a link have two parents, and leaves out links in a circle, which hold each other in
-// its memory for ever. So this comes before it.
+// urdfdom accepts a link with two parents. It leaves out links in a cycle and leaks their memory.
+// So this check comes before urdfdom.
 void require_tree(const TiXmlElement& robot, const std::string& file) {
   std::map<std::string, const TiXmlElement*> joint_before;  // of a link
   const auto name_of = [](const TiXmlElement& joint) {

@@ -21,7 +21,7 @@ void add_base(const std::string& text, const std::string& file, const UrdfEnds& 
                      link + "', give --base " + link);
 }
 
-// Programs speak of the flange in R_0, which of a URDF are --tip and --base.
+// Programs state the flange in R_0: of a URDF the flange is --tip, and R_0 follows from --base.
 void add_flange(const Robot& robot, const std::string& text, const std::string& file,
                 const UrdfEnds& ends, std::vector<std::string>& doubts) {
   const Eigen::Vector3d foot = foot_beside_base(text, file, ends) / kMillimetre;

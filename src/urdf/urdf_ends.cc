@@ -14,8 +14,7 @@ namespace {
 
 constexpr size_t kMostLinksNamed = 12;  // in a message
 
-// How many joints of the branch behind a joint move by themselves; those that follow another
-// (mimic) do not.
+// Number of joints of a branch, from `joint` on, that move and do not follow another (mimic).
 int independent_joints(const urdf::Joint& joint, const urdf::ModelInterface& model) {
   int count = !is_fixed(joint) && !joint.mimic ? 1 : 0;
   for (const auto& next : model.getLink(joint.child_link_name)->child_joints)
@@ -41,8 +40,9 @@ std::string some_of(const std::vector<std::string>& names) {
                      fmt::join(names.begin(), names.begin() + kMostLinksNamed, ", "), names.size());
 }
 
-// Where the arm goes on behind a link: along the only branch that moves, or else any. Beside two
-// joints and more of an arm, branches whose joints follow others are its drives and springs.
+// The branches along which the arm may go on behind a link: those that move, else all. Beside a
+// branch with two independent joints or more, branches whose joints only follow others are drives
+// and springs: they do not count.
 std::vector<urdf::JointSharedPtr> ways_behind(const urdf::Link& link,
                                               const urdf::ModelInterface& model) {
   std::vector<urdf::JointSharedPtr> ways, own;
@@ -78,7 +78,7 @@ bool moves(const urdf::Joint& joint, const urdf::ModelInterface& model) {
 std::string only_end(const urdf::ModelInterface& model, const std::string& base,
                      const std::string& file) {
   urdf::LinkConstSharedPtr link = model.getLink(base);
-  // The frame of a controller often stands beside the arm: the way goes back first.
+  // The frame of a controller often is a branch beside the arm: go back to where the arm begins.
   while (link->parent_joint && is_fixed(*link->parent_joint) && !carries_joints(*link, model))
     link = model.getLink(link->parent_joint->parent_link_name);
   while (!link->child_joints.empty()) {

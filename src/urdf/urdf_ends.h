@@ -11,8 +11,9 @@ inline bool is_fixed(const urdf::Joint& joint) { return joint.type == urdf::Join
 /// Whether a link of the branch behind a joint moves against the link in front of it.
 bool moves(const urdf::Joint& joint, const urdf::ModelInterface& model);
 
-/// The end of the arm where nobody names it: along the branch with driven joints, and on as long as
-/// one link follows the other. Throws InputError, with the ends, where the way branches.
+/// The end of the arm if no tip is named: of the only branch with driven joints, as far as each
+/// link behind them has one child. Throws InputError, with the possible ends, where several
+/// branches go on.
 std::string only_end(const urdf::ModelInterface& model, const std::string& base,
                      const std::string& file);
 

@@ -22,9 +22,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// No calibration moves a frame of a link farther.
+// A calibration moves a frame of a link less.
 constexpr double kSameArm = 50 * kMillimetre, kSameArmAngle = 5 * kDegree;
-// Nor any length of the last links, which readings hardly tell from the tool.
+// A calibration changes lengths of the last links less: readings hardly tell them from the tool.
 constexpr double kSameLength = 5 * kMillimetre;
 constexpr double kSameOrigin = 1e-13;  // [m], of matrix entries: below the digits of a file
 constexpr double kExact = 1e-9;        // [m, rad]
@@ -95,8 +95,8 @@ std::string why_another_arm(const KinematicChain& own, const KinematicChain& nom
   return "";
 }
 
-// Whether the last frame stands on its axis as that of `nominal`, but for a calibration, and the
-// links behind it are the same.
+// Whether the last frame is where that of `nominal` is on its axis, within what a calibration
+// changes, and the links behind it are the same.
 bool has_last_frame_of(const KinematicChain& chain, const KinematicChain& nominal) {
   const auto is_near = [](const Link& own, const Link& other) {
     const Vector3d lengths(own.d - other.d, own.r - other.r, 0);
@@ -133,9 +133,9 @@ struct RobotOfDocument {
   Pose nominal_base;
 };
 
-// A robot that was made of the document has its frames already, but for the last one, which
-// convert-robot laid elsewhere on its axis once. Any other file of the arm gets them, if it is seen
-// from the base of the document.
+// A robot that was made of the document has its frames already, except the last one in files of
+// older versions of convert-robot, which laid it elsewhere on its axis. Any other file of the arm
+// gets the frames, seen from the base of the document.
 RobotOfDocument with_frames_of_document(const Robot& robot, const Robot& nominal,
                                         const std::string& file) {
   RobotOfDocument result{robot, nominal.chain.base};
@@ -214,7 +214,8 @@ ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& r
     patch.tool_left_out = shift_of(old_tool, tool_behind_joints(wanted));
     patch.tool_left_out.of_link = chain.joints.back().link;
   }
-  // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
+  // A tool that is kept is relative to the nominal flange, so the links behind the last joint are
+  // kept with it.
   if (kept.tool || has_no_place) {
     const int last = link_of_joint(wanted, joint_count(wanted) - 1);
     for (int j = last + 1; j < link_count(wanted); ++j) wanted.links[j] = nominal.chain.links[j];

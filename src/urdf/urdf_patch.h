@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// The origins of a chain with which it is another robot.
+/// The origins that turn the chain of a document into that of another robot.
 struct ChainPatch {
   Robot robot;                          ///< with what is kept of the chain
   std::map<std::string, Pose> origins;  ///< that change, by joint

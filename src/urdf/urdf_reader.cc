@@ -138,9 +138,9 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
   return robot;
 }
 
-// R_0 has the axes of --base, and the ground of two arms those of its link. alpha and beta turn its
-// z to the next axis, d and r lead to the axis along the turned x and z; what is left along y,
-// mostly nothing, is a shift of R_0.
+// R_0 in the frame of --base, with its axes; or the ground of two arms in the frame of its link.
+// alpha and beta of link 1 turn z to the first axis, d and r lead to a point of the axis along the
+// turned x and z. What is left along the turned y, mostly 0, is the shift of R_0.
 Pose foot_of(const JointAxis& first) {
   constexpr double kRounding = 1e-12;  // [m], of pi in a double
   const Vector3d y = rotation_before(link_along(first.direction)).col(1);
@@ -304,8 +304,8 @@ Robot from_axes(const std::vector<ChainJoint>& joints, const std::string& file) 
   if (robot.ground_link) place_ground(*robot.ground_link, axes, ground);
   Pose previous = foot_of(axes.front());
   robot.chain.base = previous;
-  // Programs speak of the flange, so the last link ends in the tip. The last axis is followed by
-  // the z axis of the tip as by another joint; of the feet on it, that of the tip itself counts.
+  // Programs state the flange, so the last link ends in the tip. The z axis of the tip follows the
+  // last axis as that of another joint would; the frame on it is the tip itself.
   const JointAxis tip{frame.translation, frame.rotation.col(2)};
   std::vector<Pose> frames;
   robot.chain.links.resize(axes.size() + 1);

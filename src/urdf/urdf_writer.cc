@@ -101,8 +101,8 @@ std::vector<const Coupling*> couplings_of(const KinematicChain& chain, int link)
   return own;
 }
 
-// Whether a link is more than one joint in a URDF: one for each that it follows, and one with its
-// own encoder.
+// Whether a link becomes more than one joint in a URDF: one for each link that it follows, and one
+// for its own encoder.
 bool is_several_joints(const KinematicChain& chain, int link) {
   return couplings_of(chain, link).size() + (chain.links[link].has_encoder ? 1 : 0) > 1;
 }

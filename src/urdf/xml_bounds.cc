@@ -115,7 +115,7 @@ class XmlScanner {
     at_ = end + 1;
   }
 
-  // No origin is turned by two turns; by 45 or 90 is one in degrees.
+  // An rpy beyond two turns is in degrees: 45 or 90.
   void check_angles(std::string_view rpy) const {
     constexpr double kMostOfAngle = 4 * std::numbers::pi;
     for (size_t begin = 0; begin < rpy.size();) {

@@ -9,7 +9,7 @@ namespace armtrue {
 
 /// The document with other origins for some joints, by name: only the numbers of `xyz` and `rpy`
 /// change; what is missing is added. The document has been parsed as a URDF before. Throws
-/// InputError if it has a joint of that name not once.
+/// InputError unless the document has exactly one joint of each name.
 std::string with_origins(const std::string& document, const std::map<std::string, Pose>& origins,
                          const std::string& file);
 

@@ -8,8 +8,8 @@
 namespace armtrue {
 
 /// Follows the encoder values from one visit to the next. Gives for each joint the direction of its
-/// last motion and its way since it last reversed. Assumes that every joint moves in one direction
-/// between two visits.
+/// last motion and its travel since it last reversed. Assumes that every joint moves in one
+/// direction between two visits.
 class Arrival {
  public:
   explicit Arrival(const JointVector& start)
@@ -29,14 +29,14 @@ class Arrival {
 
   /// Sign of the last motion of each joint; 0: it has not moved yet.
   const Direction& direction() const { return direction_; }
-  /// Way of each joint since its last reversal, with the sign of its motion [rad or m].
+  /// Travel of each joint since its last reversal, with the sign of its motion [rad or m].
   const JointVector& stroke() const { return stroke_; }
 
  private:
   static constexpr double kMinMotion =
       1e-4 * kDegree;  // larger than the rounding of a file [rad or m]
 
-  JointVector moved_last_;  // not updated by a small motion: those of a slow joint add up
+  JointVector moved_last_;  // not updated by a small motion: small motions of a slow joint add up
   Direction direction_{};
   JointVector stroke_;
 };

@@ -19,8 +19,8 @@ struct CatalogueEntry {
   enum class Joint { none, own, previous, next, fixed };
 
   std::string name;
-  /// That of each link, target, anchor or contact, or one such as base, base.rx, instrument.range;
-  /// see parameter_of_catalogue().
+  /// The parameter of each link, target, anchor or contact, or a single one such as base, base.rx
+  /// or instrument.range; see parameter_of_catalogue().
   Parameter parameter;
   bool of_every_joint = false;  ///< the parameter is one of each joint
   std::vector<int> joints;      ///< 0-based, without external axes: whose parameter it is
@@ -31,8 +31,8 @@ struct CatalogueEntry {
   /// searched [m]; 0: it is not searched.
   std::array<double, 2> cycle{};
   bool only_positive = false;  ///< a negative coefficient is impossible, as for a compliance
-  /// Bound of what it adds to a length over a campaign, relative to that length in the robot file;
-  /// below zero: it shortens the length; 0: no bound.
+  /// Bound of what the effect adds to a length over a campaign, relative to that length in the
+  /// robot file; below zero: the effect shortens the length; 0: no bound.
   double most_of_length = 0;
   Usual usual = Usual::rare;
   /// Name of the family that its effects form; empty: none. {j} in it stands for the joint of the
@@ -53,7 +53,7 @@ struct CatalogueEntry {
 
 using Catalogue = std::vector<CatalogueEntry>;
 
-/// The effects, without coefficients, that the catalogue allows on this robot.
+/// The effects of this entry on this robot, one for each parameter and joint; without coefficients.
 std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot);
 
 }  // namespace armtrue

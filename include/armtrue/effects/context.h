@@ -18,10 +18,11 @@ inline constexpr int kMaxTemperatures = 8;
 struct Context {
   JointVector q = JointVector::Zero(kMaxJoints);  ///< encoder values [rad or m]
   Direction arrival{};                            ///< direction of arrival; 0: unknown
-  /// Way since the last reversal, signed [rad or m].
+  /// Travel of each joint since its last reversal, with the sign of its motion [rad or m].
   JointVector stroke = JointVector::Zero(kMaxJoints);
   double time_s = 0;      ///< since the start of the campaign
-  /// Name of the session, a view of the campaign's names; empty or unknown: after the last.
+  /// Name of the session, a view of the campaign's names. An effect takes an empty or unknown one
+  /// as the last of Driver::sessions.
   std::string_view session{};
   double payload_kg = 0;  ///< carried at the measured frame, beyond `bodies`
   std::array<double, kMaxJoints> motor_torque_nm{};      ///< by joint, as measured

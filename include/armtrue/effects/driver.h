@@ -39,17 +39,15 @@ struct Driver {
   int second_joint = -1;  ///< 0-based; of a joint_angle of two joints, or of the factor
   std::string where;      ///< of a temperature: name of the sensor, as in the column temp_<where>_c
   /// A second driver, whose value multiplies the shape of the first: arrival, time, temperature
-  /// (less 20 deg C, the reference of ISO 1), payload, force or, if the first is time,
+  /// (minus 20 deg C, the reference of ISO 1), payload, force or, if the first is time or session,
   /// gravity_torque or tool_weight.
   std::optional<DriverKind> factor{};
-  /// Of `session`: the sessions of the calibration in their order, for what happened between them.
+  /// Of `session`: the sessions of the calibration, in their order.
   std::vector<std::string> sessions{};
 
   /// Whether the driver is two joint angles, each with its own shape.
   bool is_pair() const { return second_joint >= 0 && !factor; }
-  /// Whether the driver or its factor is of this kind.
   bool involves(DriverKind which) const { return kind == which || factor == which; }
-  /// Whether the driver or its factor is the time or the session.
   bool follows_course() const {
     return involves(DriverKind::time) || involves(DriverKind::session);
   }

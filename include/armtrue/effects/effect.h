@@ -20,9 +20,9 @@ struct Coefficient {
   std::array<double, 2> ci95{0, 0};
 };
 
-/// One cause that acts on many parameters, such as gravity on the compliance of every joint. The
-/// coefficients of its members have priors with mean 0 and the standard deviation (common factor) x
-/// (typical size of the member). Readings determine the common factor.
+/// One cause that acts on many parameters, such as gravity on the compliance of every joint. Each
+/// coefficient of a member has the prior N(0, (f t)^2), with t the typical size of the member and f
+/// a factor that is common to the family. The readings determine f.
 struct Family {
   std::string name;
   double typical = 0;  ///< typical size of each coefficient of this effect, in its unit
@@ -37,7 +37,7 @@ struct Family {
 ///     target <name>     x y z, its position
 ///     instrument.point  x y z, an error of all points that the instrument reads
 /// Each parameter of a group has its own coefficients. `arm.scale` has one for all lengths, each of
-/// which becomes (1 + effect) times as long. With the driver `force` it follows the
+/// which becomes (1 + effect) times as long. With the driver `force` each parameter follows the
 /// generalised force on itself. With the driver `moment` the effect turns the group: its rotation
 /// vector is one common coefficient times the vector of the moment.
 struct Effect {
@@ -51,12 +51,11 @@ struct Effect {
   /// may_be_instrument(). The effect then predicts readings, but does not correct programs.
   bool may_be_instrument = false;
   /// If may_be_instrument, or if a scale of the instrument may be the growth of the arm: mean of
-  /// the effect over the poses of its calibration [SI]. The parameter of the arm is then constant +
-  /// mean.
+  /// the effect over the poses of its calibration [SI]. Programs are then corrected with
+  /// constant + mean, see without_station_effects().
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
-  /// Beyond this range the effect keeps its value at the nearer end, because its coefficients would
-  /// extrapolate.
+  /// Beyond this range the effect keeps its value at the nearer end: it does not extrapolate.
   std::optional<std::array<double, 2>> measured{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
   /// the other, and `parameter` names the family. Occurs only during a search.
@@ -92,8 +91,9 @@ inline bool can_be_bounded(const Effect& effect) {
           (driver.kind == DriverKind::time || driver.kind == DriverKind::temperature));
 }
 
-/// Whether it is a lasting error of the instrument: owned by it, and following neither time nor
-/// session, as a knock does. Its scale is none: the lengths of the arm imitate it.
+/// Whether an effect is a lasting error of the instrument: on a parameter of the instrument, driven
+/// by neither time nor session. An effect on its scale does not count: the lengths of the arm
+/// imitate it.
 bool is_lasting_of_instrument(const Effect& effect);
 
 /// Number of parameters in the group `parameter`: 6 for a pose, 3 for a point, 1 if it is no group.
@@ -117,7 +117,8 @@ inline bool is_shrunken(const Effect& effect) {
 /// The members of a whole family with their coefficients; for any other effect, the effect itself.
 std::vector<Effect> single_effects(const Effect& effect);
 
-/// Of a step between sessions: the first session after it.
+/// Of a step driven by `session`: the first session after it. Throws std::out_of_range if there is
+/// none.
 const std::string& first_session_after(const Effect& effect);
 
 /// Unit of the parameter of an effect. Of a pose it is radian, which is right if the driver

@@ -21,11 +21,11 @@ using ArmFrames = LinkFrames;
 /// parallel to joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per
 /// kg m; of a link that slides also the moment by its travel, per kg. Wrist links are left out:
 /// their torque is small and would add coefficients. The basis of a joint that slides is empty. The
-/// three turns of the base share one basis, which does not depend on the place of R_A; the values
-/// of one on which gravity does no work, such as rz of an upright arm, are 0.
+/// three turns of the base share one basis, which does not depend on the place of R_A. The values
+/// are 0 for a turn on which gravity does no work, such as rz of an upright arm.
 ///
-/// Links that follow the joint of a parameter move with it: the last link of a parallelogram, which
-/// keeps its orientation, loads the joints by its weight wherever its centre is.
+/// Links that follow the joint of a parameter (Coupling) move with it: the last link of a
+/// parallelogram keeps its orientation, so its torque does not depend on its centre of mass.
 ///
 /// A positioner (Robot::ground_link) carries the part, which no file knows: its loads are always a
 /// basis, the first moments of all frames before the joint in the chain. Gravity keeps its
@@ -34,8 +34,8 @@ class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
 
-  /// 1 with masses. Otherwise the size of the basis: 0 if gravity does no work on the parameter, or
-  /// on any turn of the base.
+  /// 1 with masses. Otherwise the size of the basis: 0 if gravity does no work on the parameter; of
+  /// a parameter of the base, if it does none on any of the three turns.
   int value_count() const;
   /// Whether the masses of the robot make the load, and not a basis.
   bool is_by_masses() const { return by_masses_; }
@@ -45,7 +45,7 @@ class GravityLoad {
  private:
   struct FirstMoment {
     int link, axis;          // link -1: R_0
-    bool by_travel = false;  // times the way of the link along its z axis
+    bool by_travel = false;  // times the travel of the link along its z axis
   };
   struct Motion;  // motion by the parameter: its axis, a point on it, and whether it is a rotation
   // A link that follows the joint of the parameter, by `factor` of its motion.

@@ -29,7 +29,7 @@ bool matches(std::string_view pattern, std::string_view text);
 std::string why_not_identified(const KinematicChain& chain,
                                const std::vector<std::string>& identify);
 
-/// Whether these entries of `identify` allow all that the readings show.
+/// Whether these entries of `identify` allow every parameter: `auto` without a `-` entry.
 bool identifies_all(const std::vector<std::string>& identify);
 
 }  // namespace armtrue

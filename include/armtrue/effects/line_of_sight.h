@@ -22,9 +22,8 @@ class LineOfSight {
   /// Angle between the direction from the point to the instrument and `axis`, a unit vector [rad].
   double incidence(const Eigen::Vector3d& axis) const;
 
-  /// d(reading of the point)/d(error of range, azimuth, elevation) [1, m, m]. The columns of the
-  /// angles are zero for a point at the instrument. That of the azimuth is also zero straight above
-  /// it.
+  /// d(reading of the point)/d(error of range, azimuth, elevation) [1, m, m]. All columns are zero
+  /// for a point at the instrument. Straight above or below it those of the angles are zero.
   const Eigen::Matrix3d& derivatives() const { return derivatives_; }
 
  private:

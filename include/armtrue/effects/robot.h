@@ -103,12 +103,12 @@ struct Robot {
 bool is_of_positioner(const Robot& robot, int parameter);
 
 /// Whether a parameter, an index, says where a positioner stands beside the arm: from its first
-/// axis to the foot of the arm. Like base and tool, only readings show it.
+/// axis to the foot of the arm. As of base and tool, only readings tell its value.
 bool places_positioner(const Robot& robot, int parameter);
 
-/// The lengths d and r that `arm.scale` multiplies, as indices of parameters: those of the links of
-/// the arm. Rails and positioners are other bodies, and so is the scale of a linear axis, to whose
-/// reading its r is added.
+/// The lengths that `arm.scale` multiplies, as indices of parameters: d and r of the links of the
+/// arm. The links of rails and positioners do not count: they are other bodies. Nor does r of a
+/// prismatic link, to which the reading of its scale is added.
 std::vector<int> lengths_of_arm(const Robot& robot);
 
 /// The vertical in R_A, a unit vector; z where there is no gravity or a positioner turns R_A.

@@ -12,8 +12,8 @@
 namespace armtrue {
 
 /// An effect resolved for one robot: the parameters that its coefficients move, and the values that
-/// multiply the coefficients. Drivers and torques are computed with the chain at the time of
-/// binding. A later calibration changes lengths, and so these values, by about 1e-3 of themselves.
+/// multiply the coefficients. Drivers and torques are computed with the chain at construction. A
+/// later calibration changes lengths, and so these values, by about 1e-3 of themselves.
 class BoundEffect {
  public:
   /// offset[parameter] += coefficient * value
@@ -75,8 +75,10 @@ class BoundEffect {
   std::vector<BoundEffect> members_;  // of a whole family
 };
 
-/// Predicts poses: the chain, with the effects that the robot file declares. Throws
-/// std::invalid_argument for an effect whose driver is only known by measurement (motor torque).
+/// Predicts poses: the chain, with the effects that the robot file declares. The constructor throws
+/// std::invalid_argument as BoundEffect, for an effect that the motor torque drives, which is only
+/// known where it was measured, and for an effect with another number of coefficients than its
+/// form needs.
 class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});

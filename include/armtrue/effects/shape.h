@@ -16,9 +16,9 @@ enum class ShapeKind {
   step,         ///< 0 before `at`, 1 from it on
   kink,         ///< 0 before `at`, x - at from it on
   exponential,  ///< 1 - exp(-(x - at) / tau)
-  pre_sliding,  ///< sign(x) (1 - 2 exp(-|x| / tau)): friction changes its sign some tau after a
-                ///< reversal
-  series,       ///< a basis on a fixed range
+  pre_sliding,  ///< sign(x) (1 - 2 exp(-|x| / tau)), x the travel since the last reversal: friction
+                ///< changes its sign at 0.7 tau
+  series,       ///< a basis, see SeriesBasis
 };
 
 /// Bases of a series. Cosine, spline and polynomial stand on u = (x - low) / (high - low),
@@ -38,7 +38,8 @@ enum class SeriesBasis {
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
-  double at = 0;        ///< of a step or kink [s, rad]; if counts_from(): the origin of x [s, degC]
+  double at = 0;        ///< of a step or kink [s, rad, or a number between two sessions]; if
+                        ///< counts_from(): the origin of x [s, deg C]
   double tau = 0;       ///< exponential [s], pre_sliding [rad]
 
   SeriesBasis basis = SeriesBasis::cosine;
@@ -83,13 +84,13 @@ int value_count(const Shape& shape, bool two_drivers = false);
 /// load whose basis has several values.
 std::vector<std::string> value_names(const Shape& shape, int count);
 
-/// Writes those values to `out`. `x2` is the second driver of a product series: all products of the
-/// values at x with those at x2, x slowest. Throws std::invalid_argument for more than 64 values of
-/// one driver.
+/// Writes value_count() values to `out`; not of a polynomial.
 void evaluate(const Shape& shape, double x, double* out);
+/// Of a series of two drivers: all products of the values at x with those at x2, x slowest. Throws
+/// std::invalid_argument for more than 64 values of one driver.
 void evaluate_product(const Shape& shape, double x, double x2, double* out);
-/// The same for a polynomial at a place [m]. Terms of degree 0 and 1 are left out: nearly all of
-/// them are a rigid motion or the scale. `count` 1: only the terms of degree 1, a strain.
+/// Of a polynomial at a place [m]. Terms of degree 0 and 1 are left out: most of them are a rigid
+/// motion or the scale. `count` 1: the terms of degree 1 alone, a strain.
 void evaluate_polynomial(const Shape& shape, const Eigen::Vector3d& place, double* out);
 
 inline bool is_polynomial(const Shape& shape) {

@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// A folder of images of a board, and where the arm stood.
+/// A folder of images of a board.
 struct ImageFolder {
   std::string folder;
   BoardPattern pattern;

@@ -25,7 +25,8 @@ struct ImportOptions {
   /// Names of formats, at most one for the points and one for the joint angles.
   std::vector<std::string> presets;
   std::string body;  ///< rigid body or marker, of several in a table; child frame of transforms
-  std::string points_topic, joints_topic;  ///< of a recording of ROS 2; empty: the only ones
+  std::string points_topic, joints_topic;  ///< of a recording of ROS 2; empty: the only one of its
+                                           ///< kind
   std::vector<std::string> markers;  ///< markers that are read, if rows have several; empty: those
                                      ///< with numbers
   std::string join;        ///< id, order, time, stops or empty

@@ -28,15 +28,15 @@ bool is_archive_name(const std::string& path, std::string& ending);
 class Archive {
  public:
   /// Throws InputError for a file that is no such archive, is damaged, encrypted, empty, or holds
-  /// links, devices, names that lead out of it, two members of one name, or more than 256 MB, as no
-  /// backup of a controller does.
+  /// links, devices, names that lead out of it, two members of one name, more than 256 MB, or more
+  /// than 100,000 members.
   explicit Archive(const std::string& path);
 
   const std::vector<ArchiveMember>& members() const { return members_; }
   const std::string& sha256() const { return sha256_; }
 
-  /// The bytes of an archive of the same kind with the same members in the same order; `changed`
-  /// has other contents, by path. Throws InputError where a name cannot be written.
+  /// The bytes of an archive of the same kind with the same members in the same order. `changed`:
+  /// new contents of members, by path. Throws InputError where a name cannot be written.
   std::string with(const std::map<std::string, std::string>& changed) const;
 
  private:

@@ -27,10 +27,11 @@ CampaignFile read_campaign(const std::string& path,
 /// joint, see move_into_travel().
 CampaignFile read_campaign(const std::string& path, const KinematicChain& chain);
 
-/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), covariances, target,
-/// anchor, arrival, session, payload and temperatures where the campaign has them. The campaign has
-/// points or lengths alone, or pixels before bind_touches(); touches and readings of one coordinate
-/// cannot be written.
+/// The same columns as text: those of points, distances, touches, beams, profiles and pixels as far
+/// as rows read them; `repeat`, `t_s`, orientation (as A, B, C), covariances, target, anchor,
+/// arrival, session, payload and temperatures where the campaign has them. The campaign is one
+/// before bind_touches() and points_to_coordinates(). Readings of a gauge, forces, strokes and
+/// motor torques are not written.
 std::string write_campaign(const Campaign& campaign,
                            const std::vector<JointName>& joints = six_axis_names());
 

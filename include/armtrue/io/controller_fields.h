@@ -18,7 +18,8 @@ struct Mastering {
   std::map<int, double> values;
 };
 
-/// Reads the file of either maker. Throws InputError for any other text, and for malformed numbers.
+/// Reads the file of KUKA or FANUC. Throws InputError for any other text, and for malformed
+/// numbers.
 Mastering read_mastering(const std::string& text, const std::string& file);
 
 /// CSV text of the fields in which a controller holds zero offsets, and KUKA a positioner: columns

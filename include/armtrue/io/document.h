@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// A product of keys and values. The string is its YAML text; json() has the same keys in the same
-/// order, with the same numbers.
+/// A product of keys and values. The string is its YAML text. json() has the same keys in the same
+/// order, with the same digits.
 class Document : public std::string {
  public:
   Document() = default;

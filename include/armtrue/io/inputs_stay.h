@@ -6,7 +6,8 @@
 
 namespace armtrue {
 
-/// A product would be written over a file that was read. The message names both, and the remedy.
+/// Thrown where a product would be written over a file that was read. The message names both files,
+/// and the remedy.
 class InputWouldBeLost : public OutputError {
   using OutputError::OutputError;
 };

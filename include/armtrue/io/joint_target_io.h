@@ -17,8 +17,7 @@ struct JointTarget {
 };
 
 /// Reads `pose,q1_deg..q6_deg`, or the columns of other joints, and `beam`, `contact` and `target`
-/// if they are there. Throws InputError, also for an id
-/// that is missing or occurs twice.
+/// if they are there. Throws InputError, also for an id that is missing or occurs twice.
 std::vector<JointTarget> read_joint_targets(
     const std::string& path, const std::vector<JointName>& joints = six_axis_names());
 

@@ -9,7 +9,8 @@
 
 namespace armtrue {
 
-/// Output that could not be written. The message names the path, the reason and the remedy.
+/// Thrown for output that could not be written. The message names the path, the reason and the
+/// remedy.
 class OutputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -41,15 +42,14 @@ struct Product {
 };
 
 /// Writes products that belong together: either all of them or none. None may be a file that was
-/// read, see InputsStay. A file that is replaced keeps its mode and, as far as the process may give
-/// them, its owner and group. Each is first written to a
-/// temporary file beside its path (`.part` and the process id) and synchronised to the disk. With
-/// several products, the old files are then renamed (`.old` and the process id), the last one
-/// first, and the new files get their names, the last one last. So the last product should be the
-/// one that refers to the others. If the process is killed in between, the old files remain, under
-/// their own or their `.old` names, and never a mixture of old and new. SIGINT, SIGTERM, SIGHUP and
-/// SIGQUIT wait until this is done. An output with is_device_or_pipe() is written to directly.
-/// Throws OutputError.
+/// read, see InputsStay. A file that is replaced keeps its mode and, as far as the process may set
+/// them, its owner and group. Each is first written to a temporary file beside its path (`.part`
+/// and the process id) and synchronised to the disk. With several products, the old files are then
+/// renamed (`.old` and the process id), the last one first, and the new files get their names, the
+/// last one last. So the last product should be the one that refers to the others. If the process
+/// is killed in between, the old files remain, under their own or their `.old` names, and never a
+/// mixture of old and new. SIGINT, SIGTERM, SIGHUP and SIGQUIT wait until this is done. An output
+/// with is_device_or_pipe() is written to directly. Throws OutputError.
 void write_outputs(const std::vector<Product>& products);
 
 /// The same with one product.

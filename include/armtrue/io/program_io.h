@@ -18,8 +18,9 @@ struct TextFile {
   std::string sha256;
 };
 
-/// The texts of a robot program. `with_dat`: the second is `dat` or, without it, the .dat file
-/// beside `path` with the same name, if there is one. Throws InputError if a file cannot be read.
+/// The texts of a robot program. If `with_dat`, the second is the file `dat` or, if that is empty,
+/// the .dat file beside `path` with the same name, if there is one. Throws InputError if a file
+/// cannot be read.
 std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
                                          bool with_dat);
 

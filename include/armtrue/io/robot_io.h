@@ -35,7 +35,8 @@ Robot parse_robot(const std::string& text, const std::string& file);
 /// The same from the text of the file; `name` and `sha256` are empty.
 RobotFile parse_robot_file(const std::string& text, const std::string& file);
 
-/// The document, with provenance if that names a command. Numbers read back exactly.
+/// The armtrue-robot/1 document of a robot, with provenance if that names a command. Numbers read
+/// back exactly.
 Document write_robot(const Robot& robot, const Provenance& provenance = {});
 
 }  // namespace armtrue

@@ -48,7 +48,7 @@ class Source {
   std::vector<char> buffer_;
   std::string converted_;  // the last line that was not in UTF-8
   size_t begin_ = 0, end_ = 0;
-  bool is_new_ = true;  ///< nothing was read
+  bool is_new_ = true;  // nothing was read
   bool at_end_ = false;
   int line_number_ = 0;
 };

@@ -51,12 +51,12 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           const KeptDerivatives& kept);
 
-/// The same, with the second derivatives of `beside`, a fold at a near x under the same law, and
-/// gradient and loss at `at`. It takes a small part of the time.
+/// Gradient and loss at `at`, with J^T W J and `bend` of `beside`: a fold by normal equations at a
+/// near x under the same law. It takes a small part of the time of a whole fold.
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           const KeptDerivatives& kept, const Fold& beside);
 
-/// The loss alone.
+/// Fold::loss, without derivatives.
 double total_loss(const ObservationModel::At& at, const ObservationModel& model,
                   const ReadingLaw& law);
 

@@ -17,7 +17,7 @@ namespace armtrue {
 /// The numbers of one reading: 1 or 3 of position, and 3 or none of orientation.
 using NumbersOfRow = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 
-/// Value of `fitted_effects` that fits every effect of the robot.
+/// As the number of fitted effects: every effect of the robot.
 inline constexpr int kAllEffects = std::numeric_limits<int>::max();
 
 /// For each target name of the campaign, the index of the robot's target. Throws
@@ -103,7 +103,8 @@ class ObservationModel {
   /// The number of a row's prediction.
   int prediction_of(int row) const { return prediction_.empty() ? row : prediction_[row]; }
 
-  /// Mean square over the rows of the value that multiplies a coefficient of the effects.
+  /// Mean square over the rows of the value that multiplies a coefficient of the effects; if
+  /// several values do, as for the lengths of arm.scale, the largest of their mean squares.
   double mean_square_value(int coefficient) const;
 
   /// The robot at x.
@@ -139,7 +140,7 @@ class ObservationModel {
     return campaign_.kind(row) == ReadingKind::touch &&
            contacts_[campaign_.touch[row].contact].beam >= 0;
   }
-  // Beams and cameras are mounted for themselves.
+  // Beams and cameras sit on the arm beside the targets: no target takes part in their readings.
   bool reads_target(int row) const {
     return campaign_.kind(row) != ReadingKind::pixel && !reads_beam(row);
   }
@@ -170,8 +171,8 @@ class ObservationModel {
 class ObservationModel::At {
  public:
   /// The residual of one row, in R_A: measured minus model, [m], and [rad] as the rotation vector
-  /// of measured * model^-1 (zero without orientations). The residual of a distance or a coordinate
-  /// is the first component, the others are zero. Not whitened.
+  /// of measured * model^-1 (zero without orientations). The residual of a length (distance,
+  /// coordinate, touch, beam or pixel) is the first component, the others are zero. Not whitened.
   Eigen::Matrix<double, 6, 1> residual(int row) const;
 
   /// Writes the whitened block of one row: row_size() x (unknowns() + 1), the derivatives of the
@@ -199,7 +200,8 @@ class ObservationModel::At {
   // The model's prediction of a row.
   struct Prediction {
     Pose frame;  // R_A from the measured frame, its origin at the target
-    // From that of the arm to the target, to the point of a board, or to where a beam ends.
+    // From the origin of the measured frame to the target, to the point of a board, or to where a
+    // beam ends, axes of R_A.
     Eigen::Vector3d lever{0, 0, 0};
     Eigen::Vector3d position;   // what the scale multiplies: of a point its place from the
                                 // instrument; of a length that length, as the first component
@@ -215,8 +217,8 @@ class ObservationModel::At {
   Prediction predict(int row, PoseJacobian* jacobian) const;
   // The same where R_A from the measured frame is known; `offset` is empty without effects.
   Prediction predict(int row, const Pose& a_from_measured, const Eigen::VectorXd& offset) const;
-  // Calls take(k, row, prediction) of the rows row_of(k) of all k < count, if kWithJacobian with
-  // the Jacobian of the arm.
+  // Calls take(k, row, prediction, Jacobian of the arm) for the row row_of(k) of each k < count;
+  // without the Jacobian unless kWithJacobian.
   template <bool kWithJacobian, typename RowOf, typename Take>
   void for_each_prediction(int count, const RowOf& row_of, const Take& take) const;
   enum class Turn { by_residual, none };  // of the derivatives of an orientation

@@ -27,20 +27,21 @@ struct SphereEquations {
 
 SphereEquations sphere_equations(const Eigen::Matrix3Xd& points);
 
-/// The base pose that best maps the robot's own points, without effects, onto the measured ones;
-/// fitted to all, then twice to the half with the smaller errors. Used where the base in the robot
-/// file is unknown.
+/// The base pose that best maps the robot's own points, without effects, onto the measured ones. It
+/// is fitted to all, then twice to the half with the smaller errors.
 /// Points (and coordinates, if there are four points): Umeyama's closed form. Distances: the place
 /// of each anchor in R_0 by trilateration, |p - a|^2 = l^2, linear in a and |a|^2, then the places
-/// are mapped onto those in the file. With two anchors the rotation of the base about the
-/// connecting line is kept, with one all rotations. Throws as match_anchors().
+/// are mapped onto those in the file. An anchor with fewer than five distances does not count. With
+/// two anchors the rotation of the base about the connecting line is kept, with one all rotations,
+/// with none the base. Throws as match_targets() and match_anchors().
 Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as in the first session of the campaign, with a base for
 /// each session. `kept`: indices of the identified parameters. If the base is among them and the
 /// median error is 80 mm or more, registered_base() replaces the base, if its error is smaller. If
-/// the error is still above 20 mm (or 0.3 rad) and the tool is among them, too, both are replaced
-/// by those of place_base_and_tool(). with_contacts_fitted() places contacts among them.
+/// the tool is among them, too, the error was 80 mm or 0.3 rad or more, and stays above 20 mm or
+/// 0.3 rad with the registered base, those of place_base_and_tool() replace base and tool, if their
+/// error is smaller. with_contacts_fitted() places contacts among them.
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept);
 
 }  // namespace armtrue

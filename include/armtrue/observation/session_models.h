@@ -27,8 +27,8 @@ class SessionModels {
   enum class Split { by_session, by_target };
 
   /// `geometric`, `sigma`, `fitted_effects`: as for ObservationModel. Split by target only where
-  /// the places of targets are most of the unknowns. The campaign is not copied unless it has
-  /// several groups: it must outlive the models.
+  /// the places of targets are most of the unknowns. One session that the robot does not list is
+  /// not copied; in any case the campaign must outlive the models.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
                 const ReadingSigma& sigma, int fitted_effects = kAllEffects,
                 Split split = Split::by_session);
@@ -114,7 +114,8 @@ class SessionModels {
   void enter_model(int group, const Robot& alone, const Campaign& readings,
                    const ReadingSigma& sigma, int fitted_effects);
   void find_runs();
-  // Copies the columns of one group's model to their places among the unknowns, the residual last.
+  // Copies the columns of one group's model to the columns of its unknowns in x; the residual stays
+  // the last one.
   void scatter(int group, const Eigen::Ref<const Eigen::MatrixXd>& block,
                Eigen::Ref<Eigen::MatrixXd> out) const;
 

@@ -16,12 +16,12 @@ struct PlanOptions : CloudOptions {
   std::optional<Zone> zone;  ///< where the arm must be accurate; empty: everywhere
 };
 
-/// Expected quality of a geometric calibration from some poses and the given ones.
+/// Expected quality of a geometric calibration from the given poses and some planned ones.
 struct PlanQuality {
   double log_determinant;               ///< of M = J^T W J [SI]; -inf if rank-deficient
   std::array<double, 5> observability;  ///< O1 ... O5, see calibration.h
   /// Expected RMS error of the predicted position, three axes together [m]:
-  /// sqrt(mean of tr(J_p M^-1 J_p^T)), J_p the position Jacobian; over the cloud of candidates, and
+  /// sqrt(mean of tr(J_p M^-1 J_p^T)), J_p the position Jacobian; the mean over the candidates, and
   /// over the zone (0 without a zone). Infinite if M is rank-deficient.
   double cloud_deviation, zone_deviation;
 
@@ -44,17 +44,17 @@ class PosePlanner {
   ///     without a zone maximises log det M (D-optimal; for robots Borm and Menq 1991),
   ///     with a zone minimises the mean of tr(J_p M^-1 J_p^T) over the zone (I-optimal).
   /// The same seed gives the same plan. Over the whole travel, random poses are nearly as good;
-  /// planning helps for a zone, in a box, and if poses are few.
+  /// planning helps for a zone, in a box, and if poses are few. Throws std::invalid_argument for a
+  /// larger `count`.
   std::vector<PlannedPose> plan(int count) const;
 
-  /// Returns random poses under the same limits, for comparison.
+  /// Random poses under the same limits, for comparison.
   std::vector<PlannedPose> random(int count, std::uint64_t seed) const;
 
   PlanQuality quality(const std::vector<PlannedPose>& poses) const;
 
-  /// Returns the smallest number of poses that determines all unknowns, more than `too_few`;
-  /// nothing if no number does. Random poses are tried, because the choice of poses hardly matters
-  /// for this.
+  /// The smallest number of poses above `too_few` that determines all unknowns; nothing if no
+  /// number does. Random poses are tried, because the choice of poses hardly matters for this.
   std::optional<int> fewest_that_determine(int too_few, std::uint64_t seed) const;
 
  private:

@@ -14,19 +14,19 @@
 
 namespace armtrue {
 
-/// Limits of the planned poses, and what is measured at them; given poses decide for themselves
-/// what.
+/// Limits of the planned poses, and what is measured at them. If poses are given, what is measured
+/// is what was measured there.
 struct CloudOptions : ReadingKinds {
   std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
   /// Height in R_0 that no link origin of the arm and no point of the tool passes [m]; absent: that
-  /// of the robot. The origin of a slider's frame does not count: a slider has a direction, and no
+  /// of the robot. The origin of a prismatic link does not count: its axis has a direction and no
   /// place.
   std::optional<double> floor;
   std::uint64_t seed = 1;
 };
 
 std::vector<JointVector> configurations(const std::vector<PlannedPose>& poses);
-/// Poses that an instrument reads.
+/// Poses of these configurations, without touches and images.
 std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configurations);
 
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
@@ -41,8 +41,8 @@ struct PoseCloud {
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
   ReadingSigma noise;  ///< the robot's; 0.1 mm, 0.1 mrad, 0.2 px where it states none
-  /// Of images, or several kinds, each row has its own: that which given rows of its kind state, or
-  /// else these [m, px], all times a factor.
+  /// With images or several kinds of readings each row states its own noise: the median that given
+  /// rows of its kind state, else these [m, px]. All are multiplied by the factor.
   double noise_length = 0, noise_pixel = 0, noise_factor = 1;
   std::map<ReadingKind, double> stated_noise;
   std::vector<PlannedPose> poses;
@@ -58,10 +58,10 @@ inline constexpr int kCloudSize = 2000;
 /// lets a beam read a plane, `given` has line profiles, or no allowed parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
 
-/// Returns random poses under the limits of the cloud.
+/// Random poses under the limits of the cloud.
 std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed);
 
-/// Returns the poses of the cloud and the given ones, each pose once.
+/// The poses of the cloud and the given ones, each pose once.
 std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 
 /// The predicted points of every target, once for each anchor; without noise and context.
@@ -70,7 +70,7 @@ Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configur
 /// Which corners of an image readings() has.
 enum class Corners {
   all,
-  some,  ///< twelve that span it, with the weight of all
+  some,  ///< at most twelve that span it, with the weight of all
 };
 
 /// What would be read there, without noise; only its derivatives count.
@@ -81,12 +81,12 @@ Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses,
 /// ObservationModel takes it.
 ReadingSigma sigma_of(const PoseCloud& cloud, const Campaign& campaign);
 
-/// Raises the noise to the spread of the given readings; where nothing states a noise, it takes
-/// the spread as it is.
+/// Raises the noise to the spread of the given readings. Where nothing states a noise, the spread
+/// replaces it, also if it is smaller.
 void raise_noise(PoseCloud& cloud, const ReadingSigma& spread);
 
-/// Rows of derivatives of such readings, equally many for each pose: zeros fill up poses with
-/// fewer.
+/// Rows of derivatives of readings(), equally many for each pose: rows of zeros are added to poses
+/// with fewer.
 Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& rows);
 
 /// A triangle R with R^T R = J^T J, J the whitened derivatives of the given poses with respect to
@@ -95,7 +95,7 @@ Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& ro
 /// last.
 Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot);
 
-/// Returns whether no link origin, point of the tool or target is below the floor of the cloud.
+/// Whether no link origin, point of the tool or target is below the floor of the cloud.
 bool is_above_floor(const PoseCloud& cloud, const JointVector& q);
 
 }  // namespace armtrue

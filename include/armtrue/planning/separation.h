@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// Two effects that a campaign cannot separate; the first is assumed to be true.
+/// Two effects that a campaign cannot separate. `truth` is assumed to be the true one.
 struct SeparatedPair {
   Effect truth;  ///< of the size at which it explains what the found effect explains
   Effect rival;  ///< fitted to the readings of `truth`, with the geometry and all other effects

@@ -11,7 +11,7 @@
 
 namespace armtrue {
 
-/// Input of calibration_page() beside the fit.
+/// Input of calibration_page() besides the fit.
 struct CalibrationStory {
   std::vector<GrossPose> gross;       ///< poses that no fit used
   std::optional<Robot> nominal;       ///< with base and tool fitted to the readings

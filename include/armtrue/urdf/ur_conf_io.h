@@ -11,8 +11,8 @@ namespace armtrue {
 /// `delta_a`, `delta_d` and `delta_alpha`, six numbers each [rad, m], which are added to the DH
 /// parameters of the type in the standard convention,
 ///     R_{j-1} from R_j = Rot(z, theta_j) Trans(z, d_j) Trans(x, a_j) Rot(x, alpha_j).
-/// Where two axes are almost parallel their common normal lies metres beside the arm, and d with
-/// it.
+/// Where two axes are almost parallel, their common normal may lie metres beside the arm: delta_d
+/// is then that large.
 bool is_ur_conf(const std::string& text);
 
 /// The arm of such a file with frames as parse_urdf() lays them. `nominal`: the arm of the type by

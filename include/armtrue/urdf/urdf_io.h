@@ -74,13 +74,13 @@ struct UrdfKept {
 struct FrameShift {
   double distance = 0;  ///< [m]
   double angle = 0;     ///< [rad]
-  std::string of_link;  ///< where the frame is, if the name matters
+  std::string of_link;  ///< of tool_left_out: the link of the tip
 };
 
-/// The result of write_into_urdf() and its like.
+/// The result of write_into_urdf(), write_into_ur_calibration() and write_into_ur_conf().
 struct PatchedUrdf {
   std::string text;
-  FrameShift base, tool;  ///< 0 if kept
+  FrameShift base, tool;  ///< change of the base and of the tool; 0 if kept
   /// Shift of a tool that the document cannot hold, because its tip turns with the last joint and
   /// so lies on the axis: the tool is kept, and this shift is not written.
   FrameShift tool_left_out;

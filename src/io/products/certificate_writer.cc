@@ -1,4 +1,3 @@
-#include <cmath>
 
 #include "armtrue/io/products/certificate_io.h"
 #include "armtrue/kinematics/units.h"

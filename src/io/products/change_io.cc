@@ -13,7 +13,7 @@ namespace {
 YAML::Node change_node(const KinematicChain& chain, const ParameterChange& change) {
   const DisplayUnit in_files = unit_in_files(chain, change.parameter);
   const double unit = in_files.si;
-  // A number without a unit has none in its keys.
+  // The keys of a number without a unit have no suffix.
   const std::string suffix = in_files.name == "1" ? "" : "_" + in_files.name;
   YAML::Node node, interval;
   for (double bound : change.ci95) interval.push_back(rounded(bound / unit));

@@ -44,7 +44,7 @@ std::string inner_text(YamlMap& map) {
   return text;
 }
 
-// An effect of a loop document, whose numbers nobody needs the robot for.
+// An effect of a loop document, whose numbers state their units: no robot is needed.
 NamedEffect named_effect(YamlMap map) {
   NamedEffect effect{map.text("name"),  map.text("parameter"), map.text("driver"),
                      map.text("shape"), inner_text(map),       {}};

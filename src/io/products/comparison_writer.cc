@@ -1,4 +1,3 @@
-#include <algorithm>
 
 #include "armtrue/io/products/comparison_io.h"
 #include "armtrue/kinematics/joint_names.h"
@@ -27,7 +26,7 @@ const char* word_of(Shared shared) {
   return "unknown";
 }
 
-// Of a parameter the ending of the keys, as in `change_mm`; of a number without a unit none.
+// The ending of the keys of a parameter, such as _mm of `change_mm`; empty without a unit.
 std::string ending_of(const DisplayUnit& unit) { return unit.name == "1" ? "" : "_" + unit.name; }
 
 void add_number(const NumberChange& number, double unit, const std::string& ending,

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kWorst = 3;  // that a summary names
 
-// A number that a correction changes has check digits.
+// The text of a command: with check digits if the correction changes it.
 std::string command_text(double si, double programmed, double unit) {
   const int decimals = command_decimals(unit), with_check = decimals + kCheckDecimals;
   const double value = si / unit;
@@ -119,7 +119,7 @@ class CommandWriter {
     return {p.x(), p.y(), p.z(), abc.x(), abc.y(), abc.z()};
   }
 
-  // Bits beyond those of six joints, of external axes, stay.
+  // KUKA's turn bits: bit j is set if q_j < 0. Bits of external axes stay.
   static int turn_of(int stated, const JointVector& q) {
     int turn = stated & ~0x3f;
     for (int j = 0; j < kProgramAxes; ++j)

@@ -15,14 +15,14 @@ namespace armtrue {
 YAML::Node interval_node(const std::array<double, 2>& bounds, double unit);
 
 YAML::Node error_node(const ErrorSummary& errors, double unit);
-/// Of each axis.
+/// The errors of each axis.
 YAML::Node axes_node(const std::vector<AxisErrors>& axes);
 /// Lengths, each axis, and what add_kinds() adds.
 YAML::Node errors_node(const PoseErrors& errors);
-/// Of images the errors in pixels, beside those in mm at the board, and how much a pixel shows; of
-/// several kinds of readings the errors of each.
+/// Adds, of images, the errors in pixels and the length of a pixel at the board; of several kinds
+/// of readings, the errors of each kind.
 void add_kinds(const PoseErrors& errors, YAML::Node node);
-/// What an unseen error of scale would cost.
+/// The position errors that an unobservable error of scale would cause.
 YAML::Node unseen_scale_node(const UnseenScale& scale);
 
 YAML::Node noise_node(const NoiseFloor& noise);

@@ -1,7 +1,5 @@
 #include "armtrue/io/products/mirror_io.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

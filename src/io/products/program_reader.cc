@@ -4,8 +4,6 @@
 #include <array>
 #include <optional>
 #include <ranges>
-#include <set>
-#include <span>
 
 #include "armtrue/io/products/compensation_io.h"
 #include "armtrue/kinematics/units.h"
@@ -50,7 +48,8 @@ class ProgramReader {
                          "it is another");
   }
 
-  // The columns may have other names, or stand in another file.
+  // Refuses corrected numbers by their check digits: a product of compensate may have got other
+  // column names, or its columns may be in another file.
   void refuse_corrections() const {
     struct Written {
       double unit;  // of what compensate wrote, in SI

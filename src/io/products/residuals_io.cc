@@ -20,8 +20,7 @@ int axis_of(const Campaign& campaign, int row) {
   return kind == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
 }
 
-// Of each row the length of the error of its reading: rows that read coordinates of one point share
-// it.
+// For each row the length of the error of its reading, the same for the rows of one point.
 std::vector<double> errors_of_readings(const Residuals& part) {
   std::vector<double> errors;
   errors.reserve(part.of_row.size());

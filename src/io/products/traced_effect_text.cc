@@ -1,7 +1,5 @@
 #include "io/products/traced_effect_text.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "armtrue/kinematics/parameters.h"

@@ -64,7 +64,7 @@ void read_grid(YamlMap& map, Contact& contact) {
           {std::to_string(contact.points.size()), Eigen::Vector3d(column, row, 0) * pitch});
 }
 
-// As import-readings --board has it.
+// A board pattern in the form of import-readings --board.
 void read_pattern(YamlMap& map, Contact& contact) {
   const std::string text = map.text("pattern");
   try {
@@ -74,7 +74,7 @@ void read_pattern(YamlMap& map, Contact& contact) {
   }
 }
 
-// A scale, a distance and a turn follow from an image only if its points span a plane.
+// Whether the points span a plane: only then an image shows the pose of the board.
 bool spans_plane(const std::vector<ArtefactPoint>& points) {
   constexpr double kFlat = 1e-3;  // of the length
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();

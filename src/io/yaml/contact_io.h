@@ -1,8 +1,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "armtrue/kinematics/chain.h"
 #include "io/yaml/yaml_map.h"

@@ -15,7 +15,8 @@
 namespace armtrue {
 namespace {
 
-// Names of parameters in the file would be those of another chain than the one that is written.
+// Throws InputError if the file states values of parameters: conversion changes the chain, and so
+// what their names mean.
 void refuse_parameters(YamlMap& document, const std::string& why) {
   for (const char* key : {"sessions", "effects", "priors", "std", "uncertainty"})
     if (document.has(key) && !(std::string(key) == "effects" && document.maps(key).empty()))
@@ -37,7 +38,7 @@ KinematicChain read_chain(YamlMap& map) {
   return chain;
 }
 
-// The chain from the part to the tool in place of the one from the foot.
+// Replaces the chain from the foot of the arm by the chain from the part to the tool.
 void begin_with_positioner(YamlMap& document, const KinematicChain& positioner, Robot& robot) {
   PartToFoot way;
   try {
@@ -109,7 +110,7 @@ void read_links(YamlMap& map, KinematicChain& chain) {
 
 namespace {
 
-// Alpha and d of the last row lie behind its joint, but before the flange: a fixed link.
+// Alpha and d of the last row act behind its joint and before the flange: they become a fixed link.
 void keep_flange(YamlMap& document, const KinematicChain& rows, Robot& robot) {
   const Link& last = rows.links.back();
   if (last.alpha == 0 && last.d == 0) return;

@@ -81,7 +81,7 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
 
 namespace {
 
-// In their order, and since which of them the effect stands.
+// The sessions in their order, and the first one with the effect.
 void read_sessions(YamlMap& map, Effect& effect) {
   std::vector<std::string>& sessions = effect.driver.sessions;
   sessions = map.texts("sessions");
@@ -132,7 +132,7 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
 
 namespace {
 
-// Names of the coefficients by their places, as the writer gives them; empty if so many cannot be.
+// Names of the coefficients in the order of the writer; empty if `count` does not fit the effect.
 std::vector<std::string> names_by_place(const Effect& effect, size_t count) {
   const size_t members =
       effect.driver.kind == DriverKind::moment ? 1 : group_size(effect.parameter);
@@ -154,8 +154,9 @@ struct Entry {
   std::string unit;
 };
 
-// Puts entries into the order of their names, if these are the names of the places. Other names are
-// labels, and the places count; an amplitude and a phase are no coefficients.
+// Sorts the entries into the order `names`, if their names are these. Other names are labels: the
+// entries keep their order. Throws InputError for one of `names` in another place, and for an
+// amplitude or a phase.
 void put_in_order(const YamlMap& map, const std::vector<std::string>& names,
                   std::vector<Entry>& entries) {
   if (names.size() < 2) return;

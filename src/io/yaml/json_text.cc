@@ -16,8 +16,8 @@ namespace {
 constexpr char32_t kFirstHalves = 0xD800, kSecondHalves = 0xDC00, kAfterHalves = 0xE000;
 constexpr char32_t kBeyond = 0x10000;  // characters from here on have two halves
 
-// Readers of YAML, which read this too, take an unprintable character only where it is escaped.
-// None of those has two halves.
+// A text in quotes. Unprintable characters are escaped, because readers of YAML, which read this
+// too, accept them only so. None of them needs a surrogate pair.
 std::string text_of(const std::string& text) {
   const std::string utf8 = as_utf8(text);
   std::string json = "\"";

@@ -10,9 +10,8 @@ namespace armtrue {
 /// on one line there stands on one line here.
 std::string json_text(const YAML::Node& root);
 
-/// A text of JSON, which begins with {, with each character beyond the first 65,536 as itself: JSON
-/// may write it in two halves, such as \ud83e\uddbe, which YAML does not know. Other texts come
-/// back as they are.
+/// A text of JSON, which begins with {, with surrogate pairs such as \ud83e\uddbe replaced by their
+/// characters: YAML does not know such pairs. Other texts come back unchanged.
 std::string with_whole_characters(std::string text);
 
 }  // namespace armtrue

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "armtrue/kinematics/names.h"
@@ -50,7 +49,7 @@ void read_travel(YamlMap& map, Link& link) {
 
 }  // namespace
 
-// In braces the numbers are read in their order, so that a message names the first that is wrong.
+// Braces fix the order of evaluation, so that a message names the first wrong number.
 Eigen::Vector3d read_position(YamlMap& map) {
   return kMillimetre * Eigen::Vector3d{map.number("x_mm"), map.number("y_mm"), map.number("z_mm")};
 }

@@ -37,8 +37,8 @@ bool take_any(std::string_view& text, std::string_view characters) {
   return true;
 }
 
-// All forms of YAML 1.1 and 1.2: digits that underscores part, an octal, hexadecimal or binary
-// number, sexagesimal places, a point, an exponent, .inf and .nan.
+// All forms of YAML 1.1 and 1.2: digits with underscores between them, octal, hexadecimal, binary
+// and sexagesimal numbers, a point, an exponent, .inf and .nan.
 bool may_be_a_number(std::string_view text) {
   take_any(text, "+-");
   if (text.size() > 2 && text[0] == '0' && std::string_view("xXoObB").find(text[1]) != text.npos) {

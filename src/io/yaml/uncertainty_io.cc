@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -14,8 +13,8 @@
 namespace armtrue {
 namespace {
 
-// The number of rows of the lower triangle with so many numbers; 0 if they make none of the
-// parameters and the coefficients of the first effects.
+// The number of rows of a lower triangle with so many numbers; 0 if it is not that of the
+// parameters and the coefficients of none, some or all of the first effects.
 Eigen::Index rows_of_root(size_t numbers, size_t parameters, const std::vector<Effect>& effects) {
   size_t rows = parameters;
   if (numbers == rows * (rows + 1) / 2) return rows;

@@ -6,8 +6,8 @@
 namespace armtrue {
 
 /// The robot file's `uncertainty`, its root as a lower triangle, row by row. It is that of the
-/// parameters and of the coefficients of all `effects`, or of the first of them: a predictor has
-/// more, whose uncertainty nobody states. Throws InputError, also if the root has another size.
+/// parameters and of the coefficients of all `effects`, or of the first ones: the uncertainty of
+/// the others is then not stated. Throws InputError, also if the root has another size.
 Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
                              const std::vector<Effect>& effects);
 YAML::Node uncertainty_node(const Uncertainty& uncertainty);

@@ -1,7 +1,5 @@
 #include "io/yaml/yaml_text.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "armtrue/effects/gravity_basis.h"
@@ -14,7 +12,7 @@
 namespace armtrue {
 namespace {
 
-// The tag of YAML for a scalar whose characters say what it is, as against a text.
+// The tag of YAML for a plain scalar, whose characters decide its type; texts do not have it.
 constexpr const char* kPlain = "?";
 
 YAML::Node plain(const std::string& text) {
@@ -55,8 +53,8 @@ const char* si_name(ParameterUnit unit) {
   return "1";
 }
 
-// Unit of the parameter that a coefficient moves. In a group the first half of the coefficients
-// moves x, y and z; if the driver is a moment, all turn it.
+// Unit of the parameter that a coefficient moves. In a pose the first half of the coefficients
+// moves x, y and z, the others rotate; with the driver `moment` all rotate.
 ParameterUnit unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain) {
   if (group_size(effect.parameter) == 6 && effect.driver.kind != DriverKind::moment &&
       2 * coefficient < effect.coefficients.size())

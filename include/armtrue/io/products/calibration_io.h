@@ -26,8 +26,8 @@ struct CalibrationFindings {
 /// parameter with the parameters that absorb it.
 Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
                            const Provenance& provenance, const CalibrationFindings& findings);
-/// `evaluation`: evaluate(result.robot, campaign), by value, because that of many readings is as
-/// large as they are.
+/// `evaluation`: evaluate(result.robot, campaign). It is moved in, because it is as large as the
+/// campaign.
 Document write_calibration(const CalibrationResult& result, const Campaign& campaign,
                            Evaluation evaluation, const Provenance& provenance,
                            const CalibrationFindings& findings);

@@ -18,12 +18,12 @@ struct RunFile {
   std::string name, sha256;
   Provenance provenance;
   std::optional<RobotFile> robot;    ///< of a robot file
-  std::vector<NamedEffect> effects;  ///< with a name
+  std::vector<NamedEffect> effects;  ///< those that have a name, not the remainder
   std::optional<RunErrors> errors;   ///< of a loop or an evaluation
 };
 
-/// Reads an armtrue-robot/1, armtrue-loop/1 or armtrue-summary/1 document. Throws InputError, for a
-/// certificate with the command that compares it.
+/// Reads an armtrue-robot/1, armtrue-loop/1 or armtrue-summary/1 document. Throws InputError for
+/// any other; for a certificate the message names the command that compares it.
 RunFile read_run(const std::string& path);
 
 /// The run as compare_runs() takes it; refers to `run`. The first input of a run is its robot;

@@ -18,8 +18,8 @@ struct Residuals {
   std::vector<Prediction> predictions{};  ///< of each row; empty if the robot has no uncertainty
 };
 
-/// Measured minus model, in R_A; the residual of a distance stands in the column dl_mm. The rows of
-/// the campaigns follow one another.
+/// CSV of the residuals, measured minus model, in R_A; the residual of a distance is in the column
+/// dl_mm. The rows of the campaigns follow one another.
 std::string write_residuals(const std::vector<Residuals>& campaigns);
 
 /// The residuals of a robot on a campaign that was split, then on the poses of another file, all
