@@ -85,6 +85,14 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         record.source, doubts.turned->turned / kDegree,
         std::abs(doubts.turned->along) / kMillimetre,
         doubts.turned->along > 0 ? "ahead" : "behind"));
+  if (doubts.open)
+    command.warn(fmt::format(
+        "{}:{}: the program ends where it starts, and the record from here to line {} ends {:.3g} "
+        "mm beside its start; where the tool starts, stops and turns, its deviation changes by "
+        "{:.3g} mm in all. Did the instrument drift, or was it or the part moved? The correction "
+        "carries that into the part; measure the pass again",
+        record.source, record.line[doubts.open->first], record.line[doubts.open->last],
+        doubts.open->apart / kMillimetre, doubts.open->changes / kMillimetre));
   if (doubts.unfollowed)
     command.warn(fmt::format(
         "{}:{}: from here to line {} the program bends by {:.3g} mm (rms), and the record follows "

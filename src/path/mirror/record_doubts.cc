@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/path/mirror/path_deviation.h"
@@ -191,6 +192,47 @@ std::optional<TurnedRecord> find_turn(const Eigen::Matrix3Xd& position,
   return TurnedRecord{turned, median({in_motion.along.begin(), in_motion.along.end()})};
 }
 
+std::optional<OpenRecord> find_open(const Path& programmed, const Eigen::Matrix3Xd& deviation,
+                                    const Eigen::Matrix3Xd& velocity,
+                                    const std::vector<bool>& straight_on,
+                                    const std::vector<Index>& sample) {
+  constexpr double kSamePlace = 1e-5;  // [m]
+  constexpr double kStands = 1e-6;     // [m/s]
+  constexpr double kUsual = 0.95;      // a knock makes the others
+  const Index count = deviation.cols();
+  const Eigen::Vector3d across_ends =
+      programmed.position.rightCols<1>() - programmed.position.leftCols<1>();
+  if (across_ends.norm() > kSamePlace) return std::nullopt;
+  Index begin = 0, end = count;
+  while (begin < count && velocity.col(begin).norm() <= kStands) ++begin;
+  while (end > begin && velocity.col(end - 1).norm() <= kStands) --end;
+  if (begin < kSamplesBeside || count - end < kSamplesBeside || end - begin < 6 * kSamplesBeside)
+    return std::nullopt;
+  const auto mean_from = [&](Index k) -> Eigen::Vector3d {
+    return deviation.middleCols(k, kSamplesBeside).rowwise().mean();
+  };
+  double starts = 0, stops = 0, bends = 0;
+  std::vector<double> smooth;
+  for (Index k = kSamplesBeside; k + kSamplesBeside <= count; ++k) {
+    const double change = (mean_from(k) - mean_from(k - kSamplesBeside)).norm();
+    if (k <= begin + 2 * kSamplesBeside)
+      starts = std::max(starts, change);
+    else if (k >= end - 2 * kSamplesBeside)
+      stops = std::max(stops, change);
+    else if (straight_on[k])
+      smooth.push_back(change);
+    else
+      bends = std::max(bends, change);
+  }
+  if (!smooth.empty()) bends = std::max(bends, quantile(std::move(smooth), kUsual));
+  const OpenRecord found{
+      sample[begin], sample[end - 1],
+      (mean_from(count - kSamplesBeside) - mean_from(begin - kSamplesBeside)).norm(),
+      starts + bends + stops};
+  if (found.apart <= found.changes) return std::nullopt;
+  return found;
+}
+
 std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
                                 const Eigen::Matrix3Xd& velocity) {
   constexpr size_t kQuarters = 4;
@@ -339,16 +381,20 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   if (good.size() < 3) return {};
   const Eigen::Matrix3Xd position = joined.position(Eigen::all, good);
   const Eigen::Matrix3Xd wanted = position_at(programmed, joined.time(good));
-  const auto step = find_step(position - wanted, straight_on(programmed, joined.time(good)), good);
+  const Eigen::VectorXd time = joined.time(good);
+  const Eigen::Matrix3Xd deviation = position - wanted, velocity = velocity_at(programmed, time);
+  const std::vector<bool> straight = straight_on(programmed, time);
+  const auto step = find_step(deviation, straight, good);
   const auto rigid = step ? std::nullopt : find_rigid(position, wanted);
-  const auto turned = step || rigid ? std::nullopt
-                                    : find_turn(wanted, position - wanted,
-                                                velocity_at(programmed, joined.time(good)));
+  const auto turned = step || rigid ? std::nullopt : find_turn(wanted, deviation, velocity);
+  const auto open =
+      step || turned ? std::nullopt : find_open(programmed, deviation, velocity, straight, good);
   return {step,
           rigid,
           turned,
-          find_unfollowed(position, wanted, joined.time(good), good),
-          find_lag(position - wanted, velocity_at(programmed, joined.time(good))),
+          open,
+          find_unfollowed(position, wanted, time, good),
+          find_lag(deviation, velocity),
           feed_of(programmed, joined, without(measured, bad))};
 }
 

@@ -23,6 +23,14 @@ struct RigidDeviation {
   double turned;         ///< [rad]
 };
 
+/// A record that does not end where it began, of a program that does. Both ends are means of
+/// samples in which the tool stands.
+struct OpenRecord {
+  Eigen::Index first, last;  ///< the samples of the record between which the program moves
+  double apart;              ///< [m]
+  double changes;            ///< what the tool may be apart, see RecordDoubts [m]
+};
+
 /// A stretch in which the record does not follow the shape of the program.
 struct UnfollowedShape {
   Eigen::Index first, last;  ///< samples of the record
@@ -64,6 +72,13 @@ struct RecordDoubts {
   /// standing ends, where neither clock nor lag moves it. Arms err by 1 to 2 mm in a metre, which
   /// turns a part by 0.1 deg. Empty if `rigid` is present.
   std::optional<TurnedRecord> turned;
+  /// Present if the program ends where it starts, with ten samples of the record at least in which
+  /// it stands, there and here, and these are farther apart than the changes of the deviation where
+  /// the tool starts, where it stops, and the largest at a corner (elsewhere, 19 of 20 are below
+  /// it), all three together. They are changes from ten samples to the next ten, so they contain
+  /// the noise, and backlash, which an arm that came from another side takes up there.
+  /// Empty if `step` or `turned` is present.
+  std::optional<OpenRecord> open;
   /// Takes halves and quarters of the samples. There p and m are the differences of the program and
   /// of the record from their best straight motion with constant velocity. Present if p is above 2
   /// mm (rms) and <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
