@@ -245,12 +245,13 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   if (certificate.decision == Decision::undecided &&
       decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance) ==
           Decision::pass)
-    certificate.notes.push_back(fmt::format(
-        "With what the fit of {} to few poses hides, AP may be {}: the tolerance is not known to be "
-        "met; measure more poses.",
-        options.refitted,
-        std::isfinite(with_hidden) ? fmt::format("{:.3g} mm", with_hidden / kMillimetre)
-                                   : "anything"));
+    certificate.notes.push_back(
+        fmt::format("With what the fit of {} to few poses hides, AP may be {}: the tolerance is "
+                    "not known to be "
+                    "met; measure more poses.",
+                    options.refitted,
+                    std::isfinite(with_hidden) ? fmt::format("{:.3g} mm", with_hidden / kMillimetre)
+                                               : "anything"));
   certificate.path = options.path;
   if (certificate.path) {
     certificate.path_budget = budget_of(about.stated, certificate.path->scatter,

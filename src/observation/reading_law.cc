@@ -222,7 +222,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
 }
 
 ReadingSigma sigma_with_prior(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
-                                const ReadingSigma& expected, bool has_orientation) {
+                              const ReadingSigma& expected, bool has_orientation) {
   constexpr double kDeviation = 2, kCorrelation = 0.875;  // their ratio: deviation 1
   constexpr int kMaxSweeps = 200;                         // each leaves rho^2 of the error at most
   constexpr double kTolerance = 1e-9;

@@ -118,14 +118,13 @@ class Discrimination {
         root.compute(variance);
         const Eigen::MatrixXd seen =
             root.matrixL().solve(left.middleCols(i * block_, block_).transpose());
-        const Eigen::MatrixXd information =
-            fitted.members + seen.transpose().lazyProduct(seen);
+        const Eigen::MatrixXd information = fitted.members + seen.transpose().lazyProduct(seen);
         for (const Pair& pair : pairs_)
           if (pair.contest == k && pair.by_poses)
-            smallest[i] = std::min(smallest[i],
-                                   Imitation(information, contests_[k].members[pair.truth],
-                                             contests_[k].members[pair.rival])
-                                       .left);
+            smallest[i] =
+                std::min(smallest[i], Imitation(information, contests_[k].members[pair.truth],
+                                                contests_[k].members[pair.rival])
+                                          .left);
       }
     }
     return smallest;
@@ -249,9 +248,9 @@ class Separation {
       for (size_t i = 0; i < pairs_.size(); ++i) {
         if (pairs_[i].contest != k) continue;
         const Contest::Member& truth = contests_[k].members[pairs_[i].truth];
-        powers[i] = power(
-            Imitation(fitted.members, truth, contests_[k].members[pairs_[i].rival]).left,
-            truth.count);
+        powers[i] =
+            power(Imitation(fitted.members, truth, contests_[k].members[pairs_[i].rival]).left,
+                  truth.count);
       }
     }
     return powers;

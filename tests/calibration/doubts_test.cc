@@ -158,16 +158,20 @@ TEST(NotConverged, IsSaidOfAFitThatDidNot) {
   EXPECT_THAT(not_converged(fit), HasSubstr("not converged after 50 iterations"));
 }
 
-// Least squares of nine unknowns through the coordinates of random errors, of few poses and of many: the bound holds in 97.7 %.
+// Least squares of nine unknowns through the coordinates of random errors, of few poses and of
+// many: the bound holds in 97.7 %.
 TEST(MostWithHidden, HoldsAsOftenAsItSays) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  const auto drawn = [&](auto&& matrix) { return matrix.unaryExpr([&](double) { return normal(random); }); };
+  const auto drawn = [&](auto&& matrix) {
+    return matrix.unaryExpr([&](double) { return normal(random); });
+  };
   for (const int numbers : {12, 15, 24, 120}) {
     constexpr int kUnknowns = 9, kDraws = 4000;
     const Eigen::MatrixXd columns = drawn(Eigen::MatrixXd::Zero(numbers, kUnknowns)).eval();
     const Eigen::HouseholderQR<Eigen::MatrixXd> fit(columns);
-    const double most = most_with_hidden({kUnknowns, static_cast<double>(numbers - kUnknowns), ""}, 0.977);
+    const double most =
+        most_with_hidden({kUnknowns, static_cast<double>(numbers - kUnknowns), ""}, 0.977);
     int held = 0;
     for (int draw = 0; draw < kDraws; ++draw) {
       const Eigen::VectorXd errors = drawn(Eigen::VectorXd::Zero(numbers)).eval();

@@ -93,8 +93,8 @@ HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& 
                             const Campaign& campaign);
 
 /// The RMS error with what the fit hides, over the RMS that it left, which is not exceeded with a
-/// `probability`. If all numbers err alike, u unknowns take up squares that are to the squares of the
-/// f numbers left as u / f F, with F of Fisher's law:
+/// `probability`. If all numbers err alike, u unknowns take up squares that are to the squares of
+/// the f numbers left as u / f F, with F of Fisher's law:
 ///     sqrt(1 + u / f F(u, f)).
 /// 1 if nothing is fitted, infinite if no number is left.
 double most_with_hidden(const HiddenError& hidden, double probability);

@@ -16,7 +16,8 @@ namespace armtrue {
 ///   visit of their pose in all digits; chance is computed from the step of the coordinates and the
 ///   scatter of the other visits. Or most poses have only such visits; or they are another visit
 ///   with fewer digits;
-/// - visits that are not of their pose, see find_stray_visits(), unless one of the next two explains
+/// - visits that are not of their pose, see find_stray_visits(), unless one of the next two
+/// explains
 ///   them. What follows is then asked of the others;
 /// - two nests of the reflector: the visits of a pose lie at two places, apart by the same vector
 ///   in the axes of the tool, and no direction of arrival of a joint tells which. The distances

@@ -32,8 +32,8 @@ std::vector<StrayVisit> find_stray_visits(const Campaign& campaign, const Evalua
 /// A sentence with lines, poses, distances and remedy; empty if there are none.
 std::string strays_in_words(const Campaign& campaign, const std::vector<StrayVisit>& strays);
 
-/// A sentence on the visit that is farthest from its commanded place if that is more than 100 mm, for
-/// readings of which no stray stands out.
+/// A sentence on the visit that is farthest from its commanded place if that is more than 100 mm,
+/// for readings of which no stray stands out.
 std::string no_arm_in_words(const Campaign& campaign, const Evaluation& evaluation);
 
 /// The campaign without those rows.

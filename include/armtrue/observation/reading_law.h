@@ -78,7 +78,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
 ///     S / sigma^2 = f + (u - rho u of the other) / (4 (1 - rho^2)).
 /// With many degrees of freedom it changes nothing.
 ReadingSigma sigma_with_prior(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
-                                const ReadingSigma& expected, bool has_orientation);
+                              const ReadingSigma& expected, bool has_orientation);
 
 /// Sigma from the medians of the squared norms [m^2, rad^2], consistent for a Gaussian law. Throws
 /// std::invalid_argument if there are none.
