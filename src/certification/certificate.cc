@@ -247,8 +247,7 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
           Decision::pass)
     certificate.notes.push_back(
         fmt::format("With what the fit of {} to few poses hides, AP may be {}: the tolerance is "
-                    "not known to be "
-                    "met; measure more poses.",
+                    "not known to be met; measure more poses.",
                     options.refitted,
                     std::isfinite(with_hidden) ? fmt::format("{:.3g} mm", with_hidden / kMillimetre)
                                                : "anything"));

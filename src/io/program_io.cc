@@ -65,8 +65,8 @@ bool is_program_text(const std::string& path) {
 InputError no_program_in(const std::string& path) {
   return InputError(path +
                     ": holds no robot program (.src, .mod, .ls, .script, .jbi); a backup of a "
-                    "controller has them "
-                    "in a folder such as KRC/R1, and PolyScope writes a .script beside each .urp");
+                    "controller has them in a folder such as KRC/R1, and PolyScope writes a "
+                    ".script beside each .urp");
 }
 
 std::vector<TextFile> read_program_folder(const std::string& folder) {

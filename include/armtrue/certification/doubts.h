@@ -17,8 +17,7 @@ namespace armtrue {
 ///   scatter of the other visits. Or most poses have only such visits; or they are another visit
 ///   with fewer digits;
 /// - visits that are not of their pose, see find_stray_visits(), unless one of the next two
-/// explains
-///   them. What follows is then asked of the others;
+///   explains them. What follows is then asked of the others;
 /// - two nests of the reflector: the visits of a pose lie at two places, apart by the same vector
 ///   in the axes of the tool, and no direction of arrival of a joint tells which. The distances
 ///   between visits of a pose are then short or long, all long ones alike and three times the short
