@@ -85,7 +85,6 @@ class Cell:
         links[0], zeros[0], zeros[-1] = NONE, 0.0, 0.0
         self.truth = {"base": self.arm.base, "tool": self.arm.tool, "links": links + [NONE], "zeros": zeros}
         self.effect = Effect("hidden", "", joints=lambda state: self.errors(state, options))
-        self.sags = bool(options.sag)
         self.rng, self.joints = random.Random(options.seed + (2 if options.other_poses else 1)), joints
         self.travel, self.slides, self.table = list(self.arm.travel), list(self.arm.slides), None
         if positioner := positioner_of(text):
@@ -116,7 +115,7 @@ class Cell:
     def frame(self, values):
         """Where the tool is, seen from the part if a positioner carries it."""
         own, others = values[:self.joints], values[self.joints:]
-        state = State(own, self.arm.torques(own, self.arm.masses) if self.sags else [])
+        state = State(own, self.arm.torques(own, self.arm.masses))
         tool = self.arm.pose(own, self.truth, self.effect, 1.0, state)
         if not self.table:
             return tool
