@@ -172,8 +172,9 @@ std::vector<ProgramText> Command::read_program_archive(const Archive& archive,
   std::vector<ProgramText> texts;
   for (const ArchiveMember& member : archive.members()) {
     if (member.is_folder || !is_program_text(member.path)) continue;
-    check_text(member.content, path + ": " + member.path);
-    texts.push_back({member.path, member.content});
+    ProgramText text = program_text(path + ": " + member.path, member.content);
+    text.name = member.path;
+    texts.push_back(std::move(text));
   }
   std::ranges::sort(texts, {}, &ProgramText::name);
   if (texts.empty()) throw no_program_in(path);
@@ -198,8 +199,8 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
 }
 
 void Command::forget_remainder(Robot& robot, const std::string& path) {
-  const auto count = std::erase_if(
-      robot.effects, [](const Effect& effect) { return effect.name == kRemainder; });
+  const auto count =
+      std::erase_if(robot.effects, [](const Effect& effect) { return effect.name == kRemainder; });
   if (count > 0)
     warn(fmt::format("{}: its {} effects called '{}' are of other readings and take no part here",
                      path, count, kRemainder));

@@ -11,6 +11,7 @@
 
 #include "armtrue/io/archive.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/program_io.h"
 #include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
@@ -73,11 +74,12 @@ class Project {
       if (const auto dialect = dialect_of_file(text.name); dialect && !is_of_controller(text.name))
         correct(*dialect, text, commands_for);
     if (rows_.empty())
-      throw InputError(files_.folder + ": none of its programs has a move to a point with plain "
+      throw InputError(files_.folder +
+                       ": none of its programs has a move to a point with plain "
                        "numbers");
     if (programs_.empty() && why_not_)
-      throw InputError(fmt::format("{}: none of its programs can be corrected: {}", files_.folder,
-                                   *why_not_));
+      throw InputError(
+          fmt::format("{}: none of its programs can be corrected: {}", files_.folder, *why_not_));
     write();
     write_output(command_.output, table_of(rows_));
     return std::ranges::all_of(
@@ -169,11 +171,15 @@ class Project {
     for (const RewrittenProgram& program : rewritten.programs)
       for (const std::string& warning : program.warnings) command_.warn(warning);
     for (const SharedPoint& point : rewritten.shared) tell(point);
+    std::map<std::string, std::string> changed;
+    for (const ProgramText& text : texts_)
+      if (const auto now = rewritten.texts.find(text.name); now != rewritten.texts.end())
+        changed[text.name] = bytes_of_text(text, now->second);
     std::string ending;
     if (archive_ && is_archive_name(files_.out, ending)) {
-      write_output(files_.out, archive_->with(rewritten.texts));
+      write_output(files_.out, archive_->with(changed));
     } else {
-      write_folder(rewritten.texts);
+      write_folder(changed);
     }
     command_.tell(fmt::format("{}: {} texts of {} changed\n", files_.out, rewritten.texts.size(),
                               texts_.size()));
@@ -181,7 +187,8 @@ class Project {
 
   void write_folder(const std::map<std::string, std::string>& changed) {
     std::map<std::string, const std::string*> all;
-    for (const ProgramText& text : texts_) all[text.name] = &text.text;
+    for (const ProgramText& text : texts_)
+      all[text.name] = text.packed.empty() ? &text.text : &text.packed;
     if (archive_)
       for (const ArchiveMember& member : archive_->members())
         if (!member.is_folder) all[member.path] = &member.content;
@@ -206,12 +213,12 @@ class Project {
       users += (i == 0 ? "" : ", ") + point.users[i];
     if (point.users.size() > kShown)
       users += fmt::format(" and {} more", point.users.size() - kShown);
-    command_.warn(fmt::format(
-        "{}:{}: {} is a point that other texts may use; {} ({})", point.text, point.line,
-        point.name,
-        point.is_written ? "it is changed here once, for all its moves"
-                         : "it stays, and each move gets a corrected point of its own",
-        users));
+    command_.warn(fmt::format("{}:{}: {} is a point that other texts may use; {} ({})", point.text,
+                              point.line, point.name,
+                              point.is_written
+                                  ? "it is changed here once, for all its moves"
+                                  : "it stays, and each move gets a corrected point of its own",
+                              users));
   }
 
   Command& command_;
@@ -247,7 +254,8 @@ void check_folders(const ProjectFiles& files) {
   const auto out = fs::weakly_canonical(files.out, none);
   const auto [end_in, end_out] = std::mismatch(in.begin(), in.end(), out.begin(), out.end());
   if (end_in == in.end() || end_out == out.end())
-    throw UsageError("--project-out: '" + files.out + "' and --project lie in one another; name a "
+    throw UsageError("--project-out: '" + files.out +
+                     "' and --project lie in one another; name a "
                      "folder beside it");
   const bool is_empty = fs::is_directory(files.out, none) && fs::is_empty(files.out, none);
   if (fs::exists(files.out, none) && !is_empty)

@@ -52,12 +52,9 @@ const Dialect& dialect_of(const RobotProgramFiles& files) {
   for (const Dialect* dialect : dialects())
     for (const std::string& ending : dialect->facts().endings)
       endings.push_back(lower_case(ending));
-  const bool is_polyscope = lower_case(files.path).ends_with(".urp");
   throw UsageError(fmt::format(
-      "--program: '{}' does not end as a program does ({}); {}", files.path,
-      fmt::join(endings, ", "),
-      is_polyscope ? "take the .script that PolyScope writes beside it when it saves the program"
-                   : "say what it is with --dialect"));
+      "--program: '{}' does not end as a program does ({}); say what it is with --dialect",
+      files.path, fmt::join(endings, ", ")));
 }
 
 void refuse_outputs(const Command& command, const RobotProgram& program,
@@ -219,7 +216,7 @@ void write_program_texts(const RobotProgram& program, const std::vector<std::str
                          const std::string& out) {
   std::vector<Product> products;
   if (program.own_texts > 1) products.push_back({dat_of_output(program, out), texts[1]});
-  products.push_back({out, texts[0]});
+  products.push_back({out, bytes_of_text(program.texts[0], texts[0])});
   write_outputs(products);
 }
 

@@ -4,18 +4,15 @@
 #include <archive_entry.h>
 #include <fmt/format.h>
 #include <locale.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <memory>
 #include <set>
-#include <sstream>
 
-#include "armtrue/io/inputs_stay.h"
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
+#include "io/file_bytes.h"
 
 namespace armtrue {
 namespace {
@@ -50,24 +47,6 @@ class Utf8Names {
  private:
   locale_t utf8_, before_ = nullptr;
 };
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream bytes;
-  if (file) bytes << file.rdbuf();
-  if (!file || bytes.str().empty())
-    throw InputError(path + ": cannot be read, or is empty; check the file");
-  return bytes.str();
-}
-
-std::string sha256_of(const std::string& bytes) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  std::string text;
-  for (unsigned k = 0; k < size; ++k) text += fmt::format("{:02x}", digest[k]);
-  return text;
-}
 
 std::string text_of(const char* text) { return text ? text : ""; }
 
@@ -174,8 +153,7 @@ bool is_archive_name(const std::string& path, std::string& ending) {
 
 Archive::Archive(const std::string& path) : file_(path) {
   const Utf8Names utf8;
-  note_input(path);
-  const std::string bytes = bytes_of(path);
+  const std::string bytes = bytes_of_file(path);
   sha256_ = sha256_of(bytes);
   const ReadHandle reader = opened(bytes, path);
   std::set<std::string> names;

@@ -7,11 +7,18 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
+#include "io/file_bytes.h"
+#include "io/gzip.h"
 
 namespace armtrue {
 namespace {
 
 TextFile read_text(const std::string& path) {
+  if (const Dialect* const dialect = dialect_of_file(path);
+      dialect && dialect->facts().may_be_packed) {
+    const std::string bytes = bytes_of_file(path);
+    return {program_text(path, bytes), sha256_of(bytes)};
+  }
   Source source(path);
   TextFile file;
   file.text.name = source.name();
@@ -33,6 +40,21 @@ std::string dat_beside_src(const std::string& src) {
 }
 
 }  // namespace
+
+ProgramText program_text(const std::string& name, const std::string& bytes) {
+  ProgramText text{name, bytes, ""};
+  if (is_gzip(bytes)) {
+    text.text = gunzip(bytes, name);
+    text.packed = bytes;
+  }
+  check_text(text.text, name);
+  return text;
+}
+
+std::string bytes_of_text(const ProgramText& original, const std::string& text) {
+  if (original.packed.empty()) return text;
+  return text == original.text ? original.packed : gzip(text);
+}
 
 std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
                                          bool with_dat) {
@@ -63,10 +85,10 @@ bool is_program_text(const std::string& path) {
 }
 
 InputError no_program_in(const std::string& path) {
-  return InputError(path +
-                    ": holds no robot program (.src, .mod, .ls, .script, .jbi); a backup of a "
-                    "controller has them in a folder such as KRC/R1, and PolyScope writes a "
-                    ".script beside each .urp");
+  return InputError(
+      path +
+      ": holds no robot program (.src, .mod, .ls, .script, .urp, .jbi); a backup of a "
+      "controller has them in a folder such as KRC/R1");
 }
 
 std::vector<TextFile> read_program_folder(const std::string& folder) {

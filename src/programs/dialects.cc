@@ -8,7 +8,8 @@ namespace armtrue {
 
 const std::vector<const Dialect*>& dialects() {
   static const std::vector<const Dialect*> all{
-      &krl_dialect(), &rapid_dialect(), &fanuc_dialect(), &urscript_dialect(), &inform_dialect(),
+      &krl_dialect(),      &rapid_dialect(),     &fanuc_dialect(),
+      &urscript_dialect(), &polyscope_dialect(), &inform_dialect(),
   };
   return all;
 }

@@ -10,6 +10,7 @@ const Dialect& krl_dialect();
 const Dialect& rapid_dialect();
 const Dialect& fanuc_dialect();
 const Dialect& urscript_dialect();
+const Dialect& polyscope_dialect();
 const Dialect& inform_dialect();
 
 }  // namespace armtrue

@@ -14,6 +14,11 @@ namespace {
 constexpr int kUncertain = ProgramFlow::kUncertain;
 constexpr int kUnreached = kUncertain + 1;
 
+bool begins_routine(ProgramFlow::Step step) {
+  return step == ProgramFlow::Step::routine || step == ProgramFlow::Step::local_routine ||
+         step == ProgramFlow::Step::interrupt;
+}
+
 int joined(int a, int b) {
   if (a == kUnreached || a == b) return b;
   return b == kUnreached ? a : kUncertain;
@@ -36,6 +41,7 @@ class FlowOfValue {
       events_.push_back({setting.at, nullptr, setting.value});
     std::ranges::stable_sort(events_, {}, &Event::at);
     find_routines();
+    find_starts(steps);
     find_calls();
     find_changing();
     merge(routines_[0].entry, initial);
@@ -63,11 +69,12 @@ class FlowOfValue {
     return result;
   }
 
-  // Whether a way leads to the end of each routine; in the order of the text, the text outside
-  // first.
+  // Whether a way leads to the end of each routine that begins; in the order of the text, the text
+  // outside first.
   std::vector<bool> ends() const {
     std::vector<bool> all;
-    for (const Routine& routine : routines_) all.push_back(routine.end != kUnreached);
+    for (const Routine& routine : routines_)
+      all.push_back(routine.end != kUnreached || routine.entry == kUnreached);
     return all;
   }
 
@@ -82,17 +89,19 @@ class FlowOfValue {
   struct Routine {
     std::string name;
     bool is_interrupt = false, is_called = false;
-    bool changes = false;  // the value, by itself or by a call; else each call has it again
+    bool is_started = false;  // an interrupt that runs only behind a step that starts it
+    bool is_local = false;    // nothing but calls of this text begins it
+    bool changes = false;     // the value, by itself or by a call; else each call has it again
     int entry = kUnreached, end = kUnreached, jumped = kUnreached, seen = kUnreached;
     int left = kUnreached;                 // by Step::leave
     std::map<std::string, int> gone_to{};  // labels, by Step::go_to
-    std::vector<size_t> events{};   // its own, in their order
-    std::vector<size_t> callers{};  // routines that call it by name
-    bool is_stale = true;           // a value that it depends on has changed
-    bool is_open = false;           // it is being followed
+    std::vector<size_t> events{};          // its own, in their order
+    std::vector<size_t> callers{};         // routines that call it by name
+    bool is_stale = true;                  // a value that it depends on has changed
+    bool is_open = false;                  // it is being followed
   };
   struct Block {
-    std::optional<size_t> loop;  // the event that begins it
+    std::optional<size_t> loop;                  // the event that begins it
     int entry = kUnreached, ended = kUnreached;  // kUnreached: no way leads there
   };
   // A routine that is followed.
@@ -109,9 +118,7 @@ class FlowOfValue {
     }
   };
 
-  static bool begins_routine(const Event& event) {
-    return event.step && (event.step->step == Step::routine || event.step->step == Step::interrupt);
-  }
+  static bool begins_routine(const Event& event) { return event.step && begins(event.step->step); }
 
   // A routine within another one interrupts the text of the other.
   void find_routines() {
@@ -119,9 +126,10 @@ class FlowOfValue {
     std::vector<size_t> open{0};
     for (size_t i = 0; i < events_.size(); ++i) {
       const Event& event = events_[i];
-      if (begins_routine(event)) {
+      if (event.step && begins_routine(event.step->step)) {
         open.push_back(routines_.size());
         routines_.push_back({event.step->name, event.step->step == Step::interrupt, false});
+        routines_.back().is_local = event.step->step == Step::local_routine;
       } else if (event.step && event.step->step == Step::end_routine && open.size() > 1) {
         open.pop_back();
       }
@@ -130,6 +138,24 @@ class FlowOfValue {
     for (size_t i = 1; i < routines_.size(); ++i)
       if (!routines_[i].is_interrupt && !routines_[i].name.empty())
         named_[routines_[i].name].push_back(i);
+  }
+
+  // Where a started interrupt may run: a flow of its own, in which each start is a setting.
+  void find_starts(const std::vector<const ProgramFlow::Place*>& steps) {
+    std::vector<const ProgramFlow::Place*> others;
+    std::vector<ProgramFlow::Setting> starts;
+    std::set<std::string> names;
+    for (const ProgramFlow::Place* const step : steps)
+      if (step->step == Step::start) {
+        starts.push_back({step->at, 1});
+        names.insert(step->name);
+      } else {
+        others.push_back(step);
+      }
+    if (starts.empty()) return;
+    for (Routine& routine : routines_)
+      routine.is_started = routine.is_interrupt && names.contains(routine.name);
+    started_ = FlowOfValue(others, starts, 0).run();
   }
 
   void find_calls() {
@@ -178,10 +204,10 @@ class FlowOfValue {
   // What a routine begins with, but for its calls.
   void begin(size_t index) {
     Routine& routine = routines_[index];
-    if (index == 0) return;
-    if (!routine.is_called) enter(index, initial_);
+    if (index == 0 || (routine.is_local && !routine.is_called)) return;
+    if (!routine.is_called && !routine.is_started) enter(index, initial_);
     if (routine.is_interrupt)
-      enter(index, seen_);
+      enter(index, routine.is_started ? seen_behind_starts_ : seen_);
     else if (!routine.is_called)
       enter(index, end_of_other_uncalled(routine.end));
     if (!routine.is_interrupt && !routine.name.empty()) enter(index, value_of_any_call_);
@@ -230,14 +256,16 @@ class FlowOfValue {
         take(*event.step, i, walk);
       else
         set(event.setting, walk);
-      see(index, walk.value);
+      see(index, event.at, walk.value);
       event.value = walk.value;
     }
     end(routine, joined(joined(walk.alive(), routine.jumped), routine.left));
   }
 
-  void see(size_t index, int value) {
+  void see(size_t index, size_t at, int value) {
     Routine& routine = routines_[index];
+    const bool may_be_started = started_ && started_->behind(at) != 0;
+    if (may_be_started && !routine.is_interrupt) merge(seen_behind_starts_, value);
     if (!merge(routine.seen, value)) return;
     make_stale(index);  // for handlers
     if (!routine.is_interrupt) merge(seen_, value);
@@ -267,7 +295,9 @@ class FlowOfValue {
     int& value = walk.value;
     switch (step.step) {
       case Step::routine:
+      case Step::local_routine:
       case Step::interrupt:
+      case Step::start:
       case Step::end_routine:
         break;
       case Step::call:
@@ -369,6 +399,8 @@ class FlowOfValue {
   std::map<size_t, int> passed_back_;                 // to the begin of a loop
   std::map<int, int> uncalled_ends_;  // how many routines that nothing calls end with a value
   int seen_ = kUnreached;             // anywhere but in interrupts
+  std::optional<ProgramFlow::Values> started_;  // 0 where no interrupt was started
+  int seen_behind_starts_ = kUnreached;
   int value_of_any_call_ = kUnreached, end_of_any_ = kUnreached;
   int depth_ = 0;
   bool is_changed_ = false, is_spoiled_ = false;
@@ -410,8 +442,8 @@ FlowOfVariables::FlowOfVariables(const ProgramFlow& flow)
   std::vector<int> open{0};
   for (const Place* step : steps_) {
     const int within = open.back();
-    if (step->step == Step::routine || step->step == Step::interrupt) {
-      is_simple_ &= step->step == Step::routine;
+    if (begins_routine(step->step)) {
+      is_simple_ &= step->step != Step::interrupt;
       open.push_back(static_cast<int>(routines_.size()));
       if (!step->name.empty()) named_[step->name].push_back(open.back());
       routines_.push_back({step->name});

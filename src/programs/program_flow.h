@@ -16,7 +16,9 @@ class ProgramFlow {
  public:
   enum class Step {
     routine,
-    interrupt,  ///< a routine that may run at any time
+    local_routine,  ///< that only calls of this text begin
+    interrupt,  ///< a routine that may run at any time; if steps start it: from the first of them
+    start,      ///< of the interrupt with this name
     end_routine,
     call,         ///< without a name: of any routine
     branch,       ///< begins a block that may be passed over

@@ -12,7 +12,7 @@
 
 #include "armtrue/text/input_error.h"
 #include "urdf/xml_bounds.h"
-#include "urdf/xml_tags.h"
+#include "armtrue/text/xml_tags.h"
 
 namespace armtrue {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
-#include "urdf/xml_tags.h"
+#include "armtrue/text/xml_tags.h"
 
 namespace armtrue {
 namespace {

@@ -9,38 +9,15 @@
 
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/xml_tags.h"
 #include "urdf/link_frames.h"
-#include "urdf/xml_tags.h"
 
 namespace armtrue {
 namespace {
 
-// Where the value of an attribute stands between its quotes.
-struct Span {
-  size_t begin, end;
-};
-
-std::optional<Span> attribute_span(std::string_view text, const XmlTag& tag,
-                                   std::string_view name) {
-  size_t at = tag.begin + 1 + tag.name.size();
-  while (at < tag.end) {
-    at = text.find_first_not_of(kXmlBlanks, at);
-    const size_t equals = text.find('=', at);
-    if (equals >= tag.end) return std::nullopt;
-    std::string_view own = text.substr(at, equals - at);
-    own = own.substr(0, own.find_last_not_of(kXmlBlanks) + 1);
-    const size_t quote = text.find_first_of("\"'", equals);
-    if (quote >= tag.end) return std::nullopt;
-    const size_t end = text.find(text[quote], quote + 1);
-    if (own == name) return Span{quote + 1, end};
-    at = end + 1;
-  }
-  return std::nullopt;
-}
-
 // Texts to be put in place of others, in ascending order.
 struct Replacement {
-  Span span;
+  XmlSpan span;
   std::string text;
 };
 
@@ -119,7 +96,7 @@ std::string with_origins(const std::string& document, const std::map<std::string
       depth += tag->is_empty ? 0 : 1;
       continue;
     }
-    const std::optional<Span> name = attribute_span(document, *tag, "name");
+    const std::optional<XmlSpan> name = attribute_span(document, *tag, "name");
     const std::optional<XmlTag> origin = origin_of_joint(document, *tag, at);
     if (!name) continue;
     const std::string own =

@@ -401,6 +401,34 @@ TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
               ElementsAre(2));
 }
 
+// It begins with `run`, so what holds before does not count; what its caller sets later does.
+TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
+  const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n",
+                    thread = "thread T():\nmovel(p[1,2,3,0,0,0])\nend\n", run = "h = run T()\n";
+  const auto left = [&](const std::string& body) {
+    return parsed("p.script", "def prog():\n" + kJoints + body + "end\n").left_alone;
+  };
+  const RobotProgram known = parsed("p.script", "def prog():\n" + kJoints + t1 + thread +
+                                                    "while x:\nif y:\n" + run + "end\nend\nend\n");
+  EXPECT_EQ(known.left_alone, 0);
+  EXPECT_EQ(tool_of(known, 1), "p[0,0,0.1,0,0,0]");
+  EXPECT_EQ(left(t2 + thread + t1 + run + "kill h\n"), 0);
+  EXPECT_EQ(left(t1 + thread + run + t2), 1);
+  EXPECT_EQ(left(t1 + thread + "while x:\n" + run + t2 + "end\n"), 1);
+  EXPECT_EQ(left(t1 + thread + run + "def later():\n" + t2 + "end\nlater()\n"), 1);
+  EXPECT_EQ(left(thread + "if x:\n" + t1 + "else:\n" + t2 + "end\n" + run), 1);
+  EXPECT_EQ(left(t1 + thread + "thread U():\n" + t2 + "end\n" + run + "u = run U()\n"), 1);
+  // What nothing runs or calls never runs, and nothing that it does counts.
+  EXPECT_EQ(left(t1 + thread), 0);
+  const RobotProgram unused =
+      parsed("p.script", "def prog():\n" + kJoints + t1 + thread + "def rq_library():\n" + t2 +
+                             "movel(p[1,2,4,0,0,0])\nend\n" + run + "end\n");
+  EXPECT_EQ(unused.left_alone, 0);
+  ASSERT_THAT(lines_of(unused), ElementsAre(2, 5, 9));
+  EXPECT_TRUE(unused.targets[2].never_runs);
+  EXPECT_FALSE(unused.targets[1].never_runs);
+}
+
 TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
   const auto place = [](const std::string& moves) -> std::string {
     const RobotProgram program = parsed("p.script", kJoints + "a = p[0.4,0,0.5,0,0,0]\n" + moves);

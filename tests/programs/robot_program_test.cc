@@ -105,6 +105,7 @@ double rounding_of(const Dialect* dialect, bool is_angle) {
       {"rapid", {1e-7, 4e-7}},
       {"fanuc", {1e-6, 1e-3 * kDegree}},
       {"urscript", {1e-7, 1e-7}},
+      {"polyscope", {1e-7, 1e-7}},
       {"inform", {1e-6, 1e-4 * kDegree}}};
   const auto& [length, angle] = kRounding.at(dialect->facts().name);
   return is_angle ? angle : length;

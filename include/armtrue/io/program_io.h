@@ -18,6 +18,13 @@ struct TextFile {
   std::string sha256;
 };
 
+/// The text in the bytes of a file, unpacked if need be. Throws InputError if it is no text.
+ProgramText program_text(const std::string& name, const std::string& bytes);
+
+/// The bytes of a file with another text: packed if those of the original are, and the very bytes
+/// of the original if the text is the same.
+std::string bytes_of_text(const ProgramText& original, const std::string& text);
+
 /// The texts of a robot program. If `with_dat`, the second is the file `dat` or, if that is empty,
 /// the .dat file beside `path` with the same name, if there is one. Throws InputError if a file
 /// cannot be read.

@@ -9,6 +9,7 @@ namespace armtrue {
 struct ProgramText {
   std::string name;  ///< for messages
   std::string text;
+  std::string packed;  ///< the bytes of its file, if they are the text packed by gzip; else empty
 };
 
 /// A change of one of the texts of a program: `text` in place of the bytes [begin, end).

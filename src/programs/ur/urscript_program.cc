@@ -115,13 +115,20 @@ class UrReader : MoveReader {
                    ends_at(close, statement.end);
       }
       if (functions_with_parameters_.contains(word))
-        calls_.push_back({word, statement.line, values_.arguments_in(statement.line, open, close)});
+        calls_.push_back({word, statement.line, values_.arguments_in(statement.line, open, close),
+                          may_run(begin)});
       if (is_other_motion(word)) {
-        leave_move(statement.line, "this function is not followed: " + word);
+        leave_move(statement.line, "this function is not followed: " + word, may_run(begin));
         is_move_ = true;
         follows_ = false;
       }
     }
+  }
+
+  bool may_run(size_t at) const {
+    return std::ranges::none_of(structure_.never_called, [&](const auto& function) {
+      return function.first <= at && at < function.second;
+    });
   }
 
   // Whether nothing stands behind the bracket that closes a call.
@@ -161,10 +168,11 @@ class UrReader : MoveReader {
     const std::vector<Statement> arguments = values_.arguments_in(line, open, close);
     const size_t points = word == "MOVEC" ? 2 : 1;
     if (arguments.size() < points)
-      return leave_move(line, "its arguments are not those of the function");
+      return leave_move(line, "its arguments are not those of the function", may_run(open));
     if (points == 1)
       if (const auto parameter = values_.parameter_in(arguments[0])) {
-        of_parameters_.push_back({*parameter, line, open, arguments[0], word != "MOVEJ"});
+        of_parameters_.push_back(
+            {*parameter, line, open, arguments[0], word != "MOVEJ", may_run(open)});
         ends_at_target_ = false;
         return;
       }
@@ -174,7 +182,7 @@ class UrReader : MoveReader {
       if (const auto value = value_at(arguments[i], open, why_not)) values.push_back(*value);
     if (!why_not.empty()) {
       for (size_t i = 0; i < points; ++i) values_.leave(arguments[i]);
-      return leave_move(line, why_not);
+      return leave_move(line, why_not, may_run(open));
     }
     for (UrValue& value : values) value.open = open;
     const Options options = options_of(arguments, points, word);
@@ -239,7 +247,7 @@ class UrReader : MoveReader {
       if (!drives_alike(target, here))
         why_not = "its function drives to it with several tools or frames";
     }
-    if (!why_not.empty()) return leave_move(call.line, why_not);
+    if (!why_not.empty()) return leave_move(call.line, why_not, call.may_run);
     target.motion = motion_of(moves.front()->is_straight ? 'L' : 'J', true);
     target.obstacle = "its point is handed to a function";
     add_target_at(target, values_.point_of(*agreed, program_.points));
@@ -322,6 +330,7 @@ class UrReader : MoveReader {
     target.end = value.end;
     target.base = value.base;
     target.tool = tool_;
+    target.never_runs = !may_run(value.begin);
     target.near = value.near;
     target.configuration.continues = is_straight;
     return target;

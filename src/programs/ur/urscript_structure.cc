@@ -1,6 +1,7 @@
 #include "programs/ur/urscript_structure.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace armtrue {
@@ -24,6 +25,8 @@ class UrStructureReader {
       });
     if (const auto open = std::ranges::find(open_, true, &Open::is_function); open != open_.end())
       result_.open = open->at;
+    for (const auto& [name, range] : inner_)
+      if (!begun_.contains(name)) result_.never_called.push_back(range);
     return std::move(result_);
   }
 
@@ -32,6 +35,7 @@ class UrStructureReader {
   struct Open {
     size_t at;
     bool is_function;
+    std::string name{};  // of a function within another one
   };
 
   // The name behind DEF, THREAD or SEC; empty if no function begins here. The cursor then stands
@@ -48,10 +52,12 @@ class UrStructureReader {
   void read_word(const std::string& word, size_t at, TextCursor& cursor) {
     ProgramFlow& flow = result_.flow;
     if (const std::string name = function_of(word, cursor); !name.empty()) {
-      flow.add(word == "THREAD" ? Step::interrupt : Step::routine, at, name);
+      const bool is_inner = std::ranges::find(open_, true, &Open::is_function) != open_.end();
+      const Step step = is_inner ? Step::local_routine : Step::routine;
+      flow.add(word == "THREAD" ? Step::interrupt : step, at, name);
       result_.scopes.open(at);
       read_parameters(name, cursor, result_.scopes.at(at));
-      open_.push_back({at, true});
+      open_.push_back({at, true, is_inner ? name : ""});
     } else if (word == "IF" || word == "WHILE") {
       flow.add(word == "IF" ? Step::branch : Step::loop, at);
       open_.push_back({at, false});
@@ -60,11 +66,18 @@ class UrStructureReader {
     } else if (word == "END" && !open_.empty()) {
       flow.add(open_.back().is_function ? Step::end_routine : Step::end_block, at);
       if (open_.back().is_function) result_.scopes.close(at);
+      if (!open_.back().name.empty())
+        inner_.emplace(open_.back().name, std::pair(open_.back().at, at));
       open_.pop_back();
     } else if (word == "BREAK" || word == "CONTINUE" || word == "RETURN") {
       flow.add(Step::jump, at);
+    } else if (word == "RUN") {
+      const std::string thread = cursor.take_name();
+      flow.add(Step::start, at, thread);
+      begun_.insert(thread);
     } else if (functions_.contains(word) && cursor.next() == '(') {
       flow.add(Step::call, at, word);
+      begun_.insert(word);
     }
   }
 
@@ -86,6 +99,8 @@ class UrStructureReader {
   std::string_view text_;
   std::set<std::string> functions_;
   std::vector<Open> open_;
+  std::multimap<std::string, std::pair<size_t, size_t>> inner_;  // functions within others
+  std::set<std::string> begun_;                                  // that something calls or runs
   UrStructure result_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -17,5 +18,17 @@ struct XmlTag {
 /// The next tag of a well-formed text at or behind `from`; comments, declarations and CDATA are
 /// passed over.
 std::optional<XmlTag> next_tag(std::string_view text, size_t from);
+
+/// Where the value of an attribute stands between its quotes, in the text.
+struct XmlSpan {
+  size_t begin = 0, end = 0;
+};
+
+/// The value of an attribute of a tag of this text; nothing if the tag has none with this name.
+std::optional<XmlSpan> attribute_span(std::string_view text, const XmlTag& tag,
+                                      std::string_view name);
+
+/// The same as text, empty if there is none; entities such as &amp; stay as they are.
+std::string_view attribute_text(std::string_view text, const XmlTag& tag, std::string_view name);
 
 }  // namespace armtrue

@@ -1,4 +1,4 @@
-#include "urdf/xml_tags.h"
+#include "armtrue/text/xml_tags.h"
 
 #include <utility>
 
@@ -28,6 +28,30 @@ std::optional<XmlTag> next_tag(std::string_view text, size_t from) {
     tag.name = text.substr(name, text.find_first_of(" \t\r\n/>", name) - name);
     return tag;
   }
+}
+
+std::optional<XmlSpan> attribute_span(std::string_view text, const XmlTag& tag,
+                                      std::string_view name) {
+  size_t at = tag.begin + 1 + tag.name.size();
+  while (at < tag.end) {
+    at = text.find_first_not_of(kXmlBlanks, at);
+    const size_t equals = text.find('=', at);
+    if (equals >= tag.end) return std::nullopt;
+    std::string_view own = text.substr(at, equals - at);
+    own = own.substr(0, own.find_last_not_of(kXmlBlanks) + 1);
+    const size_t quote = text.find_first_of("\"'", equals);
+    if (quote >= tag.end) return std::nullopt;
+    const size_t end = text.find(text[quote], quote + 1);
+    if (end >= tag.end) return std::nullopt;
+    if (own == name) return XmlSpan{quote + 1, end};
+    at = end + 1;
+  }
+  return std::nullopt;
+}
+
+std::string_view attribute_text(std::string_view text, const XmlTag& tag, std::string_view name) {
+  const auto span = attribute_span(text, tag, name);
+  return span ? text.substr(span->begin, span->end - span->begin) : std::string_view();
 }
 
 }  // namespace armtrue

@@ -1,0 +1,343 @@
+#include "programs/polyscope/polyscope_program.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "armtrue/programs/dialect.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/xml_tags.h"
+#include "programs/frame_list.h"
+#include "programs/move_reader.h"
+#include "programs/text_cursor.h"
+
+// Programs of PolyScope, the teach pendant of Universal Robots: the tree of a .urp file, in XML. A
+// waypoint whose type is Fixed has the joint angles at which it was taught [rad] and its TCP; from
+// the joint angles PolyScope computes the pose that it writes into the script of the program. The
+// format is known from some 460 public programs of PolyScope 3.5 to 5.25. `crcValue` is equal in
+// programs with other waypoints, so it does not depend on them.
+
+namespace armtrue {
+namespace {
+
+constexpr size_t kAngles = 6;
+constexpr size_t kMostLevels = 1000;  // public programs have 60 at most
+
+// The moves that URScript has, in the text of a Script node.
+bool names_motion(const std::string& text) {
+  const Statement all{1, 0, text.size()};
+  bool found = false;
+  each_word(text, all, [&](const std::string& word, size_t, TextCursor cursor) {
+    for (const char* motion :
+         {"MOVEJ", "MOVEL", "MOVEP", "MOVEC", "SERVOJ", "SERVOC", "SPEEDJ", "SPEEDL"})
+      found |= word == motion && cursor.next() == '(';
+  });
+  return found;
+}
+
+class PolyscopeReader : MoveReader {
+ public:
+  PolyscopeReader(RobotProgram& program, const KnownFrames& known)
+      : MoveReader(program), known_(known), text_(program.texts[0].text) {}
+
+  void read() {
+    size_t counted = 0;
+    for (auto tag = next_tag(text_, 0); tag; tag = next_tag(text_, tag->end)) {
+      line_ += static_cast<int>(std::count(text_.begin() + static_cast<std::ptrdiff_t>(counted),
+                                           text_.begin() + static_cast<std::ptrdiff_t>(tag->begin),
+                                           '\n'));
+      counted = tag->begin;
+      if (!tag->closes) open(*tag);
+      if (tag->closes || tag->is_empty) close(*tag);
+    }
+    program_.warnings = warnings_.list();
+    leave_alone(program_, used_elsewhere());
+  }
+
+ private:
+  // An element that is open. `path` names it as references do: Move[2]/children/Waypoint.
+  struct Element {
+    XmlTag tag;
+    std::string path;
+    std::map<std::string_view, int> children{};  // so far, by name
+  };
+  struct Waypoint {
+    std::string name, type, path;
+    int line = 0;
+    std::optional<XmlSpan> angles;
+    std::string_view tcp;
+    double blend = 0;
+    bool states_pose = false;  // beside its joint angles
+  };
+  // What the moves of a Move node do.
+  struct Move {
+    std::string_view type;
+    bool follows = false;  // the arm stands at the last target
+  };
+  // A circular move, with its auxiliary point and its end.
+  struct Circle {
+    size_t first_target;
+    int line;
+    std::string why_left{};
+  };
+
+  std::string path_of(std::string_view name) {
+    if (elements_.empty()) return "/" + std::string(name);
+    const int number = ++elements_.back().children[name];
+    std::string path = elements_.back().path + "/" + std::string(name);
+    if (number > 1) path += "[" + std::to_string(number) + "]";
+    return path;
+  }
+
+  std::string_view parent() const {
+    return elements_.size() < 2 ? std::string_view() : elements_[elements_.size() - 2].tag.name;
+  }
+
+  void open(const XmlTag& tag) {
+    if (elements_.size() == kMostLevels)
+      throw InputError(fmt::format("{}:{}: is more than {} levels deep, which no program is",
+                                   program_.texts[0].name, line_, kMostLevels));
+    elements_.push_back({tag, path_of(tag.name)});
+    const std::string_view name = tag.name;
+    if (name == "SuppressedNode") {
+      ++suppressed_;
+    } else if (name == "Move") {
+      moves_.push_back({attribute_text(text_, tag, "motionType")});
+    } else if (name == "CircleMove") {
+      circle_ = Circle{program_.targets.size(), line_};
+    } else if (name == "Waypoint") {
+      open_waypoint(tag);
+    } else if (name == "JointAngles" && waypoint_ && parent() == "position") {
+      waypoint_->angles = attribute_span(text_, tag, "angles");
+    } else if (name == "TCPOffset" && waypoint_ && parent() == "position") {
+      waypoint_->tcp = attribute_text(text_, tag, "pose");
+    } else if (name == "position" && waypoint_) {
+      waypoint_->states_pose |= attribute_span(text_, tag, "joints").has_value();
+    } else if (name == "motionParameters" && waypoint_) {
+      const std::string_view blend = attribute_text(text_, tag, "blendRadius");
+      waypoint_->blend = TextCursor(blend, 0, blend.size()).take_number().value_or(0);
+    } else if (name == "Script") {
+      script_.emplace();
+    } else if (name == "ExpressionChar" && script_) {
+      *script_ += attribute_text(text_, tag, "character");
+    } else if (name.ends_with("MoveDirectionNode")) {
+      leave_here("its end is a direction, which a condition ends as the program runs");
+    } else if (name == "SafeHome") {
+      leave_here("its point is HOME, which the installation declares");
+    } else if (stands_where_it_may_move(name)) {
+      stop_following();
+    }
+  }
+
+  // Comments, and what belongs to a waypoint, drive no arm; any other node may.
+  bool stands_where_it_may_move(std::string_view name) const {
+    return parent() == "children" && name != "Comment";
+  }
+
+  void close(const XmlTag& tag) {
+    if (elements_.empty() || elements_.back().tag.name != tag.name)
+      throw InputError(fmt::format("{}:{}: is no program of PolyScope: </{}> closes nothing",
+                                   program_.texts[0].name, line_, tag.name));
+    const Element element = std::move(elements_.back());
+    elements_.pop_back();
+    const std::string_view name = element.tag.name;
+    if (name == "SuppressedNode") {
+      --suppressed_;
+    } else if (name == "Move" && !moves_.empty()) {
+      moves_.pop_back();
+      stop_following();
+    } else if (name == "CircleMove" && circle_) {
+      close_circle();
+    } else if (name == "Waypoint") {
+      if (waypoint_ && waypoint_->path == element.path) close_waypoint();
+    } else if (name == "cachedContents" && script_) {
+      *script_ += text_.substr(element.tag.end, tag.begin - element.tag.end);
+    } else if (name == "Script" && script_) {
+      if (names_motion(*script_)) leave_here("its Script node is not followed");
+      stop_following();
+      script_.reset();
+    }
+  }
+
+  void stop_following() {
+    if (!moves_.empty()) moves_.back().follows = false;
+  }
+
+  void leave_here(const std::string& reason) { leave(line_, reason); }
+
+  // Either point of a circular move leaves it alone.
+  void leave(int line, const std::string& reason) {
+    stop_following();
+    if (!circle_)
+      leave_move(line, reason, suppressed_ == 0);
+    else if (circle_->why_left.empty())
+      circle_->why_left = reason;
+  }
+
+  void close_circle() {
+    const Circle circle = *std::exchange(circle_, std::nullopt);
+    std::vector<ProgramTarget>& targets = program_.targets;
+    constexpr size_t kPoints = 2;
+    if (circle.why_left.empty() && targets.size() - circle.first_target == kPoints) {
+      targets[circle.first_target].motion = MotionKind::via;
+      targets.back().motion = MotionKind::arc;
+      return;
+    }
+    targets.resize(circle.first_target);
+    leave(circle.line, circle.why_left.empty() ? "it has not two points" : circle.why_left);
+  }
+
+  void open_waypoint(const XmlTag& tag) {
+    if (attribute_span(text_, tag, "reference"))
+      return refer(attribute_text(text_, tag, "reference"));
+    const std::string_view type = attribute_text(text_, tag, "type");
+    if (type.empty()) return;
+    waypoint_ = Waypoint{std::string(attribute_text(text_, tag, "name")), std::string(type),
+                         elements_.back().path, line_};
+  }
+
+  // A waypoint that stands elsewhere in the tree, and is read or driven to here: it must stay.
+  void refer(std::string_view reference) {
+    if (const auto known = waypoints_.find(resolved(reference)); known != waypoints_.end())
+      used_.insert(known->second);
+    if (!moves_.empty() && parent() == "children")
+      leave_here("its waypoint stands in another move");
+  }
+
+  // "../../Move/children/Waypoint" from the element that is open.
+  std::string resolved(std::string_view reference) const {
+    std::vector<std::string> parts;
+    const auto add = [&](std::string_view path) {
+      for (size_t begin = 0; begin <= path.size();) {
+        const size_t end = std::min(path.find('/', begin), path.size());
+        const std::string_view part = path.substr(begin, end - begin);
+        if (part == ".." && !parts.empty())
+          parts.pop_back();
+        else if (!part.empty())
+          parts.emplace_back(part);
+        begin = end + 1;
+      }
+    };
+    add(elements_.back().path);
+    add(reference);
+    std::string path;
+    for (const std::string& part : parts) path += "/" + part;
+    return path;
+  }
+
+  void close_waypoint() {
+    const Waypoint waypoint = *std::exchange(waypoint_, std::nullopt);
+    const bool is_move =
+        !moves_.empty() && !elements_.empty() && elements_.back().tag.name == "children";
+    if (const std::string why = why_not(waypoint); !why.empty()) {
+      if (is_move) leave(waypoint.line, why);
+      return;
+    }
+    ProgramPoint point;
+    point.name = waypoint.name;
+    point.line = waypoint.line;
+    point.kind = TargetKind::joints;
+    std::tie(point.begin, point.end) = std::pair(waypoint.angles->begin, waypoint.angles->end);
+    point.numbers = numbers_in(*waypoint.angles);
+    program_.points.push_back(point);
+    const int index = static_cast<int>(program_.points.size()) - 1;
+    waypoints_[waypoint.path] = index;
+    tools_.push_back(tool_of(waypoint.tcp));
+    if (is_move)
+      add_to_point(index, waypoint.line, waypoint.blend);
+    else
+      used_.insert(index);
+  }
+
+  std::string why_not(const Waypoint& waypoint) const {
+    if (waypoint.type == "Variable") return "its point is a variable, calculated at run time";
+    if (waypoint.type != "Fixed") return "its point is relative to others";
+    if (waypoint.states_pose)
+      return "it states pose and joints, as PolyScope 3 writes it; correct the .script beside it";
+    if (!waypoint.angles || numbers_in(*waypoint.angles).size() != kAngles)
+      return "it has no plain numbers";
+    return "";
+  }
+
+  // "a, b, c"; nothing of anything else.
+  std::vector<ProgramNumber> numbers_in(const XmlSpan& span) const {
+    TextCursor cursor(text_, span.begin, span.end);
+    std::vector<ProgramNumber> numbers;
+    do {
+      cursor.next();
+      const size_t begin = cursor.at();
+      const auto value = cursor.take_number();
+      if (!value) return {};
+      numbers.push_back({0, begin, cursor.at(), *value, ""});
+    } while (cursor.take(','));
+    return cursor.done() ? numbers : std::vector<ProgramNumber>();
+  }
+
+  int tool_of(std::string_view tcp) {
+    const auto begin = static_cast<size_t>(tcp.data() - text_.data());
+    if (tcp.empty()) return -1;
+    std::vector<double> values;
+    for (const ProgramNumber& number : numbers_in({begin, begin + tcp.size()}))
+      values.push_back(number.value);
+    if (values.size() != 6) return -1;
+    return add_frame(program_.frames, known_, "TCP p[" + std::string(tcp) + "]",
+                     program_.dialect->pose_of_numbers(values));
+  }
+
+  void add_to_point(int index, int line, double blend) {
+    const ProgramPoint& point = program_.points[static_cast<size_t>(index)];
+    Move& move = moves_.back();
+    ProgramTarget target;
+    target.kind = TargetKind::joints;
+    target.line = line;
+    target.begin = point.begin;
+    target.end = point.end;
+    target.tool = tools_[static_cast<size_t>(index)];
+    target.never_runs = suppressed_ > 0;
+    target.follows_target = move.follows;
+    target.blend = blend;
+    target.motion = motion_of(move.type == "MoveJ" ? 'J' : 'L', true);
+    if (target.motion != MotionKind::joint)
+      target.obstacle = "PolyScope has its moves in nodes, to which none is added";
+    add_target_at(target, index);
+    move.follows = !target.never_runs;
+  }
+
+  // Targets whose waypoint an expression reads or another move has, too.
+  std::map<size_t, std::string> used_elsewhere() const {
+    std::map<size_t, std::string> why;
+    for (size_t k = 0; k < program_.targets.size(); ++k)
+      if (used_.contains(program_.targets[k].point))
+        why[k] = "an expression or another move has its waypoint, too";
+    return why;
+  }
+
+  const KnownFrames& known_;
+  const std::string& text_;
+  int line_ = 1;  // of the tag that is read
+  std::vector<Element> elements_;
+  std::vector<Move> moves_;  // in one another
+  int suppressed_ = 0;       // nodes that are switched off, in one another
+  std::optional<Waypoint> waypoint_;
+  std::optional<Circle> circle_;
+  std::optional<std::string> script_;
+  std::map<std::string, int> waypoints_;  // points, by the paths of their elements
+  std::vector<int> tools_;                // of the points
+  std::set<int> used_;                    // points that stand elsewhere, too
+};
+
+}  // namespace
+
+void parse_polyscope_program(RobotProgram& program, const KnownFrames& known) {
+  PolyscopeReader(program, known).read();
+}
+
+}  // namespace armtrue
