@@ -46,19 +46,39 @@ Eigen::Matrix3d rotation_onto(const Eigen::Matrix3Xd& measured,
   return shortest_rotation(from, from.dot(to) < 0 ? -to : to);
 }
 
+// The most by which an arm that follows the program, late or rounding its corners, can change its
+// deviation up to each sample since the one before [m]. Its velocity is one that the program had
+// within the time of response T, so with the period h of the samples
+//     |change| <= h max |v(t') - v(t)|, t - T - h <= t' <= t + h.
+Eigen::VectorXd change_of_following(const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time) {
+  constexpr double kResponse = 0.15;  // [s]: servos of arms answer within 0.02 to 0.15 s
+  Eigen::VectorXd most = Eigen::VectorXd::Zero(time.size());
+  Index first = 0, last = 0;
+  for (Index k = 1; k < time.size(); ++k) {
+    const double period = time[k] - time[k - 1];
+    while (time[k] - time[first] > kResponse + period) ++first;
+    while (last < time.size() && time[last] - time[k] <= period) ++last;
+    const auto about = velocity.middleCols(first, last - first);
+    most[k] =
+        period * (about.colwise() - Eigen::Vector3d(velocity.col(k))).colwise().norm().maxCoeff();
+  }
+  return most;
+}
+
 std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
-                                    const std::vector<bool>& straight_on,
+                                    const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time,
                                     const std::vector<Index>& sample) {
   const Index count = deviation.cols();
   if (count < 2 * kSamplesBeside + 2) return std::nullopt;
   std::vector<double> changes;
   for (Index k = 1; k < count; ++k)
     changes.push_back((deviation.col(k) - deviation.col(k - 1)).norm());
-  const double threshold = std::max(kKnock, kTimesUsual * median(changes));
+  const double usual = std::max(kKnock, kTimesUsual * median(changes));
+  const Eigen::VectorXd following = change_of_following(velocity, time);
   std::optional<RecordStep> found;
   for (Index k = kSamplesBeside; k + kSamplesBeside <= count; ++k) {
     const double jump = changes[k - 1];
-    if (!straight_on[k] || jump <= threshold || (found && jump <= found->moved)) continue;
+    if (jump <= usual + following[k] || (found && jump <= found->moved)) continue;
     const double stays = (deviation.middleCols(k, kSamplesBeside).rowwise().mean() -
                           deviation.middleCols(k - kSamplesBeside, kSamplesBeside).rowwise().mean())
                              .norm();
@@ -384,7 +404,7 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const Eigen::VectorXd time = joined.time(good);
   const Eigen::Matrix3Xd deviation = position - wanted, velocity = velocity_at(programmed, time);
   const std::vector<bool> straight = straight_on(programmed, time);
-  const auto step = find_step(deviation, straight, good);
+  const auto step = find_step(deviation, velocity, time, good);
   const auto rigid = step ? std::nullopt : find_rigid(position, wanted);
   const auto turned = step || rigid ? std::nullopt : find_turn(wanted, deviation, velocity);
   const auto open =
