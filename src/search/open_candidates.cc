@@ -242,8 +242,8 @@ class OpenSearch {
 
   void add_session_steps(const Parameter& parameter) {
     if (!between_sessions_ || is_of_each_session(parameter, robot_)) return;
-    for (const Shape& inner : with_inner_values(
-             Shape{ShapeKind::step}, span_of(*between_sessions_, campaign_), kDegree))
+    for (const Shape& inner :
+         with_inner_values(Shape{ShapeKind::step}, span_of(*between_sessions_, campaign_), kDegree))
       add(parameter, *between_sessions_, inner);
   }
 
@@ -326,8 +326,10 @@ bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
        parameter_unit(chain, *first) == ParameterUnit::metre);
   if (effect.driver.involves(DriverKind::joint_angle))
     return !is_travel(effect.driver, chain) && (is_length || owner_of(effect) == Owner::base);
-  return is_length && effect.driver.kind == DriverKind::time &&
-         effect.shape.kind == ShapeKind::step;
+  const bool is_step_in_time =
+      effect.driver.kind == DriverKind::time && effect.shape.kind == ShapeKind::step;
+  const bool follows_payload = effect.driver.kind == DriverKind::payload && !effect.driver.factor;
+  return is_length && (is_step_in_time || follows_payload);
 }
 
 }  // namespace armtrue

@@ -21,7 +21,8 @@ bool is_distortion(const Effect& effect) { return is_polynomial(effect.shape); }
 // Random effects beside a fit, under the law of readings of another; with errors of the instrument
 // if a catalogue is given.
 RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
-                            const CalibrationResult& law, const Catalogue* of_instrument = nullptr) {
+                            const CalibrationResult& law,
+                            const Catalogue* of_instrument = nullptr) {
   std::vector<EffectGroup> groups = effect_groups(fit.robot, timed);
   if (of_instrument)
     std::ranges::move(errors_of_instrument(fit.robot, timed, *of_instrument),
@@ -29,10 +30,13 @@ RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
   return random_effects(fit, timed, groups, law);
 }
 
-// Whether an effect is doubtful only because no rigid arm has it: not because it follows time, nor
-// because a law of the instrument could take its place.
+// Whether an effect is doubtful only because no rigid arm has it: not because it follows time or
+// the payload, with which what is fastened to the flange may have changed, nor because a law of the
+// instrument could take its place.
 bool is_of_no_rigid_arm(const TracedEffect& traced) {
-  return traced.effect.may_be_instrument && !traced.effect.driver.follows_course() &&
+  const Driver& driver = traced.effect.driver;
+  return traced.effect.may_be_instrument && !driver.follows_course() &&
+         driver.kind != DriverKind::payload &&
          std::ranges::none_of(traced.indistinguishable, [](const Rival& rival) {
            return owner_of(rival.effect) == Owner::instrument && !is_distortion(rival.effect);
          });
@@ -135,10 +139,10 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   const CalibrationResult& fit = trace.fit;
   const RandomEffects erring = beside_groups(fit, timed, fit, &catalogue);
   const double of_error =
-      (has_doubts ? beside_groups(without_doubtful(trace, *judged.training.sound), timed, fit,
-                                  &catalogue)
-                        .evidence
-                  : erring.evidence) -
+      (has_doubts
+           ? beside_groups(without_doubtful(trace, *judged.training.sound), timed, fit, &catalogue)
+                 .evidence
+           : erring.evidence) -
       judged.random.evidence;
   const double without_law = std::max(judged.random.evidence, erring.evidence);
   if (of_error > kWorthASearch || std::ranges::any_of(trace.effects, has_better_rival)) {
@@ -158,8 +162,8 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
         odds() > kRuledOut) {
       // A law is dropped if random errors of the instrument explain the readings as well: the arm
       // is then that of the model with random errors.
-      RandomEffects lawless = beside_groups(without_laws(with, *lawful.training.sound), timed,
-                                            with, &catalogue);
+      RandomEffects lawless =
+          beside_groups(without_laws(with, *lawful.training.sound), timed, with, &catalogue);
       if (lawful.random.evidence - lawless.evidence < kRuledOut) {
         lawful.random = std::move(lawless);
         lawful.instrument_errs = true;
