@@ -118,8 +118,6 @@ class FlowOfValue {
     }
   };
 
-  static bool begins_routine(const Event& event) { return event.step && begins(event.step->step); }
-
   // A routine within another one interrupts the text of the other.
   void find_routines() {
     routines_.push_back({"", false, false});  // the text outside
@@ -249,6 +247,7 @@ class FlowOfValue {
 
   void pass(size_t index) {
     Routine& routine = routines_[index];
+    if (routine.is_local && routine.entry == kUnreached) return;
     Walk walk{index, routine.entry};
     for (const size_t i : routine.events) {
       Event& event = events_[i];

@@ -422,9 +422,9 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
   EXPECT_EQ(left(t1 + thread), 0);
   const RobotProgram unused =
       parsed("p.script", "def prog():\n" + kJoints + t1 + thread + "def rq_library():\n" + t2 +
-                             "movel(p[1,2,4,0,0,0])\nend\n" + run + "end\n");
+                             "movel(p[1,2,4,0,0,0])\n" + kJoints + "end\n" + run + "end\n");
   EXPECT_EQ(unused.left_alone, 0);
-  ASSERT_THAT(lines_of(unused), ElementsAre(2, 5, 9));
+  ASSERT_THAT(lines_of(unused), ElementsAre(2, 5, 10));
   EXPECT_TRUE(unused.targets[2].never_runs);
   EXPECT_FALSE(unused.targets[1].never_runs);
 }

@@ -129,7 +129,7 @@ class PolyscopeReader : MoveReader {
     } else if (name == "ExpressionChar" && script_) {
       *script_ += attribute_text(text_, tag, "character");
     } else if (name.ends_with("MoveDirectionNode")) {
-      leave_here("its end is a direction, which a condition ends as the program runs");
+      leave_here("its end is a direction, which a condition ends at run time");
     } else if (name == "SafeHome") {
       leave_here("its point is HOME, which the installation declares");
     } else if (stands_where_it_may_move(name)) {
