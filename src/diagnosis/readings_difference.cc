@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -41,11 +42,24 @@ ChowUnknowns chow_unknowns(const Robot& before, const Robot& after) {
 // (and by the scale of the instrument), then by the arm, residual last.
 struct RunEquations {
   Eigen::MatrixXd rows;
-  Eigen::Index set_up = 0;  // columns
-  int size = 0;             // rows of a pose
-
-  Eigen::Index poses() const { return rows.rows() / size; }
+  Eigen::Index set_up = 0;                 // columns
+  std::vector<Eigen::Index> first_rows{};  // of each pose, whose channels share what models lack
 };
+
+std::vector<Eigen::Index> first_rows_of_poses(const Campaign& campaign, int size) {
+  std::set<std::pair<int, int>> groups;
+  for (int row = 0; row < campaign.rows(); ++row)
+    groups.insert({campaign.pose[row], campaign.channel(row)});
+  std::vector<Eigen::Index> first;
+  Eigen::Index row = 0;
+  int pose = -1;
+  for (const auto& [of, channel] : groups) {
+    if (of != pose) first.push_back(row);
+    pose = of;
+    row += size;
+  }
+  return first;
+}
 
 Eigen::MatrixXd means_of_channels(const ObservationModel& model, const Campaign& campaign) {
   const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
@@ -88,7 +102,8 @@ RunEquations equations_of(const Robot& robot, const MeasuredRun& run, const Chow
   all.insert(all.end(), unknowns.arm.begin(), unknowns.arm.end());
   const ObservationModel model(*run.campaign, robot, all, run.spread);
   RunEquations equations{means_of_channels(model, *run.campaign),
-                         static_cast<Eigen::Index>(unknowns.set_up.size()), model.row_size()};
+                         static_cast<Eigen::Index>(unknowns.set_up.size()),
+                         first_rows_of_poses(*run.campaign, model.row_size())};
   if (!has_scale) return equations;
   Eigen::MatrixXd wider(equations.rows.rows(), equations.rows.cols() + 1);
   wider << column_of_scale(robot, run, all, equations.rows.rightCols<1>()), equations.rows;
@@ -164,7 +179,8 @@ RunEquations exchangeable(const RunEquations& first, const RunEquations& second)
   const Eigen::VectorXd x =
       norms.cwiseInverse().asDiagonal() * Eigen::VectorXd(factor_of(joint).solve(residual));
   residual -= joint.rightCols(joint.cols() - arm) * x.tail(joint.cols() - arm);
-  RunEquations all{Eigen::MatrixXd(n + m, first.rows.cols()), set_up, first.size};
+  RunEquations all{Eigen::MatrixXd(n + m, first.rows.cols()), set_up, first.first_rows};
+  for (const Eigen::Index row : second.first_rows) all.first_rows.push_back(n + row);
   all.rows << first.rows, second.rows.rightCols(second.rows.cols() - scale);
   all.rows.rightCols<1>() = residual;
   return all;
@@ -175,18 +191,27 @@ RunEquations exchangeable(const RunEquations& first, const RunEquations& second)
 double p_of_exchange(const RunEquations& first, const RunEquations& second, double f) {
   constexpr int kExchanges = 199;
   const RunEquations all = exchangeable(first, second);
-  std::vector<Eigen::Index> order(all.poses());
+  std::vector<size_t> order(all.first_rows.size());
   std::iota(order.begin(), order.end(), 0);
+  const auto rows_of = [&](size_t pose) {
+    const Eigen::Index from = all.first_rows[pose];
+    const bool is_last = pose + 1 == all.first_rows.size();
+    return std::pair{from, (is_last ? all.rows.rows() : all.first_rows[pose + 1]) - from};
+  };
   std::mt19937 random(1);
   int beyond = 0;
   for (int k = 0; k < kExchanges; ++k) {
     std::shuffle(order.begin(), order.end(), random);
     Eigen::MatrixXd rows(all.rows.rows(), all.rows.cols());
-    for (size_t pose = 0; pose < order.size(); ++pose)
-      rows.middleRows(static_cast<Eigen::Index>(pose) * all.size, all.size) =
-          all.rows.middleRows(order[pose] * all.size, all.size);
-    const auto test = chow_test(rows.topRows(first.rows.rows()), all.set_up,
-                                rows.bottomRows(second.rows.rows()), all.set_up);
+    Eigen::Index end = 0, end_of_first = 0;
+    for (size_t place = 0; place < order.size(); ++place) {
+      const auto [from, count] = rows_of(order[place]);
+      rows.middleRows(end, count) = all.rows.middleRows(from, count);
+      end += count;
+      if (place + 1 == first.first_rows.size()) end_of_first = end;
+    }
+    const auto test = chow_test(rows.topRows(end_of_first), all.set_up,
+                                rows.bottomRows(rows.rows() - end_of_first), all.set_up);
     beyond += test && test->f >= f;
     if ((beyond + 1.0) / (kExchanges + 1.0) >= kChangeSignificance) break;
   }

@@ -359,8 +359,11 @@ bool number_of_arm_moved(const RunComparison& found) {
          std::ranges::any_of(found.effects, changed);
 }
 
+// The readings decide only on a distance above what chance makes on average.
 bool arm_as_a_whole_moved(const RunComparison& found) {
-  return (found.arm && found.arm->moved()) || (found.by_readings && found.by_readings->moved());
+  if (!found.arm) return false;
+  return found.arm->moved() || (found.by_readings && found.by_readings->moved() &&
+                                found.arm->rms > found.arm->by_chance.value_or(0));
 }
 
 // Whether one scale of all lengths explains the difference of the arms, and no parameter does
@@ -566,7 +569,7 @@ std::optional<bool> RunComparison::arm_moved() const {
 std::optional<double> RunComparison::smallest_seen() const {
   if (!arm) return std::nullopt;
   if (by_readings && by_readings->times_seen > 0)
-    return arm->rms / std::sqrt(by_readings->times_seen);
+    return std::max(arm->rms / std::sqrt(by_readings->times_seen), arm->by_chance.value_or(0));
   return arm->smallest_seen;
 }
 
