@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "armtrue/diagnosis/suspicions.h"
+#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/comparison_io.h"
@@ -63,6 +66,25 @@ std::vector<JointVector> poses_of(app::Command& command, const std::string& path
   return poses;
 }
 
+// The readings of a calibration, if the file that it names stands where it stood and holds the
+// same: what was calibrate's input needs no second warning.
+std::optional<Campaign> readings_at_hand(app::Command& command, const RunFile& run,
+                                         const ComparedRun& compared) {
+  if (!run.robot || compared.readings.size() != 1) return std::nullopt;
+  for (const auto& [path, sha256] : run.provenance.inputs) {
+    if (sha256 != compared.readings.front() || is_device_or_pipe(path) ||
+        !std::filesystem::is_regular_file(path))
+      continue;
+    const Robot& robot = run.robot->robot;
+    CampaignFile file = read_campaign(path, robot.chain);
+    if (file.sha256 != sha256) continue;
+    if (find_computed_orientations(robot, file.campaign)) leave_out_orientations(file.campaign);
+    command.add_to_inputs(path, sha256);
+    return std::move(file.campaign);
+  }
+  return std::nullopt;
+}
+
 int conclude(app::Command& command, const app::ComparisonArguments& arguments,
              const RunComparison& found) {
   bool is_met = true;
@@ -74,9 +96,12 @@ int conclude(app::Command& command, const app::ComparisonArguments& arguments,
   }
   const std::optional<bool> moved = found.arm_moved();
   if (arguments.require_unchanged && moved.value_or(true)) {
+    const std::string undecided = found.undecided();
     command.warn(moved ? "the arm changed by more than chance"
-                       : "whether the arm changed is not tested" +
-                             (found.untested.empty() ? "" : ": " + found.untested.front()));
+                 : !undecided.empty()
+                     ? "undecided: " + undecided
+                     : "whether the arm changed is not tested" +
+                           (found.untested.empty() ? "" : ": " + found.untested.front()));
     is_met = false;
   }
   return is_met ? app::kSuccess : app::kNotReached;
@@ -91,7 +116,13 @@ int run(app::Command& command, const app::ComparisonArguments& arguments) {
                      ", which has no arm; --poses and --max-change-mm are for robot files");
   add_loops(command, arguments, before, after);
   const std::optional<About> about = app::read_about(command, arguments.page);
-  const ComparedRun one = compared_run(before), other = compared_run(after);
+  ComparedRun one = compared_run(before), other = compared_run(after);
+  const std::optional<Campaign> first = readings_at_hand(command, before, one),
+                                second = readings_at_hand(command, after, other);
+  if (first && second) {
+    one.campaign = &*first;
+    other.campaign = &*second;
+  }
   const std::vector<JointVector> poses =
       after.robot ? poses_of(command, arguments.poses, *other.robot) : std::vector<JointVector>();
   command.progress("comparing");

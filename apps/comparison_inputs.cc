@@ -23,7 +23,8 @@ void add_comparison_options(Command& command, ComparisonArguments& arguments) {
               "Exit with 3 if the arms differ by more than this on average")
       .check(above_zero());
   command.flag("--require-unchanged", arguments.require_unchanged,
-               "Exit with 3 if the arm changed by more than chance, or if that cannot be tested");
+               "Exit with 3 if the arm changed by more than chance, or if that cannot be tested or "
+               "is undecided");
   add_report(command, arguments.page, "with the changes and their intervals");
 }
 

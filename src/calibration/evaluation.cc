@@ -106,14 +106,14 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
   if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
   const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
   double ratio = 0, groups = 0;
-  for_each_replicates(
-      campaign, MedianResiduals(campaign, evaluation, rows), rows,
-      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
-        const auto readings = static_cast<double>(group.size());
-        ratio += readings * (mean.head<3>() / floor.position).squaredNorm();
-        if (turns) ratio += readings * (mean.tail<3>() / floor.orientation).squaredNorm();
-        ++groups;
-      });
+  for_each_replicates(campaign, MedianResiduals(campaign, evaluation, rows), rows,
+                      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+                        const auto readings = static_cast<double>(group.size());
+                        ratio += readings * (mean.head<3>() / floor.position).squaredNorm();
+                        if (turns)
+                          ratio += readings * (mean.tail<3>() / floor.orientation).squaredNorm();
+                        ++groups;
+                      });
   const double unknowns = determined[0] + (turns ? determined[1] : 0);
   const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - unknowns;
   if (freedom < 1) return std::nullopt;
@@ -203,15 +203,14 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
   floor.points = share_of_points(campaign, evaluation, rows);
   Deviations deviations(campaign);
   const MedianResiduals residuals(campaign, evaluation, rows);
-  for_each_replicates(
-      campaign, residuals, rows,
-      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
-        const double m = static_cast<double>(group.size());
-        if (m < 2) return;
-        floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
-        for (int row : group)
-          deviations.add(row, std::sqrt(m / (m - 1)) * (residuals.at(row) - mean));
-      });
+  for_each_replicates(campaign, residuals, rows,
+                      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+                        const double m = static_cast<double>(group.size());
+                        if (m < 2) return;
+                        floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
+                        for (int row : group)
+                          deviations.add(row, std::sqrt(m / (m - 1)) * (residuals.at(row) - mean));
+                      });
   constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
   if (floor.degrees_of_freedom >= kMinReplicates) {
     const NoiseOfAxes noise = deviations.noise(0, floor.axes);
@@ -425,13 +424,19 @@ double mean_error(const NoiseFloor& noise, const Campaign& campaign) {
 
 namespace {
 
+// How many of so many numbers are left after so many unknowns took theirs.
+double numbers_left(double numbers, double lost) {
+  constexpr double kLeastLeft = 0.1;
+  return std::max(kLeastLeft * numbers, numbers - lost);
+}
+
 // Root mean squares of residuals without blunders, in position and orientation.
 class MeanSquares {
  public:
   explicit MeanSquares(const ReadingSize& size) : size_(size) {}
   void add(const Eigen::Matrix<double, 6, 1>& residual, double weight) {
-    squares_ += weight * Eigen::Array2d(residual.head<3>().squaredNorm(),
-                                        residual.tail<3>().squaredNorm());
+    squares_ +=
+        weight * Eigen::Array2d(residual.head<3>().squaredNorm(), residual.tail<3>().squaredNorm());
     ++rows_;
   }
   // `lost`: numbers that do not count, such as those that unknowns take up.
@@ -442,8 +447,7 @@ class MeanSquares {
 
  private:
   static double root(double squares, double numbers, double lost) {
-    constexpr double kLeastLeft = 0.1;
-    return numbers > 0 ? std::sqrt(squares / std::max(kLeastLeft * numbers, numbers - lost)) : 0.0;
+    return numbers > 0 ? std::sqrt(squares / numbers_left(numbers, lost)) : 0.0;
   }
 
   ReadingSize size_;
@@ -455,21 +459,28 @@ class MeanSquares {
 void set_scatter(const CalibrationResult& fit, const Campaign& campaign,
                  const Evaluation& evaluation, const std::vector<int>& rows, FitQuality& quality) {
   MeanSquares left(campaign.reading_size()), pure(campaign.reading_size());
+  double between = 0, groups = 0;
   const MedianResiduals residuals(campaign, evaluation, rows);
-  for_each_replicates(
-      campaign, residuals, rows,
-      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
-        const auto m = static_cast<double>(group.size());
-        for (int row : group) {
-          const Eigen::Matrix<double, 6, 1> residual = residuals.at(row);
-          left.add(residual, 1);
-          if (m > 1) pure.add(residual - mean, m / (m - 1));
-        }
-      });
+  for_each_replicates(campaign, residuals, rows,
+                      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+                        const auto m = static_cast<double>(group.size());
+                        for (int row : group) {
+                          const Eigen::Matrix<double, 6, 1> residual = residuals.at(row);
+                          left.add(residual, 1);
+                          if (m > 1) pure.add(residual - mean, m / (m - 1));
+                        }
+                        between += m * mean.head<3>().squaredNorm();
+                        ++groups;
+                      });
   quality.left = left.roots(fit.determined);
   quality.pure = quality.noise.source == NoiseFloor::Source::replicates
                      ? pure.roots({0, 0})
                      : InstrumentNoise{quality.noise.position, quality.noise.orientation};
+  if (groups == 0) return;
+  const double numbers = campaign.reading_size().position * groups;
+  const double variance = between / numbers_left(numbers, fit.determined[0]) -
+                          quality.pure.position * quality.pure.position;
+  quality.rest = std::sqrt(std::max(0.0, variance) * groups / static_cast<double>(rows.size()));
 }
 
 }  // namespace
@@ -494,13 +505,6 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
       lack_of_fit_p(evaluation, campaign, sound, quality.noise, fit.determined, false);
   set_scatter(fit, campaign, evaluation, sound, quality);
   return quality;
-}
-
-double rest_of_model(const FitQuality& quality) {
-  constexpr double kSignificance = 0.01;
-  const bool is_noise = quality.lack_of_fit && *quality.lack_of_fit >= kSignificance;
-  const double left = quality.left.position, pure = quality.pure.position;
-  return is_noise || left <= pure ? 0 : std::sqrt(left * left - pure * pure);
 }
 
 }  // namespace armtrue

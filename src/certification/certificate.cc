@@ -9,6 +9,7 @@
 
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/certification/doubts.h"
+#include "armtrue/certification/stray_visits.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 
@@ -234,7 +235,9 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   const double with_hidden =
       certificate.all.ap.value * most_with_hidden(options.hidden, normal_below(kCoverage));
   if (options.tolerance)
-    certificate.decision = decision_on(certificate, *options.tolerance, with_hidden);
+    certificate.decision = no_arm_in_words(campaign, evaluation).empty()
+                               ? decision_on(certificate, *options.tolerance, with_hidden)
+                               : Decision::undecided;  // such an AP is none of an arm
   certificate.doubts = doubts_of_visits(robot, campaign, evaluation, about.stated.noise);
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
@@ -253,9 +256,9 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
                                                : "anything"));
   certificate.path = options.path;
   if (certificate.path) {
-    certificate.path_budget = budget_of(about.stated, certificate.path->scatter,
-                                        certificate.path->passes, range, std::nullopt,
-                                        certificate.path->at_of_scatter);
+    certificate.path_budget =
+        budget_of(about.stated, certificate.path->scatter, certificate.path->passes, range,
+                  std::nullopt, certificate.path->at_of_scatter);
     add_notes_on_path(*certificate.path, certificate);
   }
   certificate.poses = std::move(found.poses);

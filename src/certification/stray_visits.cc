@@ -209,7 +209,7 @@ std::string no_arm_in_words(const Campaign& campaign, const Evaluation& evaluati
   return fmt::format(
       "line {} stands {:.4g} mm from the commanded place of pose {}, farther than any arm errs: "
       "the names of poses may be exchanged, or base and tool of the robot file are not those of "
-      "this set-up; correct the column pose, or give --refit base,tool",
+      "this set-up; correct the column pose, or give --refit base,tool if that is missing",
       campaign.line[farthest], off / kMillimetre, campaign.pose_ids[campaign.pose[farthest]]);
 }
 

@@ -126,9 +126,8 @@ class Compensation {
     finish(target, context, intended);
     target.reached_q = target.programmed;
     if (!program_.is_cartesian(row))
-      if (const JointCorrection there =
-              joints_of_pose(controller(), context, arms_now_->options.base * target.reached,
-                             target.programmed);
+      if (const JointCorrection there = joints_of_pose(
+              controller(), context, arms_now_->options.base * target.reached, target.programmed);
           there.is_reached)
         target.reached_q = there.q;
     return target;
@@ -304,7 +303,7 @@ class Compensation {
     const Coverage known = coverage(identified, own.options, visits_.select(rows));
     const double rest = std::sqrt(3.0) * identified.uncertainty->rest;
     for (size_t k = 0; k < rows.size(); ++k)
-      cover(rows[k], known.deviation[k], rest, known.leverage[k]);
+      cover(rows[k], known.deviation[k], std::hypot(rest, known.not_applied[k]), known.leverage[k]);
   }
 
   void cover(size_t row, double deviation, double rest, double leverage) {
@@ -381,9 +380,8 @@ std::vector<CorrectedTarget> compensate_rows(const Robot& identified, const Robo
 bool may_hold_flange_in_tool(const Robot& controller) {
   constexpr double kRounded = 1e-3;  // of right angles that are written as 1.571 rad or 3.14
   const Link& last = controller.chain.links.back();
-  const bool changes_nothing =
-      last.joint == JointKind::fixed && last.alpha == 0 && last.d == 0 && last.theta == 0 &&
-      last.r == 0 && last.beta == 0;
+  const bool changes_nothing = last.joint == JointKind::fixed && last.alpha == 0 && last.d == 0 &&
+                               last.theta == 0 && last.r == 0 && last.beta == 0;
   const Eigen::Matrix3d& turn = controller.chain.tool.rotation;
   const Eigen::Matrix3d rounded = turn.array().round();
   return changes_nothing && !rounded.isIdentity(0) &&

@@ -66,6 +66,42 @@ std::vector<double> position_variances(const Robot& robot, const Campaign& readi
   return variances;
 }
 
+bool lacks_driver(const Effect& effect, const Campaign& visits) {
+  const auto lacks = [&](DriverKind kind) {
+    return !missing_column(visits, kind, effect.driver.where).empty();
+  };
+  return lacks(effect.driver.kind) || (effect.driver.factor && lacks(*effect.driver.factor));
+}
+
+// As if what may be the instrument's were the arm's, as far as the visits tell it.
+Robot with_doubtful_effects(Robot robot, const CompensationOptions& options,
+                            const Campaign& visits) {
+  for (Effect& effect : robot.effects) {
+    Effect of_arm = effect;
+    of_arm.may_be_instrument = false;
+    of_arm.mean = 0;
+    if (effect.may_be_instrument && moves_program(of_arm, options.tool_is_measured) &&
+        !lacks_driver(effect, visits))
+      effect = std::move(of_arm);
+  }
+  return robot;
+}
+
+std::vector<double> distances_by_doubtful_effects(const Robot& identified,
+                                                  const CompensationOptions& options,
+                                                  const Campaign& visits) {
+  std::vector<double> distances(visits.q.size(), 0);
+  if (std::ranges::none_of(identified.effects, &Effect::may_be_instrument)) return distances;
+  const ProgramArm applied(identified, options, options.tool, visits.temperature_names);
+  const ProgramArm doubtful(with_doubtful_effects(identified, options, visits), options,
+                            options.tool, visits.temperature_names);
+  for (int row = 0; row < visits.rows(); ++row) {
+    const Context context = visits.context(row);
+    distances[row] = difference(applied.pose(context), doubtful.pose(context)).position;
+  }
+  return distances;
+}
+
 }  // namespace
 
 Coverage coverage(const Robot& identified, const CompensationOptions& options,
@@ -87,6 +123,7 @@ Coverage coverage(const Robot& identified, const CompensationOptions& options,
   arm.chain.tool = options.tool;
   for (double variance : position_variances(arm, readings))
     result.deviation.push_back(std::sqrt(variance));
+  result.not_applied = distances_by_doubtful_effects(identified, options, visits);
   return result;
 }
 

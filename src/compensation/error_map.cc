@@ -145,7 +145,8 @@ class ErrorMapper {
       MapPoint& point = points[rows[k]];
       point.deviation = known.deviation[k];
       point.leverage = known.leverage[k];
-      point.after = std::hypot(known.deviation[k], std::sqrt(3.0) * scatter, point.rest.position);
+      point.after = std::hypot(std::hypot(known.deviation[k], std::sqrt(3.0) * scatter),
+                               point.rest.position, known.not_applied[k]);
       if (known.leverage[k] > 1) point.notes.push_back(CommandNote::outside_readings);
     }
   }

@@ -59,6 +59,15 @@ std::vector<double> distances(const Robot& before, const Campaign& points) {
   return position_errors(refit_set_up(before, points, before.identify), points);
 }
 
+// Those of a calibration: all, or those that come from the noise of its readings alone.
+enum class ErrorsOf { all, noise };
+
+// Of the standard deviation of a reading about the model.
+double share_of_noise(const Uncertainty& known) {
+  const double reading = known.reading.position;
+  return reading > known.rest ? std::sqrt(1 - std::pow(known.rest / reading, 2)) : 0;
+}
+
 // The unknowns of two calibrations as those of one robot, which has the effects of both.
 class UnknownsOfBoth {
  public:
@@ -71,16 +80,18 @@ class UnknownsOfBoth {
   }
 
   // Adds the errors of a calibration; false if its file does not state those of all its effects.
-  // `file`: the robot as it was read.
-  bool add(const Robot& file) {
+  // `file`: the robot as it was read. `errors`: all of them, or those by the noise of its readings.
+  bool add(const Robot& file, ErrorsOf errors) {
     if (!file.uncertainty) return false;
     const Uncertainty& known = *file.uncertainty;
+    const double of_noise = share_of_noise(known);
     std::vector<std::pair<int, Eigen::RowVectorXd>> own;  // unknown, its row of the root
     const auto take = [&](int unknown, Eigen::Index row, double std) {
       const double by_root = known.root.row(row).norm();
       // The standard deviations of a fit that leaves far more than noise are widened, its root not.
       const double widened = std > 0 && by_root > 0 ? std / by_root : 1;
-      own.emplace_back(unknown, widened * known.root.row(row));
+      own.emplace_back(unknown,
+                       (errors == ErrorsOf::all ? widened : of_noise) * known.root.row(row));
     };
     for (size_t k = 0; k < known.parameters.size(); ++k) {
       const std::string& name = known.parameters[k];
@@ -149,15 +160,43 @@ class UnknownsOfBoth {
 // What chance alone makes of the mean square distance, after base and tool are fitted.
 std::optional<MeanSquare> mean_square_by_chance(const Robot& before, const Robot& after,
                                                 const Robot& arm_before, const Robot& arm_after,
-                                                const Campaign& points) {
+                                                const Campaign& points, ErrorsOf errors) {
   UnknownsOfBoth unknowns(arm_before, arm_after);
-  if (!unknowns.add(before) || !unknowns.add(after)) return std::nullopt;
+  if (!unknowns.add(before, errors) || !unknowns.add(after, errors)) return std::nullopt;
   Robot both = unknowns.robot();
   Robot links_only = both;
   links_only.effects.clear();
   const IdentifiableSet placed = require_identifiable(links_only, points);
   both.uncertainty = after_refit(both, points, placed.kept);
   return mean_square_by_uncertainty(both, points);
+}
+
+int poses_of_calibration(const Robot& robot) {
+  return robot.uncertainty ? robot.uncertainty->poses : 0;
+}
+
+// Of a mean square distance.
+double p_of(double square, const MeanSquare& by_chance, int fewest_poses) {
+  return fisher_f_above(square / by_chance.expected, by_chance.freedom,
+                        std::max(1, fewest_poses - 1));
+}
+
+// The mean square of the distances is a parabola of the scale.
+CommonScale common_scale(const Robot& arm_before, const Campaign& points,
+                         const MeanSquare& by_chance, int fewest_poses) {
+  const auto at = [&](double scale) {
+    Campaign scaled = points;
+    for (Eigen::Vector3d& point : scaled.position) point *= 1 + scale;
+    return summarize(distances(arm_before, scaled));
+  };
+  const auto square = [&](double scale) { return std::pow(at(scale).rms, 2); };
+  constexpr double kStep = 1e-4;
+  const double here = square(0), up = square(kStep), down = square(-kStep);
+  const double bend = (up + down - 2 * here) / (kStep * kStep);
+  if (bend <= 0) return {0, at(0).mean, p_of(here, by_chance, fewest_poses)};
+  const double best = (down - up) / (2 * kStep) / bend;
+  const ErrorSummary left = at(best);
+  return {-best, left.mean, p_of(left.rms * left.rms, by_chance, fewest_poses)};
 }
 
 bool has_remainder(const Robot& robot) {
@@ -212,7 +251,8 @@ std::vector<JointVector> poses_of_both(const Robot& before, const Robot& after) 
   for (const Robot* robot : {&before, &after}) clip_travel(*robot, within.chain);
   const std::vector<JointVector> drawn = random_configurations(within, kDrawn, {}, 1);
   std::vector<JointVector> poses;
-  for (auto first = drawn.begin(); first != drawn.end() && poses.size() < kPoses; first += kAtOnce) {
+  for (auto first = drawn.begin(); first != drawn.end() && poses.size() < kPoses;
+       first += kAtOnce) {
     const std::vector<JointVector> some(first, first + kAtOnce);
     const std::vector<bool> by_one = covered(before, some), by_other = covered(after, some);
     for (size_t k = 0; k < some.size() && poses.size() < kPoses; ++k)
@@ -244,12 +284,20 @@ ArmDifference arm_difference(const Robot& before, const Robot& after,
         found.left_out.push_back(std::move(text));
     }
   if (has_remainder(before) || has_remainder(after)) return found;
-  const auto chance = mean_square_by_chance(before, after, arm_before, arm_after, points);
+  const int fewest = std::min(poses_of_calibration(before), poses_of_calibration(after));
+  const auto chance =
+      mean_square_by_chance(before, after, arm_before, arm_after, points, ErrorsOf::all);
   if (!chance || chance->expected <= 0) return found;
   found.by_chance = std::sqrt(chance->expected);
-  const int fewest = std::min(before.uncertainty->poses, after.uncertainty->poses);
-  found.p_value = fisher_f_above(found.rms * found.rms / chance->expected, chance->freedom,
-                                 std::max(1, fewest - 1));
+  found.p_value = p_of(found.rms * found.rms, *chance, fewest);
+  found.smallest_seen =
+      *found.by_chance * std::sqrt(fisher_f_quantile(1 - kChangeSignificance, chance->freedom,
+                                                     std::max(1, fewest - 1)));
+  const auto noise =
+      mean_square_by_chance(before, after, arm_before, arm_after, points, ErrorsOf::noise);
+  found.p_value_of_noise =
+      noise && noise->expected > 0 ? p_of(found.rms * found.rms, *noise, fewest) : 0;
+  found.scale = common_scale(arm_before, points, *chance, fewest);
   return found;
 }
 

@@ -220,9 +220,8 @@ std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot&
 std::string some_of(const std::vector<std::string>& names, const char* between) {
   constexpr size_t kShown = 4;  // of a sentence
   if (names.size() <= kShown) return fmt::format("{}", fmt::join(names, between));
-  return fmt::format("{}{}and {} others",
-                     fmt::join(names.begin(), names.begin() + kShown, between), between,
-                     names.size() - kShown);
+  return fmt::format("{}{}and {} others", fmt::join(names.begin(), names.begin() + kShown, between),
+                     between, names.size() - kShown);
 }
 
 // Whether an effect is a curve that readings determined and no prior.
@@ -262,11 +261,12 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
         "calibrate both with the same --identify",
         some_of(one_sided, ", ")));
   if (!found.held_apart.empty())
-    reasons.push_back(fmt::format(
-        "the runs hold {} at different values, {}", some_of(found.held_apart, ", "),
-        before.nominal == after.nominal
-            ? "where loops have left the means of their effects; compare what calibrate makes of both"
-            : "as of different nominal robots; calibrate both from one robot file"));
+    reasons.push_back(
+        fmt::format("the runs hold {} at different values, {}", some_of(found.held_apart, ", "),
+                    before.nominal == after.nominal
+                        ? "where loops have left the means of their effects; compare what "
+                          "calibrate makes of both"
+                        : "as of different nominal robots; calibrate both from one robot file"));
   if (before.robot && after.robot && (has_curve(*before.robot) || has_curve(*after.robot)))
     reasons.emplace_back(
         "a model has curves over joints that no cause explains, which differ from run to run; "
@@ -348,6 +348,38 @@ std::string arms_in_words(const ArmDifference& arm) {
   return fmt::format("{} at the tool on average, {} at most", mm(arm.mean), mm(arm.max));
 }
 
+bool number_of_arm_moved(const RunComparison& found) {
+  const auto moved = [](const ComparedParameter& parameter) {
+    return parameter.of_arm && parameter.number.moved();
+  };
+  const auto changed = [](const ComparedEffect& effect) {
+    return effect.effect.of_arm() && std::ranges::any_of(effect.numbers, &NumberChange::moved);
+  };
+  return std::ranges::any_of(found.parameters, moved) ||
+         std::ranges::any_of(found.effects, changed);
+}
+
+// The readings decide only on a distance above what chance makes on average.
+bool arm_as_a_whole_moved(const RunComparison& found) {
+  if (!found.arm) return false;
+  return found.arm->moved() || (found.by_readings && found.by_readings->moved() &&
+                                found.arm->rms > found.arm->by_chance.value_or(0));
+}
+
+// Whether one scale of all lengths explains the difference of the arms, and no parameter does
+// alone.
+bool is_of_scale(const RunComparison& found) {
+  if (!found.arm || !found.arm->scale || !arm_as_a_whole_moved(found)) return false;
+  const CommonScale& scale = *found.arm->scale;
+  const double left = found.by_readings
+                          ? std::min(scale.p_value, found.by_readings->p_value_beside_scale)
+                          : scale.p_value;
+  return left >= kChangeSignificance &&
+         std::ranges::none_of(found.parameters, [&](const ComparedParameter& parameter) {
+           return parameter.left_beside && *parameter.left_beside <= scale.mean;
+         });
+}
+
 std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
                             const KinematicChain& chain) {
   const ArmDifference& arm = *found.arm;
@@ -377,16 +409,22 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
       arm.by_chance
           ? fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms), mm(*arm.by_chance))
           : "";
-  if (of_arm.empty() && arm.moved())
+  if (const std::string why = found.undecided(); !why.empty())
+    return fmt::format("Whether the arm changed is undecided: {}.{}", why, station);
+  if (of_arm.empty() && arm_as_a_whole_moved(found))
     return fmt::format(
                "The arm changed by more than chance: {}{}; no parameter alone did, several share "
                "it.",
                arms_in_words(arm), by_chance) +
            station;
   if (of_arm.empty())
-    return fmt::format("{} changed by more than chance: the arms differ by {}{}.{}",
-                       of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(arm),
-                       by_chance, station);
+    return fmt::format(
+        "{} changed by more than chance: the arms differ by {}{}{}.{}",
+        of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(arm), by_chance,
+        found.smallest_seen() ? fmt::format("; above {} RMS a change would have been seen",
+                                            mm(*found.smallest_seen()))
+                              : "",
+        station);
   return fmt::format("The arm moved: {}; {}{}. Nothing else of it changed by more than chance.{}",
                      listed(of_arm), arms_in_words(arm), by_chance, station);
 }
@@ -524,15 +562,33 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
 }
 
 std::optional<bool> RunComparison::arm_moved() const {
-  if (!untested.empty() || tested == 0) return std::nullopt;
-  const auto moved = [](const ComparedParameter& parameter) {
-    return parameter.of_arm && parameter.number.moved();
-  };
-  const auto changed = [](const ComparedEffect& effect) {
-    return effect.effect.of_arm() && std::ranges::any_of(effect.numbers, &NumberChange::moved);
-  };
-  return (arm && arm->moved()) || std::ranges::any_of(parameters, moved) ||
-         std::ranges::any_of(effects, changed);
+  if (!untested.empty() || tested == 0 || !undecided().empty()) return std::nullopt;
+  return arm_as_a_whole_moved(*this) || number_of_arm_moved(*this);
+}
+
+std::optional<double> RunComparison::smallest_seen() const {
+  if (!arm) return std::nullopt;
+  if (by_readings && by_readings->times_seen > 0)
+    return std::max(arm->rms / std::sqrt(by_readings->times_seen), arm->by_chance.value_or(0));
+  return arm->smallest_seen;
+}
+
+std::string RunComparison::undecided() const {
+  if (!untested.empty() || !arm) return "";
+  if (is_of_scale(*this))
+    return fmt::format(
+        "all lengths of the arm differ by one ratio, {:.3g} um in each metre: the instrument has "
+        "another scale, or the arm another temperature; measure a length that is known, or give "
+        "the instrument's scale before calibrating",
+        arm->scale->ratio / 1e-6);
+  if (by_readings || !arm->is_undecided() || number_of_arm_moved(*this)) return "";
+  return fmt::format(
+      "the arms differ by {} RMS, more than the noise of the readings makes; the models lack "
+      "something, and only a change above {} would stand out from that. Put the files of readings "
+      "where they stood when both were calibrated, ask trace-residual --since, or compare models "
+      "of "
+      "close-loop that lack less",
+      mm(arm->rms), mm(arm->smallest_seen.value()));
 }
 
 std::string why_not_comparable(const Robot& before, const std::string& name_before,
@@ -594,14 +650,23 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
   const std::vector<JointVector> at =
       poses.empty() ? poses_of_both(*before.robot, *after.robot) : poses;
   found.arm = arm_difference(*before.robot, *after.robot, at);
+  if (found.untested.empty() && found.readings == Shared::none && before.campaign &&
+      after.campaign && before.spread && after.spread)
+    found.by_readings = readings_difference(*before.robot, {before.campaign, *before.spread},
+                                            *after.robot, {after.campaign, *after.spread});
   if (!found.untested.empty()) {  // by the same reasons
     found.arm->p_value.reset();
     found.arm->by_chance.reset();
+    found.arm->p_value_of_noise.reset();
+    found.arm->smallest_seen.reset();
+    found.arm->scale.reset();
   }
   for (ComparedParameter& parameter : found.parameters)
-    if (parameter.of_arm && parameter.number.moved())
-      parameter.at_tool =
-          mean_arm_difference(*before.robot, with_change(*before.robot, parameter), at);
+    if (parameter.of_arm && parameter.number.moved()) {
+      const Robot changed = with_change(*before.robot, parameter);
+      parameter.at_tool = mean_arm_difference(*before.robot, changed, at);
+      parameter.left_beside = mean_arm_difference(changed, *after.robot, at);
+    }
   found.sentence = sentence_of_arm(found, has_nominal(before, after), after.robot->chain);
   if (found.errors) found.sentence += " " + sentence_of_errors(*before.errors, *after.errors);
   return found;

@@ -178,9 +178,10 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
   const std::optional<bool> moved = found.arm_moved();
   Page page(head, robot, "Two runs compared");
   page.verdict(!moved || *moved ? Tone::attention : Tone::good,
-               !moved   ? "not tested"
-               : *moved ? "the arm moved"
-                        : "nothing beyond chance",
+               !found.undecided().empty() ? "undecided"
+               : !moved                   ? "not tested"
+               : *moved                   ? "the arm moved"
+                                          : "nothing beyond chance",
                page.value("sentence"));
   if (found.arm) {
     page.tiles({{"Mean", page.value("arm/mean_mm") + " mm",
@@ -220,10 +221,10 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
                       cell("before"), cell("after"), cell("change")});
     }
     page.pictures(pictures);
-    page.add(folded(fmt::format("{} curves", rows.size()),
-                    table({"parameter", "over joint", "unit", "RMS before", "RMS after",
-                           "RMS of the change"},
-                          rows)));
+    page.add(folded(
+        fmt::format("{} curves", rows.size()),
+        table({"parameter", "over joint", "unit", "RMS before", "RMS after", "RMS of the change"},
+              rows)));
   }
   add_errors(page, found);
   return page.finish();

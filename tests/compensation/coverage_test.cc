@@ -68,6 +68,32 @@ TEST(Coverage, IsTheDeviationOfTheArmAlone) {
   }
 }
 
+// The foot rises with the angle of joint 2, or the instrument does: it is not applied, and if it is
+// the arm's, the tool errs by it.
+TEST(Coverage, ContainsWhatMayBeTheArmsAndIsNotApplied) {
+  Uniform uniform(24);
+  const Robot nominal = read_robot(kNominalArm).robot;
+  Robot robot = known_arm(uniform, 1);
+  CompensationOptions options;
+  const auto deviation_at = [&](const JointVector& q) {
+    return *compensate(robot, nominal, joint_program({q}), options).front().deviation;
+  };
+  for (int k = 0; k < 5; ++k) {
+    const JointVector q = random_target(nominal.chain, uniform);
+    robot.effects.resize(2);
+    const double without = deviation_at(q);
+    Effect rise = effect_on("base.z", "joint-angle 2", "linear", {3e-3});
+    rise.may_be_instrument = true;
+    rise.mean = 1e-3;
+    robot.effects.push_back(rise);
+    EXPECT_NEAR(deviation_at(q), std::hypot(without, 3e-3 * q[1] - 1e-3), 0.02 * without);
+    // The drift of the instrument is none of the arm, whatever it may be.
+    robot.effects.back() = effect_on("base.x", "time", "linear", {1e-3});
+    robot.effects.back().may_be_instrument = true;
+    EXPECT_NEAR(deviation_at(q), without, 1e-9);
+  }
+}
+
 TEST(Coverage, LinksMayHoldTheStation) {
   Uniform uniform(23);
   Robot robot = known_arm(uniform, 1);

@@ -133,12 +133,15 @@ struct FitQuality {
   /// unknowns. `pure`: of the noise, by replicates where they show the floor, else as stated (0:
   /// unknown). Both for a row with the median sigma [m, rad].
   InstrumentNoise left, pure;
+  /// Standard deviation, per axis, of what the model lacks in a position [m]. With Q by `pure` in
+  /// place of the floor, without the orientations, and m readings in a group on average:
+  ///     rest^2 = pure^2 (Q / f - 1) / m, or 0 if that is negative,
+  /// the variance between groups (Searle, Casella, McCulloch, "Variance components", 1992, 3.6).
+  /// Replicates share what the model lacks, so that unknowns take up groups, not readings.
+  double rest = 0;
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
 
-/// The standard deviation, per axis, of what a model lacks in a position: sqrt(left^2 - pure^2)
-/// where its lack of fit is significant (p < 0.01) or the noise is unknown, else 0 [m].
-double rest_of_model(const FitQuality& quality);
 /// `evaluation`: evaluate(fit.robot, campaign).
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
                   const Evaluation& evaluation);

@@ -10,6 +10,14 @@
 
 namespace armtrue {
 
+/// All lengths of the later arm are longer by one ratio, as by the scale of an instrument or by the
+/// temperature of the arm.
+struct CommonScale {
+  double ratio = 0;    ///< later over earlier, less 1
+  double mean = 0;     ///< ArmDifference::mean that the scale leaves [m]
+  double p_value = 0;  ///< ArmDifference::p_value of what it leaves
+};
+
 /// How far two models of one arm are apart, at the measured point of the second, after base and
 /// tool of the first are fitted to it: a difference that base and tool can imitate is none of the
 /// arm.
@@ -27,8 +35,20 @@ struct ArmDifference {
   /// p-value of rms^2 / by_chance^2, taken as F-distributed with the degrees of freedom of
   /// Satterthwaite and the fewest poses of a calibration - 1.
   std::optional<double> p_value;
+  /// p-value of the same against the noise of the readings alone: each root of a covariance times
+  /// sqrt(1 - rest^2 / reading^2) of its file, and not widened.
+  std::optional<double> p_value_of_noise;
+  /// The smallest RMS distance that would be more than chance [m].
+  std::optional<double> smallest_seen;
+  /// One scale of all lengths in place of a change of the arm; where `by_chance` is known.
+  std::optional<CommonScale> scale;
 
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
+  /// More than noise makes, and less than what the models lack may make: the arm may have changed,
+  /// or may not.
+  bool is_undecided() const {
+    return !moved() && p_value_of_noise && *p_value_of_noise < kChangeSignificance;
+  }
 };
 
 /// Up to 200 of 2000 random poses over the travel of the joints, always the same ones: those that

@@ -9,6 +9,7 @@
 #include "armtrue/campaign/training_rows.h"
 #include "armtrue/diagnosis/arm_difference.h"
 #include "armtrue/diagnosis/change.h"
+#include "armtrue/diagnosis/readings_difference.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/parameters.h"
 
@@ -44,6 +45,9 @@ struct ComparedParameter {
   /// Mean motion of the tool by this change alone, base and tool placed [m]; of a parameter that
   /// moved.
   std::optional<double> at_tool;
+  /// ArmDifference::mean that this change alone leaves [m]; of a parameter that moved, where a
+  /// scale is its rival.
+  std::optional<double> left_beside;
 };
 
 /// A coefficient of a NamedEffect.
@@ -112,6 +116,7 @@ struct ComparedRun {
   // What made it, as its file states it; empty if it does not.
   std::string command{}, version{}, nominal{};  ///< `nominal`: SHA-256 of the robot file
   std::vector<std::string> readings{};          ///< SHA-256 of the files
+  const Campaign* campaign = nullptr;           ///< the readings themselves, if they are at hand
 };
 
 /// Whether readings of one run are among those of the other, by the marks of their rows or else by
@@ -135,13 +140,20 @@ struct RunComparison {
   std::vector<ComparedEffect> effects;
   std::vector<RemainderCurve> remainder;
   std::optional<ArmDifference> arm;
+  std::optional<ReadingsDifference> by_readings;  ///< where those of both runs are at hand
   std::optional<std::array<RunErrors, 2>> errors;
   /// What changed, in one sentence or two.
   std::string sentence;
 
   /// Whether a number of the arm, or the arm as a whole, changed by more than chance; nothing where
-  /// that is not tested.
+  /// that is not tested, or undecided() says why it is not known.
   std::optional<bool> arm_moved() const;
+  /// Why the test does not tell whether the arm changed, as a sentence without a full stop: the
+  /// arms differ by more than noise and by less than what the models lack may make and no readings
+  /// are at hand, or one scale of all lengths explains the difference. Empty if it tells.
+  std::string undecided() const;
+  /// The smallest RMS distance of the arms that would have been seen [m].
+  std::optional<double> smallest_seen() const;
 };
 
 /// Why the numbers of two robots mean different things, as an error with its remedy; empty if they

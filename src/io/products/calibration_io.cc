@@ -141,7 +141,7 @@ Document write_calibration(const CalibrationResult& result, const Campaign& camp
   Robot robot = result.robot;
   robot.uncertainty = uncertainty_of(result, campaign, evaluation);
   robot.uncertainty->rest =
-      rest_of_model(findings.quality ? *findings.quality : assess(result, campaign, evaluation));
+      (findings.quality ? *findings.quality : assess(result, campaign, evaluation)).rest;
   YAML::Node root = robot_node(robot, provenance);
   root["calibration"] = calibration_node(result, campaign, evaluation);
   evaluation = {};

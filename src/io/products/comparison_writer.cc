@@ -93,7 +93,8 @@ YAML::Node curve_node(const RemainderCurve& curve, const KinematicChain& chain) 
   return node;
 }
 
-YAML::Node arm_node(const ArmDifference& arm, const KinematicChain& chain) {
+YAML::Node arm_node(const RunComparison& found, const KinematicChain& chain) {
+  const ArmDifference& arm = *found.arm;
   YAML::Node node, at;
   node["poses"] = whole_number(arm.q.size());
   node["mean_mm"] = rounded(arm.mean / kMillimetre);
@@ -107,6 +108,20 @@ YAML::Node arm_node(const ArmDifference& arm, const KinematicChain& chain) {
   if (arm.p_value) {
     node["p_value"] = rounded(*arm.p_value);
     node["moved"] = boolean(arm.moved());
+  }
+  if (const auto seen = found.smallest_seen())
+    node["smallest_seen_mm"] = rounded(*seen / kMillimetre);
+  if (found.by_readings) {
+    node["p_value_of_readings"] = rounded(found.by_readings->p_value);
+    node["p_value_beside_scale"] = rounded(found.by_readings->p_value_beside_scale);
+  }
+  if (arm.p_value_of_noise) node["p_value_of_noise"] = rounded(*arm.p_value_of_noise);
+  if (arm.scale) {
+    YAML::Node scale;
+    scale["um_per_m"] = rounded(arm.scale->ratio / 1e-6);
+    scale["left_mm"] = rounded(arm.scale->mean / kMillimetre);
+    scale["p_value"] = rounded(arm.scale->p_value);
+    node["scale"] = flow(scale);
   }
   if (!arm.left_out.empty()) node["left_out"] = texts_node(arm.left_out);
   return node;
@@ -146,6 +161,7 @@ Document write_comparison(const RunComparison& found, const std::vector<std::str
   root["sentence"] = found.sentence;
   const std::optional<bool> moved = found.arm_moved();
   root["arm_moved"] = moved ? boolean(*moved) : text_or_null("");
+  if (const std::string why = found.undecided(); !why.empty()) root["undecided"] = why;
   root["before"] = run_node(before);
   root["after"] = run_node(after);
   root["readings"] = word_of(found.readings);
@@ -154,7 +170,7 @@ Document write_comparison(const RunComparison& found, const std::vector<std::str
   root["untested"] = texts_node(found.untested);
   if (found.arm) {
     const KinematicChain& chain = after.robot->robot.chain;
-    root["arm"] = arm_node(*found.arm, chain);
+    root["arm"] = arm_node(found, chain);
     std::vector<YAML::Node> parameters, curves;
     for (const ComparedParameter& parameter : found.parameters)
       parameters.push_back(parameter_node(parameter));
