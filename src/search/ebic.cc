@@ -13,20 +13,26 @@ constexpr double kMinShareLeft = 1e-12;  // keeps the logarithm finite where not
 
 }  // namespace
 
-double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,
-                 double freedom) {
-  if (k == 0) return -std::numeric_limits<double>::infinity();
+EbicFall::EbicFall(bool is_shrunken, double log_choices, int k, double freedom)
+    : is_shrunken_(is_shrunken),
+      is_possible_(k != 0 && (!is_shrunken || k <= kMaxShareOfFreedom * freedom)),
+      log_choices_(log_choices),
+      count_(k),
+      freedom_(freedom),
+      full_charge_(count_ * std::log(freedom)),
+      by_chance_(-freedom * std::log(1.0 - count_ / freedom)) {}
+
+double EbicFall::operator()(double gain, double before) const {
+  if (!is_possible_) return -std::numeric_limits<double>::infinity();
   const double left = std::max(kMinShareLeft, 1.0 - gain / before);
-  const double fall = -freedom * std::log(left);
-  const double count = k;
-  if (!is_shrunken) return fall - count * std::log(freedom) - 2.0 * log_choices;
-  if (count > kMaxShareOfFreedom * freedom) return -std::numeric_limits<double>::infinity();
-  const double by_more_than_chance = fall * count / (-freedom * std::log(1.0 - count / freedom));
+  const double fall = -freedom_ * std::log(left);
+  if (!is_shrunken_) return fall - full_charge_ - 2.0 * log_choices_;
+  const double by_more_than_chance = fall * count_ / by_chance_;
   const double charge =
-      std::min(count * std::log(freedom),
-               by_more_than_chance <= count ? by_more_than_chance
-                                            : count * (1 + std::log(by_more_than_chance / count)));
-  return by_more_than_chance - charge - 2.0 * log_choices;
+      std::min(full_charge_, by_more_than_chance <= count_
+                                 ? by_more_than_chance
+                                 : count_ * (1 + std::log(by_more_than_chance / count_)));
+  return by_more_than_chance - charge - 2.0 * log_choices_;
 }
 
 }  // namespace armtrue

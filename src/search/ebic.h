@@ -17,7 +17,22 @@ namespace armtrue {
 /// -infinity. The reason for the smaller charge: one cause moves a few of the coefficients much and
 /// the rest little. A curve on one parameter pays the full charge, because otherwise its
 /// coefficients would follow blunders.
-double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,
-                 double freedom);
+class EbicFall {
+ public:
+  EbicFall(bool is_shrunken, double log_choices, int k, double freedom);
+
+  double operator()(double gain, double before) const;
+
+ private:
+  bool is_shrunken_, is_possible_;
+  double log_choices_, count_, freedom_;
+  double full_charge_;  // k ln m
+  double by_chance_;    // -m ln(1 - k / m)
+};
+
+inline double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,
+                        double freedom) {
+  return EbicFall(is_shrunken, log_choices, k, freedom)(gain, before);
+}
 
 }  // namespace armtrue

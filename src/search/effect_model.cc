@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -53,19 +54,31 @@ auto place_of(const Parameter& parameter, const KinematicChain& chain) {
       parameter.owner == Owner::several || parameter.owner == Owner::coupling ? parameter.of : "");
 }
 
-// Order among candidates that explain alike: fewer choices first, then joint angles (bending about
+// What orders candidates that explain alike: fewer choices first, then joint angles (bending about
 // the axis of a joint is its compliance), then the place. The order in files does not matter.
-bool is_preferred(const Candidate& a, const Candidate& b, const KinematicChain& chain) {
-  const auto key = [&](const Candidate& candidate) {
-    const Effect& effect = candidate.effect;
-    const bool is_joint = is_link_parameter(effect.parameter, LinkParameter::theta);
-    const Driver& driver = effect.driver;
-    const Shape& shape = effect.shape;
-    return std::tuple(candidate.log_choices, !is_joint, place_of(effect.parameter, chain),
-                      driver.kind, driver.joint, driver.second_joint, driver.where, driver.factor,
-                      shape.kind, shape.harmonic, shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
-  };
-  return key(a) < key(b);
+auto preference(const Candidate& candidate, const KinematicChain& chain) {
+  const Effect& effect = candidate.effect;
+  const bool is_joint = is_link_parameter(effect.parameter, LinkParameter::theta);
+  const Driver& driver = effect.driver;
+  const Shape& shape = effect.shape;
+  return std::tuple(candidate.log_choices, !is_joint, place_of(effect.parameter, chain),
+                    driver.kind, driver.joint, driver.second_joint, driver.where, driver.factor,
+                    shape.kind, shape.harmonic, shape.basis, shape.count, shape.at, shape.tau,
+                    shape.low, shape.high);
+}
+
+// The preferred first. Each is described once, because that takes longer than the comparisons.
+std::vector<Candidate> by_preference(std::vector<Candidate> candidates,
+                                     const KinematicChain& chain) {
+  std::vector<decltype(preference(candidates.front(), chain))> keys;
+  for (const Candidate& candidate : candidates) keys.push_back(preference(candidate, chain));
+  std::vector<std::size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(
+      order, {}, [&](std::size_t k) -> const auto& { return keys[k]; });
+  std::vector<Candidate> sorted;
+  for (std::size_t k : order) sorted.push_back(std::move(candidates[k]));
+  return sorted;
 }
 
 // The errors of an instrument that distorts space are a few times its noise. If the geometry leaves
@@ -103,10 +116,7 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
     for (Candidate& open : std::ranges::subrange(candidates.begin() + first, candidates.end()))
       open.log_choices = std::log(std::exp(open.log_choices) + static_cast<double>(known));
   }
-  std::ranges::sort(candidates, [&](const Candidate& a, const Candidate& b) {
-    return is_preferred(a, b, robot.chain);
-  });
-  return candidates;
+  return by_preference(std::move(candidates), robot.chain);
 }
 
 }  // namespace
@@ -176,12 +186,10 @@ bool EffectModel::is_allowed(const Candidate& candidate,
 // The candidate that is the effect of a family alone, with its inner values, which were settled for
 // the family.
 Candidate EffectModel::alone(const Effect& single) const {
-  Candidate candidate =
-      *std::ranges::find_if(scan_->candidates(), [&](const Candidate& other) {
-        return other.of_family == single.family->name && other.effect.members.empty() &&
-               same_place(other.effect, single) &&
-               other.effect.shape.kind == single.shape.kind;
-      });
+  Candidate candidate = *std::ranges::find_if(scan_->candidates(), [&](const Candidate& other) {
+    return other.of_family == single.family->name && other.effect.members.empty() &&
+           same_place(other.effect, single) && other.effect.shape.kind == single.shape.kind;
+  });
   candidate.effect.shape = single.shape;
   candidate.effect.family = single.family;
   return candidate;
@@ -221,8 +229,8 @@ void EffectModel::drop_impossible_members(int k) {
     for (size_t m = 0; m < family.members.size(); ++m) {
       const size_t count = fitted.members[m].coefficients.size();
       const Coefficient& c = fitted.coefficients[first];
-      const bool may_be = is_allowed(alone(family.members[m]), {c}) &&
-                          !(chosen_[k].alike && t[m] * strongest < 0);
+      const bool may_be =
+          is_allowed(alone(family.members[m]), {c}) && !(chosen_[k].alike && t[m] * strongest < 0);
       if (count == 1 && std::abs(t[m]) > most && !may_be) {
         most = std::abs(t[m]);
         worst = m;
@@ -255,8 +263,8 @@ std::vector<double> EffectModel::t_of_members(int k) const {
 int EffectModel::members_shown(int k) {
   complete();
   const double least = std::sqrt(std::log(linear().residual_freedom()));
-  return static_cast<int>(std::ranges::count_if(
-      t_of_members(k), [&](double t) { return std::abs(t) > least; }));
+  return static_cast<int>(
+      std::ranges::count_if(t_of_members(k), [&](double t) { return std::abs(t) > least; }));
 }
 
 // Standard deviation of a coefficient of an effect of the model.
@@ -459,8 +467,7 @@ CandidateScore EffectModel::refitted_score_of(int k) {
   constexpr int kKeepLaw = 1;  // one round: the law of the present fit
   Robot robot = fit_.robot;
   robot.effects.erase(robot.effects.begin() + in_fit(k));
-  CalibrationResult without =
-      armtrue::refit(robot, campaign_, fit_, kSearchTolerance, kKeepLaw);
+  CalibrationResult without = armtrue::refit(robot, campaign_, fit_, kSearchTolerance, kKeepLaw);
   without.weights = fit_.weights;
   without.weights_in_pose = fit_.weights_in_pose;
   without.sigma = fit_.sigma;
@@ -468,8 +475,9 @@ CandidateScore EffectModel::refitted_score_of(int k) {
   const double before = Linearization(without, campaign_).residual_norm();
   CandidateScore score = score_of({k});
   score.gain = std::max(0.0, before - linear().residual_norm());
-  score.score = ebic_fall(is_shrunken(chosen_[k].effect), chosen_[k].log_choices,
-                          score.degrees_of_freedom, score.gain, before, linear().residual_freedom());
+  score.score =
+      ebic_fall(is_shrunken(chosen_[k].effect), chosen_[k].log_choices, score.degrees_of_freedom,
+                score.gain, before, linear().residual_freedom());
   return score;
 }
 

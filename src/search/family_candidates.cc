@@ -20,33 +20,53 @@ std::vector<int> all_rows(const Campaign& campaign) {
   return rows;
 }
 
-// RMS of the values of an effect (of their norm, if it has several): over the travel of the joints
-// where gravity drives it, over the readings otherwise.
-double typical_value(const BoundEffect& bound, const Effect& effect, const Robot& robot,
-                     const Campaign& campaign) {
-  const bool by_gravity =
-      effect.driver.kind == DriverKind::gravity_torque || effect.driver.kind == DriverKind::moment;
-  std::vector<Context> contexts;
-  if (by_gravity)
-    for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
-      contexts.push_back(campaign.context(0));
-      contexts.back().q = q;
-    }
-  else
-    for (int row : evenly_chosen(all_rows(campaign), kReadingsForTypical))
-      contexts.push_back(campaign.context(row));
-  const ChainEvaluator chain(robot.chain);
-  Eigen::VectorXd values(bound.value_count());
-  double squares = 0;
-  for (const Context& context : contexts) {
-    ArmFrames frames;
-    PoseJacobian jacobian;
-    if (bound.needs_frames()) frames = chain.link_frames(context.q);
-    if (bound.needs_jacobian()) chain.pose(context.q, jacobian);
-    bound.values(context, &frames, &jacobian, values.data());
-    squares += values.squaredNorm();
+// A candidate of a family alone.
+struct Single {
+  const Candidate& candidate;
+  BoundEffect bound;
+  double typical = 0;  // RMS of its values, of their norm if it has several
+
+  DriverKind driver() const { return candidate.effect.driver.kind; }
+  bool is_of_gravity() const {
+    return driver() == DriverKind::gravity_torque || driver() == DriverKind::moment;
   }
-  return std::sqrt(squares / static_cast<double>(contexts.size()));
+};
+
+// Over the travel of the joints where gravity drives it, over the readings otherwise. What a place
+// costs is paid once for all of them.
+void set_typical(std::vector<Single>& singles, const Robot& robot, const Campaign& campaign) {
+  const ChainEvaluator chain(robot.chain);
+  const auto set = [&](bool of_gravity, const auto& places, const auto& context_at) {
+    std::vector<Single*> own;
+    for (Single& single : singles)
+      if (single.is_of_gravity() == of_gravity) own.push_back(&single);
+    const bool needs_frames =
+        std::ranges::any_of(own, [](const Single* single) { return single->bound.needs_frames(); });
+    const bool needs_jacobian = std::ranges::any_of(
+        own, [](const Single* single) { return single->bound.needs_jacobian(); });
+    if (own.empty()) return;
+    for (const auto& place : places) {
+      const Context context = context_at(place);
+      ArmFrames frames;
+      PoseJacobian jacobian;
+      if (needs_frames) frames = chain.link_frames(context.q);
+      if (needs_jacobian) chain.pose(context.q, jacobian);
+      for (Single* single : own) {
+        Eigen::VectorXd values(single->bound.value_count());
+        single->bound.values(context, &frames, &jacobian, values.data());
+        single->typical += values.squaredNorm();
+      }
+    }
+    for (Single* single : own)
+      single->typical = std::sqrt(single->typical / static_cast<double>(places.size()));
+  };
+  set(true, sample_joint_space(robot.chain, kPosesForLoads), [&](const JointVector& q) {
+    Context context = campaign.context(0);
+    context.q = q;
+    return context;
+  });
+  set(false, evenly_chosen(all_rows(campaign), kReadingsForTypical),
+      [&](int row) { return campaign.context(row); });
 }
 
 // Motion of the measured frame by each joint, RMS over the travel [m per rad or per m].
@@ -105,14 +125,17 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
            first.driver.kind == single.effect.driver.kind &&
            first.driver.where == single.effect.driver.where && first.shape == single.effect.shape;
   };
+  std::vector<Single> alone;
   for (const Candidate& single : singles) {
     if (!single.effect.family || is_of_wrist(single.effect.driver)) continue;
     // Nothing says how the load of a positioner compares with those of the arm.
     if (const int joint = loaded_joint(single.effect.driver);
         joint >= 0 && is_of_positioner(robot, zero_offset(robot.chain, joint)))
       continue;
-    const BoundEffect bound(single.effect, robot, campaign.temperature_names);
-    const double value = typical_value(bound, single.effect, robot, campaign);
+    alone.push_back({single, BoundEffect(single.effect, robot, campaign.temperature_names)});
+  }
+  set_typical(alone, robot, campaign);
+  for (const auto& [single, bound, value] : alone) {
     const bool by_torque = single.effect.driver.kind == DriverKind::gravity_torque;
     if (value < (by_torque ? kMinTorque : 1e-12)) continue;
     auto family = std::ranges::find_if(

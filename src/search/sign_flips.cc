@@ -152,13 +152,13 @@ Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin
     Eigen::RowVectorXf gains = Eigen::RowVectorXf::Zero(flips);
     for (const auto& axis : whitening.rowwise())  // too few and short for a blocked product
       gains += axis.lazyProduct(slope).cwiseAbs2();
-    const bool shrunken = is_shrunken(scan_.candidates_[candidate].effect);
     const double log_choices = scan_.candidates_[candidate].log_choices;
+    const EbicFall fall(is_shrunken(scan_.candidates_[candidate].effect), log_choices,
+                        solution.degrees_of_freedom, freedom);
     const double of_choices = std::exp(-2.0 * log_choices / freedom);
     for (Eigen::Index f = 0; f < flips; ++f) {
       if (gains[f] <= draws.norms[f] * (1 - to_beat[f] * of_choices)) continue;
-      const double score = ebic_fall(shrunken, log_choices, solution.degrees_of_freedom, gains[f],
-                                     draws.norms[f], freedom);
+      const double score = fall(gains[f], draws.norms[f]);
       if (score <= best[f]) continue;
       best[f] = score;
       to_beat[f] = std::exp(-score / freedom);

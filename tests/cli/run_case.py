@@ -257,20 +257,20 @@ def tools(*names):
 
 def write_wrappers(binaries, folder):
     folder.mkdir()
+    called = tools("bash", "stat", "mktemp", "cp", "tail", "readlink", "tee")
     for real in sorted(pathlib.Path(binaries).iterdir()):
         if os.access(real, os.X_OK) and real.is_file():
-            (folder / real.name).write_text(WRAPPER.format(real=real, command=real.name, most=MOST_BYTES,
-                                                           **tools("bash", "stat", "mktemp", "cp", "tail", "readlink", "tee")))
+            (folder / real.name).write_text(WRAPPER.format(real=real, command=real.name, most=MOST_BYTES, **called))
             (folder / real.name).chmod(0o755)
 
 
 def stubs_that_pass(run):
     """Names of stubs with which a case passes that passes with its command."""
-    passed = []
+    passed, called = [], tools("bash", "cat", "head")
     for stub, action in STUBS.items():
         path = run.scratch / stub / run.case.parent.name
         path.parent.mkdir()
-        path.write_text((STUB_START + action + "\n").format(**tools("bash", "cat", "head")))
+        path.write_text((STUB_START + action + "\n").format(**called))
         path.chmod(0o755)
         if not run.with_commands(path.parent)[0]:
             passed.append(stub)

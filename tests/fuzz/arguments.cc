@@ -105,10 +105,10 @@ void parse_arguments(const std::string& bytes) {
   });
 }
 
-constexpr Target kTargets[] = {{"arguments", parse_arguments}};
+constexpr Target kArguments[] = {{"arguments", parse_arguments}};
 
 }  // namespace
 
-std::span<const Target> argument_targets() { return kTargets; }
+std::span<const Target> argument_targets() { return kArguments; }
 
 }  // namespace armtrue::fuzz

@@ -208,7 +208,7 @@ void read_archive(const std::string& bytes) {
           "an archive does not come back");
 }
 
-constexpr Target kTargets[] = {
+constexpr Target kDataFiles[] = {
     {"campaign", read_campaign_file},
     {"path", read_path_file},
     {"joint-targets", read_joint_target_file},
@@ -228,6 +228,6 @@ constexpr Target kTargets[] = {
 
 }  // namespace
 
-std::span<const Target> data_file_targets() { return kTargets; }
+std::span<const Target> data_file_targets() { return kDataFiles; }
 
 }  // namespace armtrue::fuzz

@@ -95,10 +95,10 @@ void read_exported_table(const std::string& bytes) {
                 readings.joints);
 }
 
-constexpr Target kTargets[] = {{"import", read_exported_table}};
+constexpr Target kExportedTables[] = {{"import", read_exported_table}};
 
 }  // namespace
 
-std::span<const Target> exported_table_targets() { return kTargets; }
+std::span<const Target> exported_table_targets() { return kExportedTables; }
 
 }  // namespace armtrue::fuzz

@@ -102,9 +102,9 @@ void displace(const RobotProgram& program, const Path& programmed) {
   for (Eigen::Index i = 0; i < corrected.cols(); ++i)
     corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
   const DisplacedProgram moved = displace_program(program, programmed, corrected);
-  require(is_rapid(*program.dialect) || lines(moved.text.texts[0]) + lines_within_points(program) >=
-                                            lines(text_without_copies(program, 0)) +
-                                                moved.text.inserted,
+  require(is_rapid(*program.dialect) ||
+              lines(moved.text.texts[0]) + lines_within_points(program) >=
+                  lines(text_without_copies(program, 0)) + moved.text.inserted,
           "lines are lost");
 }
 
@@ -172,8 +172,8 @@ void correct(const Dialect& dialect, std::vector<ProgramText> texts) {
     // A point of its own: of FANUC a new position; of ABB it stands on one line. Routines may have
     // copies.
     require(declares_points(dialect) || !program.copies.empty() ? now >= before
-            : is_rapid(dialect)      ? now <= before
-                                     : now == before,
+            : is_rapid(dialect)                                 ? now <= before
+                                                                : now == before,
             "lines are lost");
   }
   rename(program, "OTHER_NAME", moved.texts);
@@ -211,7 +211,7 @@ void correct_inform_program(const std::string& bytes) {
   correct(*find_dialect("inform"), {{"P.JBI", bytes}});
 }
 
-constexpr Target kTargets[] = {
+constexpr Target kRobotPrograms[] = {
     {"krl-path", displace_krl_program},     {"krl", correct_krl_program},
     {"rapid", correct_rapid_program},       {"fanuc", correct_fanuc_program},
     {"urscript", correct_urscript_program}, {"inform", correct_inform_program},
@@ -219,6 +219,6 @@ constexpr Target kTargets[] = {
 
 }  // namespace
 
-std::span<const Target> robot_program_targets() { return kTargets; }
+std::span<const Target> robot_program_targets() { return kRobotPrograms; }
 
 }  // namespace armtrue::fuzz

@@ -20,6 +20,7 @@ command that says it lacks.
 """
 
 import csv
+import functools
 import html.parser
 import io
 import json
@@ -125,10 +126,15 @@ def differences(own, one_one, one_two, path=(), named=False):
     return wrong
 
 
+@functools.cache  # it takes most of the time, and many cases make the same document
+def by_ruamel(text):
+    return ruamel.yaml.YAML(typ="safe", pure=True).load(text)
+
+
 def document_mistakes(text, own):
     try:
         one_one = yaml.load(text, yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader)
-        one_two = ruamel.yaml.YAML(typ="safe", pure=True).load(text) if len(text) < 300_000 else one_one
+        one_two = by_ruamel(text) if len(text) < 300_000 else one_one
     except (yaml.YAMLError, ruamel.yaml.error.YAMLError) as error:
         return [f"cannot be read: {error}"]
     return differences(own, one_one, one_two) or schema_mistakes(one_two)

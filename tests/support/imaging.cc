@@ -11,16 +11,20 @@
 namespace armtrue_oracle {
 namespace {
 
-constexpr double kDeg = 3.14159265358979323846 / 180;
-constexpr double kShareOfTravel = 0.9;
+// How the vector of a rotation R changes if R is turned further by a small vector before it.
+Eigen::Matrix3d slope_of_turn(const Eigen::Vector3d& turn) {
+  const double angle = turn.norm();
+  Eigen::Matrix3d cross;
+  cross << 0, -turn.z(), turn.y(), turn.z(), 0, -turn.x(), -turn.y(), turn.x(), 0;
+  const double bend =
+      angle < 1e-3 ? 1.0 / 12 : (1 - angle / (2 * std::tan(angle / 2))) / (angle * angle);
+  return Eigen::Matrix3d::Identity() + cross / 2 + bend * cross * cross;
+}
 
-// Newton's steps with differences from a random configuration to a pose of the measured frame.
+// Newton's steps from a random configuration to a pose of the measured frame.
 std::optional<std::array<double, 6>> go_to(const OracleArm& arm, const KDL::Frame& goal,
                                            Dice& dice) {
-  constexpr double kStep = 1e-7;
-  std::array<double, 6> q{};
-  for (size_t j = 0; j < 6; ++j)
-    q[j] = dice.uniform(kShareOfTravel * arm.links[j].min, kShareOfTravel * arm.links[j].max);
+  std::array<double, 6> q = random_joints(arm, dice);
   const auto miss = [&](const std::array<double, 6>& at) {
     const KDL::Twist twist = KDL::diff(forward(arm, at), goal);
     Eigen::Matrix<double, 6, 1> values;
@@ -31,22 +35,15 @@ std::optional<std::array<double, 6>> go_to(const OracleArm& arm, const KDL::Fram
     const Eigen::Matrix<double, 6, 1> here = miss(q);
     if (here.norm() < 1e-9) break;
     Eigen::Matrix<double, 6, 6> slope;
-    for (size_t j = 0; j < 6; ++j) {
-      std::array<double, 6> beside = q;
-      beside[j] += kStep;
-      slope.col(static_cast<Eigen::Index>(j)) = (miss(beside) - here) / kStep;
-    }
+    const std::array<KDL::Twist, 6> twists = slopes(arm, q);
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 6; ++i) slope(i, j) = -twists[static_cast<size_t>(j)][i];
+    slope.bottomRows<3>() = slope_of_turn(here.tail<3>()) * slope.bottomRows<3>();
     Eigen::VectorXd change = -slope.completeOrthogonalDecomposition().solve(here);
     if (change.norm() > 0.5) change *= 0.5 / change.norm();
     for (size_t j = 0; j < 6; ++j) q[j] += change[static_cast<Eigen::Index>(j)];
   }
-  if (!(miss(q).norm() < 1e-6)) return std::nullopt;
-  for (size_t j = 0; j < 6; ++j) {
-    const double middle = (arm.links[j].min + arm.links[j].max) / 2;
-    if (std::abs(q[j] - middle) > kShareOfTravel * (arm.links[j].max - arm.links[j].min) / 2)
-      return std::nullopt;
-  }
-  return q;
+  return miss(q).norm() < 1e-6 && within_travel(arm, q) ? std::optional(q) : std::nullopt;
 }
 
 KDL::Vector corner_of(const Grid& grid, int corner) {
@@ -55,7 +52,7 @@ KDL::Vector corner_of(const Grid& grid, int corner) {
 
 // A view of the board from the camera.
 KDL::Frame view(const Grid& grid, const ImagingPlan& plan, Dice& dice) {
-  const double turn = dice.uniform(-180 * kDeg, 180 * kDeg);
+  const double turn = dice.uniform(-180 * KDL::deg2rad, 180 * KDL::deg2rad);
   const KDL::Rotation tilted = KDL::Rotation::RotX(dice.uniform(-plan.tilt, plan.tilt)) *
                                KDL::Rotation::RotY(dice.uniform(-plan.tilt, plan.tilt)) *
                                KDL::Rotation::RotZ(turn);
@@ -145,7 +142,7 @@ std::string images_csv(const OracleArm& arm, const HiddenEffect& effect, const E
         const auto [u, v] = pixel_of(eye, seen * corner_of(grid, corner));
         const double du = plan.noise_px * dice.normal(), dv = plan.noise_px * dice.normal();
         text << pose << ',' << repeat;
-        for (double angle : q) text << ',' << angle / kDeg;
+        for (double angle : q) text << ',' << angle / KDL::deg2rad;
         text << ',' << eye.name << ',' << grid.name << ',' << ids[static_cast<size_t>(corner)]
              << ',' << u + du << ',' << v + dv << '\n';
       }

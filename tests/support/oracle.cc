@@ -19,6 +19,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDeg = kPi / 180;
 constexpr double kSecondsPerVisit = 20;
+constexpr double kShareOfTravel = 0.9;
 constexpr double kSliding = 25 * kDeg;  // of a friction that gives way slowly, as in a belt
 
 KDL::Rotation abc(double a, double b, double c) { return KDL::Rotation::RPY(c, b, a); }
@@ -30,10 +31,9 @@ KDL::Frame read_frame(const YAML::Node& node) {
 }
 
 KDL::Frame link_frame(const OracleLink& link, double q) {
-  return KDL::Frame(KDL::Rotation::RotY(link.beta)) * KDL::Frame(KDL::Rotation::RotX(link.alpha)) *
-         KDL::Frame(KDL::Vector(link.d, 0, 0)) *
-         KDL::Frame(KDL::Rotation::RotZ(link.theta + link.sign * q)) *
-         KDL::Frame(KDL::Vector(0, 0, link.r));
+  const KDL::Rotation tilt = KDL::Rotation::RotY(link.beta) * KDL::Rotation::RotX(link.alpha);
+  return {tilt * KDL::Rotation::RotZ(link.theta + link.sign * q),
+          tilt * KDL::Vector(link.d, 0, link.r)};
 }
 
 // What an instrument with errors reads of a point: spherical coordinates about its place, changed
@@ -650,8 +650,7 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
          [](const Moment& m, OracleArm& arm) { arm.scale += 1e-6 * m.temperature_c; }});
   if (family == "warm-up")
     return under_changing_conditions(
-        {family, "A3.d", "temperature arm",
-         [](const Moment& m, OracleArm& arm) {
+        {family, "A3.d", "temperature arm", [](const Moment& m, OracleArm& arm) {
            arm.links[2].d += std::copysign(1e-5 * m.temperature_c, arm.links[2].d);
          }});
   if (family == "other-load") {
@@ -739,6 +738,35 @@ KDL::Frame forward(const OracleArm& arm, const std::array<double, 6>& q) {
   for (size_t j = 0; j < 7; ++j) frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
   frame = frame * arm.tool;
   return {frame.M, as_read(arm, arm.scale * frame.p)};
+}
+
+std::array<KDL::Twist, 6> slopes(const OracleArm& arm, const std::array<double, 6>& q) {
+  std::array<KDL::Frame, 6> frames;
+  KDL::Frame frame = arm.base;
+  for (size_t j = 0; j < 6; ++j) frames[j] = frame = frame * link_frame(arm.links[j], q[j]);
+  const KDL::Vector end = frame * (link_frame(arm.links[6], 0) * arm.tool.p);
+  std::array<KDL::Twist, 6> slopes;
+  for (size_t j = 0; j < 6; ++j) {
+    const KDL::Vector axis = arm.links[j].sign * frames[j].M.UnitZ();
+    slopes[j] = {axis * (end - frames[j].p), axis};
+  }
+  return slopes;
+}
+
+bool within_travel(const OracleArm& arm, const std::array<double, 6>& q) {
+  for (size_t j = 0; j < 6; ++j) {
+    const double middle = (arm.links[j].min + arm.links[j].max) / 2;
+    const double half = kShareOfTravel * (arm.links[j].max - arm.links[j].min) / 2;
+    if (std::abs(q[j] - middle) > half) return false;
+  }
+  return true;
+}
+
+std::array<double, 6> random_joints(const OracleArm& arm, Dice& dice) {
+  std::array<double, 6> q;
+  for (size_t j = 0; j < 6; ++j)
+    q[j] = dice.uniform(kShareOfTravel * arm.links[j].min, kShareOfTravel * arm.links[j].max);
+  return q;
 }
 
 Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q) {

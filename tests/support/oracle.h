@@ -28,8 +28,8 @@ struct OracleArm {
   double scale = 1;  // of the lengths that the instrument reads
   // Errors of what an instrument at kStation reads: of the distance [m] and of its two angles.
   double range = 0, azimuth = 0, elevation = 0;
-  KDL::Vector point;       // what it adds to the point that it reads [m]
-  double second_wire = 0;  // zero error of the second wire, beside that of its anchor [m]
+  KDL::Vector point;             // what it adds to the point that it reads [m]
+  double second_wire = 0;        // zero error of the second wire, beside that of its anchor [m]
   double second_wire_share = 0;  // of its length that it reads too much
   double second_wire_drum = 0;   // eccentricity of its drum: amplitude of a cycle of kDrum [m]
 };
@@ -63,6 +63,9 @@ struct Moment {
 using HiddenEffect = std::function<void(const Moment&, OracleArm&)>;
 
 KDL::Frame forward(const OracleArm& arm, const std::array<double, 6>& q);
+/// How the measured frame moves per radian of each joint, without the errors of the instrument: a
+/// step of Newton's needs no more.
+std::array<KDL::Twist, 6> slopes(const OracleArm& arm, const std::array<double, 6>& q);
 Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q);
 
 class Dice {
@@ -75,6 +78,10 @@ class Dice {
  private:
   std::mt19937 engine_;
 };
+
+/// A configuration within nine tenths of the travel of each joint.
+std::array<double, 6> random_joints(const OracleArm& arm, Dice& dice);
+bool within_travel(const OracleArm& arm, const std::array<double, 6>& q);
 
 struct OracleAnchor {
   KDL::Vector position;  // of the wire's end, in R_A [m]

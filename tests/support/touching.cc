@@ -8,57 +8,38 @@
 namespace armtrue_oracle {
 namespace {
 
-constexpr double kDeg = 3.14159265358979323846 / 180;
-constexpr double kShareOfTravel = 0.9;
-
-// How far the arm is off the fixture; `noise` has a number for each that the touch reads.
-Eigen::VectorXd miss(const OracleArm& arm, const std::array<double, 6>& q, const Fixture& fixture,
-                     const Eigen::Vector3d& noise) {
+// How far the arm is off the fixture, and how that changes with its point. A touch reads all three
+// numbers of a point, and of a plane or a sphere the first.
+struct Miss {
+  Eigen::VectorXd values;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> slope;
+};
+Miss miss(const OracleArm& arm, const std::array<double, 6>& q, const Fixture& fixture,
+          const Eigen::Vector3d& noise) {
   const KDL::Vector off = forward(arm, q).p - fixture.place;
-  switch (fixture.kind) {
-    case Fixture::Kind::point:
-      return Eigen::Vector3d(off.x(), off.y(), off.z()) - noise;
-    case Fixture::Kind::plane:
-      return Eigen::VectorXd::Constant(
-          1, KDL::dot(off, fixture.normal) / fixture.normal.Norm() - noise[0]);
-    case Fixture::Kind::sphere:
-      break;
-  }
-  return Eigen::VectorXd::Constant(1, off.Norm() - fixture.radius - noise[0]);
+  if (fixture.kind == Fixture::Kind::point)
+    return {Eigen::Vector3d(off.x(), off.y(), off.z()) - noise, Eigen::Matrix3d::Identity()};
+  const bool is_plane = fixture.kind == Fixture::Kind::plane;
+  const KDL::Vector& across = is_plane ? fixture.normal : off;
+  const KDL::Vector unit = across / across.Norm();
+  const double distance = KDL::dot(off, unit) - (is_plane ? 0 : fixture.radius);
+  return {Eigen::VectorXd::Constant(1, distance - noise[0]),
+          Eigen::RowVector3d(unit.x(), unit.y(), unit.z())};
 }
 
-bool within_travel(const OracleArm& arm, const std::array<double, 6>& q) {
-  for (size_t j = 0; j < 6; ++j) {
-    const double middle = (arm.links[j].min + arm.links[j].max) / 2;
-    const double half = kShareOfTravel * (arm.links[j].max - arm.links[j].min) / 2;
-    if (std::abs(q[j] - middle) > half) return false;
-  }
-  return true;
-}
-
-std::array<double, 6> random_joints(const OracleArm& arm, Dice& dice) {
-  std::array<double, 6> q;
-  for (size_t j = 0; j < 6; ++j)
-    q[j] = dice.uniform(kShareOfTravel * arm.links[j].min, kShareOfTravel * arm.links[j].max);
-  return q;
-}
-
-// From a random configuration by Newton's steps with differences; nothing if they do not arrive.
+// From a random configuration by Newton's steps; nothing if they do not arrive.
 std::optional<std::array<double, 6>> approach(const OracleArm& arm, const Fixture& fixture,
                                               const Eigen::Vector3d& noise, Dice& dice) {
-  constexpr double kStep = 1e-7;
   std::array<double, 6> q = random_joints(arm, dice);
   for (int round = 0; round < 50; ++round) {
-    const Eigen::VectorXd here = miss(arm, q, fixture, noise);
-    if (here.norm() < 1e-11) return within_travel(arm, q) ? std::optional(q) : std::nullopt;
-    Eigen::MatrixXd jacobian(here.size(), 6);
-    for (size_t j = 0; j < 6; ++j) {
-      std::array<double, 6> beside = q;
-      beside[j] += kStep;
-      jacobian.col(static_cast<Eigen::Index>(j)) =
-          (miss(arm, beside, fixture, noise) - here) / kStep;
-    }
-    Eigen::VectorXd change = -jacobian.completeOrthogonalDecomposition().solve(here);
+    const Miss here = miss(arm, q, fixture, noise);
+    if (here.values.norm() < 1e-11) return within_travel(arm, q) ? std::optional(q) : std::nullopt;
+    Eigen::Matrix<double, 3, 6> of_point;
+    const std::array<KDL::Twist, 6> twists = slopes(arm, q);
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 3; ++i) of_point(i, j) = twists[static_cast<size_t>(j)].vel[i];
+    const Eigen::MatrixXd jacobian = here.slope * of_point;
+    Eigen::VectorXd change = -jacobian.completeOrthogonalDecomposition().solve(here.values);
     if (change.norm() > 0.5) change *= 0.5 / change.norm();
     for (size_t j = 0; j < 6; ++j) q[j] += change[static_cast<Eigen::Index>(j)];
   }
@@ -69,7 +50,7 @@ std::string row_start(size_t pose, const std::array<double, 6>& q) {
   std::ostringstream text;
   text.precision(16);
   text << pose + 1;
-  for (double angle : q) text << ',' << angle / kDeg;
+  for (double angle : q) text << ',' << angle / KDL::deg2rad;
   return text.str();
 }
 
@@ -162,7 +143,8 @@ double length_of_ray(const Fixture& fixture, const KDL::Vector& origin, const KD
 std::vector<ProfilePose> read_profiles(const OracleArm& arm, const KDL::Frame& sensor,
                                        const std::vector<Fixture>& fixtures, int poses, int rays,
                                        double noise, Dice& dice) {
-  constexpr double kFan = 15 * kDeg, kNearest = 0.08, kFarthest = 0.4, kHalfWidth = 0.3;
+  constexpr double kNearest = 0.08, kFarthest = 0.4, kHalfWidth = 0.3;
+  const double fan = 15 * KDL::deg2rad;
   std::vector<ProfilePose> all;
   while (static_cast<int>(all.size()) < poses) {
     const size_t number = all.size() % fixtures.size();
@@ -178,7 +160,7 @@ std::vector<ProfilePose> read_profiles(const OracleArm& arm, const KDL::Frame& s
     const KDL::Frame place = forward(arm, *q) * sensor;
     ProfilePose pose{*q, number, {}};
     for (int k = 0; k < rays; ++k) {
-      const double angle = rays == 1 ? 0 : kFan * (2.0 * k / (rays - 1) - 1);
+      const double angle = rays == 1 ? 0 : fan * (2.0 * k / (rays - 1) - 1);
       const KDL::Vector along(0, std::sin(angle), std::cos(angle));
       const double length = length_of_ray(fixture, place.p, place.M * along);
       if (length < kNearest || length > kFarthest) break;
