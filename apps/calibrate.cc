@@ -136,7 +136,7 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
                       calibration_page(result, robot, campaign,
                                        {gross, findings.nominal, *findings.quality, missed},
                                        app::page_head(command, product, about)));
-  return missed || !command.wrong_scale.empty() ? app::kNotReached : app::kSuccess;
+  return missed || !command.wrong_readings.empty() ? app::kNotReached : app::kSuccess;
 }
 
 }  // namespace
