@@ -84,15 +84,14 @@ std::string in_words(const Campaign& campaign, const Pair& pair, const std::vect
   const auto name = [&](int which) {
     return "'" + campaign.target_names[pair.target[static_cast<size_t>(which)]] + "'";
   };
-  const bool to_the_end = wrong.back() + 1 == pair.rows.size() &&
-                          wrong.back() - wrong.front() + 1 == wrong.size();
+  const bool to_the_end =
+      wrong.back() + 1 == pair.rows.size() && wrong.back() - wrong.front() + 1 == wrong.size();
   const std::string where =
       fmt::format("{} of {} readings, {} line {}{}", wrong.size(), pair.rows.size(),
                   to_the_end ? "from" : "the first in", campaign.line[row_of(wrong.front())],
                   to_the_end ? " on" : "");
-  const bool of_both = std::ranges::any_of(wrong, [&](size_t k) {
-    return pair.is_second[k] != pair.is_second[wrong.front()];
-  });
+  const bool of_both = std::ranges::any_of(
+      wrong, [&](size_t k) { return pair.is_second[k] != pair.is_second[wrong.front()]; });
   if (of_both)
     return fmt::format(
         "the targets {} and {} look exchanged in {}: each lies where the other does in the rest; "
@@ -100,7 +99,8 @@ std::string in_words(const Campaign& campaign, const Pair& pair, const std::vect
         name(0), name(1), where);
   const int named = pair.is_second[wrong.front()];
   return fmt::format(
-      "readings of the target {} look named {}, {}: they lie where {} does in the rest; correct the "
+      "readings of the target {} look named {}, {}: they lie where {} does in the rest; correct "
+      "the "
       "column 'target' there",
       name(1 - named), name(named), where, name(1 - named));
 }
@@ -124,8 +124,7 @@ std::optional<std::string> find_exchanged_targets(const Robot& robot, const Camp
       if (!split(places, pair)) continue;
       std::array<std::vector<size_t>, 2> differs;  // by which name the groups have
       for (size_t k = 0; k < pair.rows.size(); ++k)
-        if (pair.is_near[k])
-          differs[pair.lies_in_second[k] == pair.is_second[k]].push_back(k);
+        if (pair.is_near[k]) differs[pair.lies_in_second[k] == pair.is_second[k]].push_back(k);
       // Of two halves the later one is wrong.
       const bool swapped = differs[0].size() > differs[1].size() ||
                            (differs[0].size() == differs[1].size() && !differs[0].empty() &&

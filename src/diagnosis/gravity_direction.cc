@@ -58,21 +58,53 @@ class Sags {
     for (int joint = 0; joint < joint_count(robot_.chain); ++joint)
       if (!is_prismatic(joint_link(robot_.chain, joint))) {
         joints_.push_back(joint);
-        parameters_.push_back(zero_offset(robot_.chain, joint));
+        zeros_.push_back(zero_offset(robot_.chain, joint));
       }
-    equations_ = fit_equations(fit, parameters_);
+    const ParameterLayout layout = layout_of(robot_.chain);
+    std::vector<int> parameters;
+    for (int k = kFirstLinkParameter; k < layout.tool; ++k) parameters.push_back(k);
+    equations_ = fit_equations(fit, parameters);
   }
 
   bool by_masses() const { return !robot_.bodies.empty(); }
   const FitEquations& equations() const { return equations_; }
 
-  // With gravity along this unit vector; `harmonics`: also those of this joint, -1 for none.
-  Sag along(const Vector3d& direction, int harmonics = -1) const {
+  // With gravity along this unit vector.
+  Sag along(const Vector3d& direction) const {
+    const Eigen::MatrixXd columns = columns_along(direction);
+    return best_of(columns, columns.cols());
+  }
+
+  // The largest fall of BIC by gravity along this unit vector, by harmonics of the angle of one
+  // joint on a parameter of its link or the next one, and by both.
+  double best_rival(const Vector3d& direction) const {
+    const Eigen::MatrixXd sags = columns_along(direction);
+    double best = std::max(0.0, best_of(sags, sags.cols()).score);
+    for (const int joint : joints_) {
+      const int first = link_of_joint(robot_.chain, joint);
+      const int last = std::min(first + 1, link_count(robot_.chain) - 1);
+      const Eigen::MatrixXd all = harmonics_of(joint);
+      for (int k = link_parameter(first, LinkParameter::alpha);
+           k <= link_parameter(last, LinkParameter::beta); ++k)
+        for (const int harmonics : {1, 2}) {
+          Eigen::MatrixXd columns(equations_.residual.size(), 0);
+          append(columns, k, all.leftCols(2 * harmonics));
+          best = std::max(best, best_of(columns, 0).score);
+          Eigen::MatrixXd both(sags.rows(), sags.cols() + columns.cols());
+          both << sags, columns;
+          best = std::max(best, best_of(std::move(both), sags.cols()).score);
+        }
+    }
+    return best;
+  }
+
+ private:
+  Eigen::MatrixXd columns_along(const Vector3d& direction) const {
     Robot robot = robot_;
     robot.gravity = direction * robot_.gravity.norm();
     Eigen::MatrixXd columns(equations_.residual.size(), 0);
-    for (size_t k = 0; k < parameters_.size(); ++k) {
-      const GravityLoad load(robot, parameters_[k]);
+    for (const int zero : zeros_) {
+      const GravityLoad load(robot, zero);
       Eigen::MatrixXd values(fit_.readings.rows(), load.value_count());
       std::vector<double> of_row(static_cast<size_t>(load.value_count()));
       for (int row = 0; row < fit_.readings.rows(); ++row) {
@@ -80,28 +112,24 @@ class Sags {
         for (size_t i = 0; i < of_row.size(); ++i)
           values(row, static_cast<Eigen::Index>(i)) = of_row[i];
       }
-      append(columns, static_cast<Eigen::Index>(k), values);
+      append(columns, zero, values);
     }
-    const Eigen::Index sags = columns.cols();
-    if (harmonics >= 0) append(columns, harmonics, harmonics_of(harmonics));
-    return best_of(std::move(columns), sags);
+    return columns;
   }
 
-  int joints() const { return static_cast<int>(joints_.size()); }
-
- private:
-  void append(Eigen::MatrixXd& columns, Eigen::Index joint, const Eigen::MatrixXd& values) const {
+  void append(Eigen::MatrixXd& columns, int parameter, const Eigen::MatrixXd& values) const {
     for (const auto& value : values.colwise()) {
       if ((value.array() - value.mean()).matrix().norm() < 1e-9 * robot_.gravity.norm()) continue;
       columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
-      columns.rightCols<1>() = times_of_rows(equations_.columns.col(joint), value);
+      columns.rightCols<1>() =
+          times_of_rows(equations_.columns.col(parameter - kFirstLinkParameter), value);
     }
   }
 
-  Eigen::MatrixXd harmonics_of(int number) const {
+  Eigen::MatrixXd harmonics_of(int joint) const {
     Eigen::MatrixXd values(fit_.readings.rows(), 4);
     for (int row = 0; row < fit_.readings.rows(); ++row) {
-      const double q = fit_.readings.q[row][joints_[static_cast<size_t>(number)]];
+      const double q = fit_.readings.q[row][joint];
       values.row(row) << std::cos(q), std::sin(q), std::cos(2 * q), std::sin(2 * q);
     }
     return values;
@@ -132,7 +160,7 @@ class Sags {
   const PlainFit& fit_;
   const Robot& robot_;
   std::vector<LinkFrames> frames_;
-  std::vector<int> joints_, parameters_;
+  std::vector<int> joints_, zeros_;
   FitEquations equations_;
 };
 
@@ -140,7 +168,7 @@ class Sags {
 
 std::optional<Suspicion> find_direction_of_gravity(const PlainFit& fit) {
   constexpr int kDirections = 100;  // some 20 deg apart
-  constexpr double kShareThatMatters = 0.25, kLeastAngle = 15 * kDegree;
+  constexpr double kShareThatMatters = 0.5, kLeastAngle = 15 * kDegree;
   const Robot& robot = fit.result.robot;
   if (fit.readings.rows() == 0 || robot.gravity.norm() == 0 || robot.ground_link)
     return std::nullopt;
@@ -168,20 +196,19 @@ std::optional<Suspicion> find_direction_of_gravity(const PlainFit& fit) {
     return std::nullopt;
   const double freedom =
       fit.poses() * sags.equations().row_size - static_cast<double>(sags.equations().basis.cols());
-  double rival = std::max(0.0, sags.along(of_file).score);
-  for (int joint = 0; joint < sags.joints(); ++joint)
-    rival = std::max(rival, sags.along(of_file, joint).score);
-  const double score = found.score - rival - 2 * std::log(std::max(1.0, freedom));
+  const double score =
+      found.score - sags.best_rival(of_file) - 2 * std::log(std::max(1.0, freedom));
   if (score < kClearFall) return std::nullopt;
   const Vector3d g = best * robot.gravity.norm();
   return Suspicion{
       score,
-      fmt::format("the sags of the joints fit gravity along ({:.2g}, {:.2g}, {:.2g}) of R_0, {:.0f} "
-                  "deg from that of the robot file, and explain {:.0f} % of the squared error so: is "
-                  "the arm on a wall, at a ceiling or tilted? Then state gravity_m_s2: [{:.2f}, "
-                  "{:.2f}, {:.2f}]{}",
-                  best.x(), best.y(), best.z(), angle / kDegree, 100 * found.share, g.x(), g.y(),
-                  g.z(), sags.by_masses() ? "" : " or its opposite")};
+      fmt::format(
+          "the sags of the joints fit gravity along ({:.2f}, {:.2f}, {:.2f}) of R_0, {:.0f} "
+          "deg from that of the robot file, and explain {:.0f} % of the squared error so: is "
+          "the arm on a wall, at a ceiling or tilted? Then state gravity_m_s2: [{:.2f}, "
+          "{:.2f}, {:.2f}]{}",
+          best.x(), best.y(), best.z(), angle / kDegree, 100 * found.share, g.x(), g.y(), g.z(),
+          sags.by_masses() ? "" : " or its opposite")};
 }
 
 }  // namespace armtrue

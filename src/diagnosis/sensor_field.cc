@@ -62,8 +62,8 @@ Eigen::MatrixXd of_each_coordinate(const std::vector<double>& values, int coordi
 // scale along the line differs from that across it): the rest turns the sensor or scales the arm.
 Eigen::MatrixXd terms_of_scanner(const Place& place, int degree) {
   const double y = place.x(), z = place.y();
-  const Eigen::MatrixXd bent = degree < 2 ? Eigen::MatrixXd(2, 0)
-                                          : of_each_coordinate(products(place, 2, degree), 2);
+  const Eigen::MatrixXd bent =
+      degree < 2 ? Eigen::MatrixXd(2, 0) : of_each_coordinate(products(place, 2, degree), 2);
   Eigen::MatrixXd terms(2, 2 + bent.cols());
   terms << (Eigen::Matrix2d() << z, y, 0, 0).finished(), bent;
   return terms;
@@ -289,10 +289,9 @@ std::optional<CameraEquations> equations_of_camera(const Robot& robot, const Rea
   CameraEquations found;
   found.field = field_over(camera, pixels, kHighestOfLens);
   const SensorField board_field = field_over(0, on_board, kHighestOfBoard);
-  found.of_lens.choices =
-      counts(kLowestOfLens, kHighestOfLens, [](int d) {
-        return (d + 1) * (d + 2) - kFirstOfLens * (kFirstOfLens + 1);
-      });
+  found.of_lens.choices = counts(kLowestOfLens, kHighestOfLens, [](int d) {
+    return (d + 1) * (d + 2) - kFirstOfLens * (kFirstOfLens + 1);
+  });
   // Shifts and turns of the board are taken off with its place, and its scale is that of the arm.
   found.of_board.choices =
       counts(1, kHighestOfBoard, [](int d) { return 3 * ((d + 1) * (d + 2) / 2 - 1); });
@@ -337,14 +336,14 @@ std::optional<CameraEquations> equations_of_camera(const Robot& robot, const Rea
     for (int k = 0; k < std::ssize(sound); ++k) {
       const Corner& corner = corners[sound[k]];
       of_lens.row(k) = of_pixel[sound[k]] * terms_of(found.field, corner.pixel).row(corner.axis);
-      const Place scaled =
-          (corner.on_board - board_field.middle).cwiseQuotient(board_field.half);
+      const Place scaled = (corner.on_board - board_field.middle).cwiseQuotient(board_field.half);
       of_board.row(k) = all.row(sound[k]).segment<3>(place.first()) *
                         of_each_coordinate(products(scaled, 1, kHighestOfBoard), 3);
       found.corners.push_back(corner);
     }
     const int pose = campaign.pose[corners.front().row];
-    const Eigen::MatrixXd of_place = all(sound, place), of_camera = all(sound, Eigen::seq(lens, Eigen::last - 1));
+    const Eigen::MatrixXd of_place = all(sound, place),
+                          of_camera = all(sound, Eigen::seq(lens, Eigen::last - 1));
     const Eigen::VectorXd residual = all(sound, Eigen::last);
     append_rows(found.columns, of_lens);
     append(found.of_lens, pose, of_place, of_lens, of_camera, residual);
@@ -377,7 +376,8 @@ Equations equations_of_scanner(const PlainFit& fit, SensorField& field) {
   const auto model_of = [&](const Campaign& of) {
     return ObservationModel(of, fit.result.robot, {}, fit.result.sigma, 0);
   };
-  const ObservationModel here = model_of(readings), beside_y = model_of(by_y), beside_z = model_of(by_z);
+  const ObservationModel here = model_of(readings), beside_y = model_of(by_y),
+                         beside_z = model_of(by_z);
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(here.unknowns());
   const auto at = here.at(zero), at_y = beside_y.at(zero), at_z = beside_z.at(zero);
   for (int row = 0; row < readings.rows(); ++row) {
@@ -392,14 +392,15 @@ Equations equations_of_scanner(const PlainFit& fit, SensorField& field) {
 }
 
 double rms(const Eigen::VectorXd& values) {
-  return std::sqrt(values.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, values.size())));
+  return std::sqrt(values.squaredNorm() /
+                   static_cast<double>(std::max<Eigen::Index>(1, values.size())));
 }
 
 // What one round found of one sensor.
 struct Found {
   SensorField field;
   double share = 0, spread = 0;  // spread: of the fit [m]
-  std::string size, board;  // size in words; the board's name if that is where the error is
+  std::string size, board;       // size in words; the board's name if that is where the error is
 };
 
 // The values of a field of all degrees beside all unknowns of the fit: images differ in
@@ -431,18 +432,16 @@ std::optional<Found> error_of_camera(const Robot& robot, const PlainFit& fit, in
   const Evidence& best = is_of_board ? board : lens;
   if (!is_no_chance(best)) return std::nullopt;
   const double sigma = fit.result.sigma.position / fit.readings.metre_per_pixel;
-  Found found{equations->field, best.share,
-              fit.result.spread.position};
-  found.size = fmt::format("{:.2g} px (RMS per axis beside what the numbers of the lens and the arm "
-                           "can do, {:.2g} mm at the board)",
-                           rms(best.explained) * sigma,
-                           rms(best.explained) * fit.result.sigma.position / kMillimetre);
+  Found found{equations->field, best.share, fit.result.spread.position};
+  found.size = fmt::format(
+      "{:.2g} px (RMS per axis beside what the numbers of the lens and the arm "
+      "can do, {:.2g} mm at the board)",
+      rms(best.explained) * sigma, rms(best.explained) * fit.result.sigma.position / kMillimetre);
   if (is_of_board) {
     found.board = robot.chain.contacts[equations->corners.front().board].name;
     return found;
   }
-  found.field.values =
-      values_beside_fit(fit, *equations, rms(lens.explained) * sigma);
+  found.field.values = values_beside_fit(fit, *equations, rms(lens.explained) * sigma);
   return found;
 }
 
@@ -455,8 +454,7 @@ std::optional<Found> error_of_scanner(const PlainFit& fit) {
   field.values = found.value;
   return Found{field, found.share, fit.result.spread.position,
                fmt::format("{:.2g} mm (RMS, off the surface)",
-                                               rms(found.explained) * fit.result.sigma.position /
-                                                   kMillimetre)};
+                           rms(found.explained) * fit.result.sigma.position / kMillimetre)};
 }
 
 std::vector<Found> errors_of(const Robot& robot, const PlainFit& fit) {
@@ -579,7 +577,7 @@ SensorError find_sensor_error(const Robot& robot, const Campaign& campaign) {
   std::vector<std::string> sentences;
   for (const auto& [camera, found] : first) sentences.push_back(in_words(robot, campaign, found));
   error.words = fmt::format("{}", fmt::join(sentences, "; "));
-  if (error.is_left) error.words += "; a part of it remains, and the arm takes it up";
+  if (error.is_left) error.words += "; the arm takes up what remains of it";
   return error;
 }
 

@@ -73,8 +73,7 @@ Measured profiles(unsigned seed, int poses, const Bend& bend) {
   auto read = armtrue_oracle::read_profiles(truth, sensor, kPlates, poses, 20, 3e-5, dice);
   for (auto& pose : read)
     for (auto& [y, z] : pose.points) bend(y, z);
-  const std::string points =
-      armtrue_oracle::points_csv(truth, elsewhere(truth, dice), 0, dice);
+  const std::string points = armtrue_oracle::points_csv(truth, elsewhere(truth, dice), 0, dice);
   return measured(armtrue_oracle::profiles_csv(read, kPlates),
                   "contacts: {a: {kind: plane}, b: {kind: plane}, c: {kind: plane}}\n", points);
 }
@@ -117,8 +116,7 @@ Measured images(unsigned seed, int poses, const Bend& bend, double sag = 0) {
   };
   const std::string csv =
       bent(armtrue_oracle::images_csv(truth, effect, eye, grid, plan, dice), bend);
-  const std::string points =
-      armtrue_oracle::points_csv(truth, elsewhere(truth, dice), 0, dice);
+  const std::string points = armtrue_oracle::points_csv(truth, elsewhere(truth, dice), 0, dice);
   return measured(csv, kCamera, points);
 }
 

@@ -16,9 +16,9 @@ struct Findings {
   std::vector<std::string> warnings;  ///< likely
   std::string other_arm;   ///< the warning that the robot file may be of another arm; else empty
   bool of_change = false;  ///< a warning is of a change among the readings
-  /// The warning of an error of the readings that the arm takes up, so that it may be worse than the
-  /// nominal one: all lengths come out wrong alike, as by a wrong scale of the instrument or of an
-  /// artefact, or SensorError::is_left. Else empty.
+  /// The warning of an error of the readings that the arm takes up, so that it may be worse than
+  /// the nominal one: all lengths come out wrong alike, as by a wrong scale of the instrument or of
+  /// an artefact, or SensorError::is_left. Else empty.
   std::string wrong_readings;
   SensorError sensor{};
 };
