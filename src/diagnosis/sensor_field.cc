@@ -58,21 +58,19 @@ Eigen::MatrixXd of_each_coordinate(const std::vector<double>& values, int coordi
   return terms;
 }
 
-// A shift is that of the centre. Of degree 1 y depends on z (the axes are not square) and on y (the
-// scale along the line differs from that across it): the rest turns the sensor or scales the arm.
-Eigen::MatrixXd terms_of_scanner(const Place& place, int degree) {
-  const double y = place.x(), z = place.y();
-  const Eigen::MatrixXd bent =
-      degree < 2 ? Eigen::MatrixXd(2, 0) : of_each_coordinate(products(place, 2, degree), 2);
-  Eigen::MatrixXd terms(2, 2 + bent.cols());
-  terms << (Eigen::Matrix2d() << z, y, 0, 0).finished(), bent;
-  return terms;
-}
+// Of degree 1 y depends on z (the axes are not square) and on y (the scale along the line differs
+// from that across it), both about the origin, where the sensor is: the rest turns the sensor or
+// scales the arm.
+int count_of_scanner(int degree) { return 2 + 2 * ((degree + 1) * (degree + 2) / 2 - 3); }
 
 Eigen::MatrixXd terms_of(const SensorField& field, const Place& place) {
   const Place scaled = (place - field.middle).cwiseQuotient(field.half);
-  return field.camera >= 0 ? of_each_coordinate(products(scaled, kFirstOfLens, field.degree), 2)
-                           : terms_of_scanner(scaled, field.degree);
+  if (field.camera >= 0) return of_each_coordinate(products(scaled, kFirstOfLens, field.degree), 2);
+  Eigen::MatrixXd terms(2, count_of_scanner(field.degree));
+  terms.leftCols<2>() << place.y() / field.half.y(), place.x() / field.half.x(), 0, 0;
+  if (field.degree > 1)
+    terms.rightCols(terms.cols() - 2) = of_each_coordinate(products(scaled, 2, field.degree), 2);
+  return terms;
 }
 
 SensorField field_over(int camera, const std::vector<Place>& places, int degree) {
@@ -369,9 +367,7 @@ Equations equations_of_scanner(const PlainFit& fit, SensorField& field) {
   equations.cluster = readings.pose;
   equations.others = fitted.basis;
   equations.residual = fitted.residual;
-  equations.choices = counts(1, kHighestOfScanner, [](int d) {
-    return static_cast<int>(terms_of_scanner({0, 0}, d).cols());
-  });
+  equations.choices = counts(1, kHighestOfScanner, count_of_scanner);
   equations.columns.resize(readings.rows(), equations.choices.back());
   const auto model_of = [&](const Campaign& of) {
     return ObservationModel(of, fit.result.robot, {}, fit.result.sigma, 0);
