@@ -17,7 +17,7 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kPosesThatProve = 3;
+constexpr size_t kPosesOfExchange = 3;
 
 // Of each reading the place on the last link that it shows [m].
 std::vector<Eigen::Vector3d> places_on_link(const Robot& robot, const Campaign& campaign) {
@@ -132,7 +132,7 @@ std::optional<std::string> find_exchanged_targets(const Robot& robot, const Camp
       const std::vector<size_t>& wrong = differs[swapped];
       std::set<int> poses;
       for (size_t k : wrong) poses.insert(campaign.pose[pair.rows[k]]);
-      if (poses.size() >= kPosesThatProve) return in_words(campaign, pair, wrong);
+      if (poses.size() >= kPosesOfExchange) return in_words(campaign, pair, wrong);
     }
   return std::nullopt;
 }

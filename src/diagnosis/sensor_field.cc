@@ -28,11 +28,11 @@ using Place = Eigen::Vector2d;  // within a sensor or on a board
 // Terms of lower degrees move the image as a whole, or are those of focal lengths and centre.
 constexpr int kFirstOfLens = 2;
 constexpr int kHighestOfLens = 8, kLowestOfLens = 3, kHighestOfScanner = 3, kHighestOfBoard = 4;
-constexpr int kDraws = 1999;
+constexpr int kDrawsOfSigns = 1999;
 constexpr double kAsOthers = 1e-5;  // what others show as well, to this share, takes no part
 constexpr double kMostChance = 1e-3;
-constexpr double kShareThatMatters = 0.25;
-constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
+constexpr double kShareThatStays = 0.25;
+constexpr double kLeastSigma = 1e-7;  // m: what is left below it is rounding of the file
 
 // Legendre polynomials of x up to this degree.
 std::vector<double> legendre(double x, int degree) {
@@ -176,7 +176,7 @@ class Test {
     }
     Random random(1);
     int as_large = 0;
-    for (int draw = 0; draw < kDraws; ++draw) {
+    for (int draw = 0; draw < kDrawsOfSigns; ++draw) {
       Eigen::VectorXd slope = Eigen::VectorXd::Zero(columns_.cols());
       Eigen::VectorXd taken = Eigen::VectorXd::Zero(basis_.cols());
       for (size_t k = 0; k < slopes.size(); ++k) {
@@ -186,7 +186,7 @@ class Test {
       }
       if (best(slope, std::max(1e-300, whole - taken.squaredNorm())).score >= score) ++as_large;
     }
-    return (1.0 + as_large) / (1 + kDraws);
+    return (1.0 + as_large) / (1 + kDrawsOfSigns);
   }
 
   const Equations& equations_;
@@ -547,10 +547,10 @@ SensorError find_sensor_error(const Robot& robot, const Campaign& campaign) {
   std::map<int, Found> first;  // of each sensor, what the first round found
   for (int round = 0; round < kRounds; ++round) {
     const auto fit = fit_plainly(robot, without);
-    if (!fit || fit->result.sigma.position < kResolution) break;
+    if (!fit || fit->result.sigma.position < kLeastSigma) break;
     if (fit->result.sigma.position > kLeastGain * left) {
       if (fit->result.sigma.position > left) error.fields = last;
-      error.is_left = share > kShareThatMatters;
+      error.is_left = share > kShareThatStays;
       break;
     }
     left = fit->result.sigma.position;
@@ -562,7 +562,7 @@ SensorError find_sensor_error(const Robot& robot, const Campaign& campaign) {
       first.try_emplace(one.field.camera, one);
       share = std::max(share, one.share);
       if (round + 1 == kRounds || !one.board.empty())
-        error.is_left |= one.share > kShareThatMatters;
+        error.is_left |= one.share > kShareThatStays;
       else
         next.fields.push_back(one.field);
     }
