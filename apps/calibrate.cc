@@ -116,6 +116,7 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
   const auto missed = missed_criterion(result, robot, as_read, evaluation,
                                        findings.quality->blunders, arguments.max_error_mm);
   if (missed) command.warn(*missed);
+  if (!command.wrong_readings.empty()) command.warn("do not correct programs with this result");
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");
     write_output(arguments.residuals,
@@ -136,7 +137,7 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
                       calibration_page(result, robot, campaign,
                                        {gross, findings.nominal, *findings.quality, missed},
                                        app::page_head(command, product, about)));
-  return missed || !command.wrong_scale.empty() ? app::kNotReached : app::kSuccess;
+  return missed || !command.wrong_readings.empty() ? app::kNotReached : app::kSuccess;
 }
 
 }  // namespace

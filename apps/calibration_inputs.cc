@@ -72,6 +72,7 @@ Campaign campaign_to_fit(Command& command, const CalibrationArguments& arguments
                  " changes nothing: " + campaign.source +
                  " is one session; name sessions in a column, or give --new-session-at-s");
   refuse_mistakes(command, robot, campaign);
+  command.sensor_error.take_off(campaign, robot.chain);
   command.warn_if_needless(robot, campaign);
   drop_unused_motion(robot, campaign);
   return campaign;

@@ -24,8 +24,8 @@ LoopResult search(app::Command& command, const app::LoopArguments& arguments, co
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
   app::warn_of_all(command, off_as_wholes(result.gross_poses));
-  result.wrong_scale = command.wrong_scale;
-  if (!result.wrong_scale.empty()) result.verdict = Verdict::unexplained;
+  result.wrong_readings = command.wrong_readings;
+  if (!result.wrong_readings.empty()) result.verdict = Verdict::unexplained;
   // A pose that is held out or left out may be the first after a change: all show its place.
   if (!result.explanation.empty() && command.warned_of_change)
     result.explanation =
@@ -118,7 +118,7 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
     app::write_report(command, arguments.page,
                       loop_page(result, fit, robot, measured.training, measured.held_out,
                                 app::page_head(command, product, about)));
-  return doubts.may_be_used && result.wrong_scale.empty() ? app::kSuccess : app::kNotReached;
+  return doubts.may_be_used && result.wrong_readings.empty() ? app::kSuccess : app::kNotReached;
 }
 
 }  // namespace

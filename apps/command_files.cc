@@ -271,7 +271,8 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
   for (const std::string& warning : found.warnings) command.warn(source + warning);
   if (!shipped.empty()) command.warn(source + shipped);
   command.warned_of_change = found.of_change;
-  command.wrong_scale = found.wrong_scale;
+  if (!found.wrong_readings.empty()) command.wrong_readings = found.wrong_readings;
+  command.sensor_error = found.sensor;
   command.arm_in_doubt = !found.other_arm.empty() || !shipped.empty();
 }
 

@@ -12,6 +12,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/left_out.h"
+#include "armtrue/diagnosis/sensor_field.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/io/archive.h"
 #include "armtrue/io/campaign_io.h"
@@ -72,7 +73,8 @@ class Command : public OptionGroup {
   bool verbose = false, quiet = false;
   bool arm_in_doubt = false;  ///< refuse_mistakes() doubts that the robot file is of the arm
   bool warned_of_change = false;  ///< refuse_mistakes() warned of a change among the readings
-  std::string wrong_scale;  ///< refuse_mistakes() found it: what is calibrated must not be used
+  std::string wrong_readings;  ///< refuse_mistakes() found it: what is calibrated must not be used
+  SensorError sensor_error;    ///< refuse_mistakes() found it: a fit takes it off the readings
 
   /// Parses the arguments, then runs `work`. Returns the exit code of the process. An exception
   /// becomes a message on stderr and an exit code.

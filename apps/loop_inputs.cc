@@ -71,6 +71,8 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
   MeasuredLoop measured;
   measured.all = command.read_campaign(command.input, robot);
   refuse_mistakes(command, robot, measured.all);
+  const SensorError sensor = command.sensor_error;
+  sensor.take_off(measured.all, robot.chain);
   command.warn_if_needless(robot, measured.all);
   if (arguments.test.empty()) {
     measured.split = arguments.held_out_region
@@ -82,6 +84,7 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
   } else {
     measured.training = measured.all;
     measured.held_out = command.read_campaign(arguments.test, robot);
+    sensor.take_off(measured.held_out, robot.chain);
     refuse_mistakes(command, robot, measured.held_out);
   }
   if (const std::string why = why_not_apart(measured.training, measured.held_out); !why.empty())

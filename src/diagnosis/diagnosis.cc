@@ -25,6 +25,7 @@
 #include "armtrue/observation/registration.h"
 #include "armtrue/statistics/summary.h"
 #include "diagnosis/depth_check.h"
+#include "diagnosis/exchanged_targets.h"
 #include "diagnosis/far_set_up_change.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/mixed_rows.h"
@@ -367,6 +368,9 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   const size_t poses = std::set<int>(campaign.pose.begin(), campaign.pose.end()).size();
   if (poses < 4) return {};  // a base fits any three points
   const bool few = poses < kFewestPoses;
+  if (!few)
+    if (const auto exchanged = find_exchanged_targets(robot, all.select(rows)))
+      return {{*exchanged}, true};
   const double miss = median_miss(robot, campaign);
   const bool fits = miss <= kImplausibleMiss;
   const bool has_turns = !few && campaign.has_orientation();

@@ -47,8 +47,18 @@ Findings find_mistakes(const Robot& robot, const Campaign& campaign) {
     return {{of_travel.errors.front()}, {}};
   if (const auto mistakes = diagnose(robot, campaign); !mistakes.empty())
     return {{mistakes.front()}, {}};
-  Findings found = find_suspicions(robot, campaign);
-  if (!found.errors.empty()) return {{found.errors.front()}, {}};
+  const SensorError sensor = find_sensor_error(robot, campaign);
+  Campaign without;  // a copy of many rows takes its memory
+  if (!sensor.fields.empty()) {
+    without = campaign;
+    sensor.take_off(without, robot.chain);
+  }
+  Findings found = find_suspicions(robot, sensor.fields.empty() ? campaign : without);
+  if (!found.errors.empty())
+    return {{found.errors.front() + (sensor.words.empty() ? "" : "; " + sensor.words)}, {}};
+  if (!sensor.words.empty()) found.warnings.insert(found.warnings.begin(), sensor.words);
+  if (sensor.is_left) found.wrong_readings = sensor.words;
+  found.sensor = sensor;
   if (std::string apart = scattered_poses(campaign); !apart.empty())
     found.warnings.push_back(std::move(apart));
   return found;

@@ -123,11 +123,10 @@ FitEquations with_basis(RawEquations raw) {
           std::move(raw.residual)};
 }
 
-// The rows of an image that agree on a place of the board: what its columns O leave of the residual
-// with the smallest sum of sizes, which a few wrong corners do not bend, is like that of the
-// others.
-std::vector<int> agreeing(const std::vector<int>& rows, const Eigen::MatrixXd& place,
-                          const Eigen::VectorXd& residual) {
+}  // namespace
+
+std::vector<int> agreeing_rows(const std::vector<int>& rows, const Eigen::MatrixXd& place,
+                               const Eigen::VectorXd& residual) {
   constexpr int kSteps = 20;
   constexpr double kGross = 7;  // medians: five standard deviations
   constexpr double kSmallest = 1e-9;
@@ -146,6 +145,8 @@ std::vector<int> agreeing(const std::vector<int>& rows, const Eigen::MatrixXd& p
   return chosen;
 }
 
+namespace {
+
 // An orthonormal basis of what the place of the board does to sound corners of an image.
 struct ImageBasis {
   std::vector<int> sound;
@@ -162,7 +163,7 @@ RawEquations by_images(const RawEquations& of_rows, const PlainFit& fit,
     const int board = matched[fit.readings.touch[rows.front()].contact].board;
     const auto place = Eigen::seqN(first_place[board], kParametersPerPose);
     const std::vector<int> sound =
-        agreeing(rows, of_rows.beside(rows, place), of_rows.residual(rows));
+        agreeing_rows(rows, of_rows.beside(rows, place), of_rows.residual(rows));
     if (std::ssize(sound) < kParametersPerPose) continue;
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(of_rows.beside(sound, place));
     bases.push_back({sound, qr.householderQ() *

@@ -49,6 +49,12 @@ Eigen::VectorXd times_of_rows(const Eigen::VectorXd& column, const Eigen::Vector
 /// contradict the others of their image take no part.
 FitEquations reading_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
 
+/// The rows of an image that agree on a place of the board: what the columns O of its place leave
+/// of the residual with the smallest sum of sizes, which a few wrong corners do not bend, is like
+/// that of the others. `place` and `residual` have all rows of which `rows` are numbers.
+std::vector<int> agreeing_rows(const std::vector<int>& rows, const Eigen::MatrixXd& place,
+                               const Eigen::VectorXd& residual);
+
 /// Further unknowns that are fitted beside the others.
 struct JointFit {
   double share = 0;       ///< of the squared residual that they explain

@@ -9,6 +9,7 @@
 #include "diagnosis/early_angles.h"
 #include "diagnosis/far_set_up_change.h"
 #include "diagnosis/gravity_check.h"
+#include "diagnosis/gravity_direction.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
@@ -76,9 +77,11 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   found.of_change = suspicion.has_value();
   if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion)
-    if ((suspicion = find_scale_of_links(*fit, robot))) found.wrong_scale = *suspicion;
+    if ((suspicion = find_scale_of_links(*fit, robot))) found.wrong_readings = *suspicion;
   if (!suspicion) suspicion = find_early_angles(*fit, campaign);
   if (!suspicion) suspicion = find_reversed_gravity(*fit);
+  if (!suspicion)
+    if (const auto gravity = find_direction_of_gravity(*fit)) suspicion = gravity->words;
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (!suspicion) suspicion = find_rounded_readings(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);

@@ -306,8 +306,8 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::unexplained:
       break;
   }
-  if (!result.wrong_scale.empty())
-    return text + "; but " + result.wrong_scale + "; do not correct programs with this result";
+  if (!result.wrong_readings.empty())
+    return text + "; but " + result.wrong_readings + "; do not correct programs with this result";
   if (result.trace.left_out)
     return text +
            fmt::format("; the rest is of {} parameters that 'identify' leaves out: with them {:.3g} mm "
@@ -342,8 +342,8 @@ std::string unknown_noise_in_words(const LoopResult& result) {
   if (result.noise.source != NoiseFloor::Source::none || result.after < kFinestReading) return "";
   return fmt::format(
       "neither repeats nor 'noise' of the robot file say how large the noise is: {:.4g} mm may be "
-      "noise or something the model lacks; visit poses twice, or state noise: position_mm",
-      result.after / kMillimetre);
+      "noise or something the model lacks; visit poses twice, or state noise: {}",
+      result.after / kMillimetre, result.of_images ? "pixel_px" : "position_mm");
 }
 
 }  // namespace armtrue

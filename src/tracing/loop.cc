@@ -373,6 +373,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   require_known_sessions(given, held_out);
   LoopResult result;
   result.of_touches = given.has_touches();
+  result.of_images = given.has_pixels_only();
   result.of_distances = given.has_distances() && !result.of_touches;
   result.training_poses = count_poses(given);
   result.held_out_poses = count_poses(held_out);

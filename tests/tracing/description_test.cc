@@ -54,6 +54,14 @@ TEST(Description, AFamilyOfWhichNoMemberIsShownHasItsName) {
   EXPECT_THAT(verdict_in_words(loop), HasSubstr("'thermal growth of the arm' is there"));
 }
 
+TEST(Description, TheNoiseToStateIsThatOfTheReadings) {
+  LoopResult loop = found(true, {});
+  loop.after = 1e-4;
+  EXPECT_THAT(unknown_noise_in_words(loop), HasSubstr("state noise: position_mm"));
+  loop.of_images = true;
+  EXPECT_THAT(unknown_noise_in_words(loop), HasSubstr("state noise: pixel_px"));
+}
+
 // What a knock leaves follows time too: beside it only clear evidence makes a drift the arm's.
 TEST(Description, BesideAKnockOfTheInstrumentADriftMayBeItsRest) {
   const Driver time{DriverKind::time, -1, -1, ""}, warm{DriverKind::temperature, -1, -1, "arm"};

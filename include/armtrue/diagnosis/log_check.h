@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/diagnosis/sensor_field.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/joint_names.h"
 
@@ -15,9 +16,11 @@ struct Findings {
   std::vector<std::string> warnings;  ///< likely
   std::string other_arm;   ///< the warning that the robot file may be of another arm; else empty
   bool of_change = false;  ///< a warning is of a change among the readings
-  /// The warning that all lengths come out wrong alike, as by a wrong scale of the instrument or of
-  /// an artefact; else empty. An arm with them is worse than the nominal one.
-  std::string wrong_scale;
+  /// The warning of an error of the readings that the arm takes up, so that it may be worse than
+  /// the nominal one: all lengths come out wrong alike, as by a wrong scale of the instrument or of
+  /// an artefact, or SensorError::is_left. Else empty.
+  std::string wrong_readings;
+  SensorError sensor{};
 };
 
 /// Errors: a reading that stands twice, with its time, if repeats have no numbers; one number but 0

@@ -16,9 +16,10 @@ namespace armtrue {
 /// tool, the zero of a joint, a constant of the instrument, or the place of a camera or a board
 /// changes; the instrument adds a length to all distances; the distances from one anchor have
 /// another scale than the others; all links become longer or shorter by one factor; the depth of a
-/// camera has another scale than its width; the joint angles were not read at standstill; joint
-/// angles or readings are rounded; a link changes by more than the tolerances of arms. Empty if the
-/// readings are too few for a calibration, or of more than 16 sessions.
+/// camera has another scale than its width; gravity has another direction than in the robot file;
+/// the joint angles were not read at standstill; joint angles or readings are rounded; a link
+/// changes by more than the tolerances of arms. Empty if the readings are too few for a
+/// calibration, or of more than 16 sessions.
 Findings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 /// A change among the readings that explains the residual of a fit: one of those that

@@ -78,6 +78,7 @@ struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances
   bool of_touches = false;    ///< position errors are those of touches
+  bool of_images = false;     ///< all readings are pixels
   NoiseFloor noise;
   int training_poses = 0, held_out_poses = 0, rows = 0;
   /// Lines of the training file that the final fit counts as blunders; includes those of gross
@@ -86,7 +87,7 @@ struct LoopResult {
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
   std::string left_out_together;       ///< see left_out_together()
   std::string explanation;             ///< see explanation_of_rest()
-  std::string wrong_scale;             ///< see Findings; then nothing is explained
+  std::string wrong_readings;          ///< see Findings; then nothing is explained
   std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
   Robot nominal;  ///< with base and tool fitted to the training readings: that of the first stage
   std::vector<Stage> stages;
