@@ -47,20 +47,23 @@ Eigen::Matrix3d rotation_onto(const Eigen::Matrix3Xd& measured,
 }
 
 // The most by which an arm that follows the program, late or rounding its corners, can change its
-// deviation up to each sample since the one before [m]. Its velocity is one that the program had
-// within the time of response T, so with the period h of the samples
-//     |change| <= h max |v(t') - v(t)|, t - T - h <= t' <= t + h.
+// deviation up to each sample since the one before [m]. A change of the programmed velocity fades
+// from the difference of velocities as in a critically damped servo of the time constant T; with
+// the period h of the samples
+//     |change| <= h max |v(t - s) - v(t)| (1 + s / T) exp(-s / T), s >= -h.
 Eigen::VectorXd change_of_following(const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time) {
-  constexpr double kResponse = 0.15;  // [s]: servos of arms answer within 0.02 to 0.15 s
+  constexpr double kServo = 0.08;  // [s]: 2 Hz, the slowest of arms
+  constexpr double kFaded = 7;     // time constants; less than 1 % is left
   Eigen::VectorXd most = Eigen::VectorXd::Zero(time.size());
-  Index first = 0, last = 0;
+  Index first = 0;
   for (Index k = 1; k < time.size(); ++k) {
     const double period = time[k] - time[k - 1];
-    while (time[k] - time[first] > kResponse + period) ++first;
-    while (last < time.size() && time[last] - time[k] <= period) ++last;
-    const auto about = velocity.middleCols(first, last - first);
-    most[k] =
-        period * (about.colwise() - Eigen::Vector3d(velocity.col(k))).colwise().norm().maxCoeff();
+    while (time[k] - time[first] > kFaded * kServo + period) ++first;
+    for (Index i = first; i < time.size() && time[i] - time[k] <= period; ++i) {
+      const double since = std::max(0.0, time[k] - time[i] - period) / kServo;
+      const double left = (1 + since) * std::exp(-since);
+      most[k] = std::max(most[k], period * left * (velocity.col(i) - velocity.col(k)).norm());
+    }
   }
   return most;
 }
