@@ -24,6 +24,7 @@ namespace {
 
 using armtrue_oracle::Dice;
 using armtrue_oracle::OracleArm;
+using armtrue_oracle::random_joints;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -32,13 +33,6 @@ using testing::Not;
 
 const std::string kArm = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
 constexpr double kDeg = 3.14159265358979323846 / 180;
-
-std::array<double, 6> random_joints(const OracleArm& arm, Dice& dice) {
-  std::array<double, 6> q;
-  for (size_t j = 0; j < 6; ++j)
-    q[j] = dice.uniform(0.7 * arm.links[j].min, 0.7 * arm.links[j].max);
-  return q;
-}
 
 std::string joints_in_words(const std::array<double, 6>& q) {
   std::string text;
