@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "armtrue/text/input_error.h"
-#include "urdf/xml_bounds.h"
 #include "armtrue/text/xml_tags.h"
+#include "urdf/xml_bounds.h"
 
 namespace armtrue {
 namespace {

@@ -101,12 +101,9 @@ RobotProgram with_texts(const RobotProgram& program, const std::vector<std::stri
 // [m], [rad]
 double rounding_of(const Dialect* dialect, bool is_angle) {
   static const std::map<std::string, std::pair<double, double>> kRounding{
-      {"krl", {1e-7, 1e-4 * kDegree}},
-      {"rapid", {1e-7, 4e-7}},
-      {"fanuc", {1e-6, 1e-3 * kDegree}},
-      {"urscript", {1e-7, 1e-7}},
-      {"polyscope", {1e-7, 1e-7}},
-      {"inform", {1e-6, 1e-4 * kDegree}}};
+      {"krl", {1e-7, 1e-4 * kDegree}},   {"rapid", {1e-7, 4e-7}},
+      {"fanuc", {1e-6, 1e-3 * kDegree}}, {"urscript", {1e-7, 1e-7}},
+      {"polyscope", {1e-7, 1e-7}},       {"inform", {1e-6, 1e-4 * kDegree}}};
   const auto& [length, angle] = kRounding.at(dialect->facts().name);
   return is_angle ? angle : length;
 }

@@ -34,8 +34,8 @@ struct DialectFacts {
   std::string name;                  ///< in options: `krl`
   std::string maker;                 ///< `KUKA`
   std::vector<std::string> endings;  ///< of files of programs, in capitals; the usual one first
-  char comment = '!';                ///< a comment goes from it to the end of its line; 0: none does
-  bool may_be_packed = false;        ///< its files may be packed by gzip
+  char comment = '!';          ///< a comment goes from it to the end of its line; 0: none does
+  bool may_be_packed = false;  ///< its files may be packed by gzip
   double length = kMillimetre;       ///< unit of lengths [m]
   double angle = kDegree;            ///< unit of angles [rad]
 
