@@ -3,9 +3,9 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numeric>
-#include <random>
 #include <set>
 #include <string>
 #include <utility>
@@ -17,6 +17,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/shuffle.h"
 
 namespace armtrue {
 namespace {
@@ -191,17 +192,16 @@ RunEquations exchangeable(const RunEquations& first, const RunEquations& second)
 double p_of_exchange(const RunEquations& first, const RunEquations& second, double f) {
   constexpr int kExchanges = 199;
   const RunEquations all = exchangeable(first, second);
-  std::vector<size_t> order(all.first_rows.size());
+  std::vector<int> order(all.first_rows.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto rows_of = [&](size_t pose) {
+  const auto rows_of = [&](int pose) {
     const Eigen::Index from = all.first_rows[pose];
-    const bool is_last = pose + 1 == all.first_rows.size();
+    const bool is_last = pose + 1 == std::ssize(all.first_rows);
     return std::pair{from, (is_last ? all.rows.rows() : all.first_rows[pose + 1]) - from};
   };
-  std::mt19937 random(1);
   int beyond = 0;
   for (int k = 0; k < kExchanges; ++k) {
-    std::shuffle(order.begin(), order.end(), random);
+    shuffle(order, static_cast<std::uint64_t>(k));
     Eigen::MatrixXd rows(all.rows.rows(), all.rows.cols());
     Eigen::Index end = 0, end_of_first = 0;
     for (size_t place = 0; place < order.size(); ++place) {
