@@ -489,6 +489,13 @@ std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>&
   return effect < 0 ? projected.scores() : projected.scores_without({effect});
 }
 
+ProjectedCandidates::InPlace EffectModel::in_place_of(const std::vector<Candidate>& candidates,
+                                                      int effect) {
+  const Robot& robot = fit_.robot;
+  const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
+  return ProjectedCandidates(scan, linear()).in_place_of(effect);
+}
+
 EffectModel::Refined EffectModel::best_of(const std::vector<Candidate>& candidates, int effect) {
   const std::vector<CandidateScore> scores = scores_of(candidates, effect);
   const int best = best_first(scores).front();

@@ -105,6 +105,8 @@ class EffectModel {
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
+  /// Candidates outside the scan in the place of an effect of the model.
+  ProjectedCandidates::InPlace in_place_of(const std::vector<Candidate>& candidates, int effect);
   struct Refined {
     Candidate candidate;
     double score;

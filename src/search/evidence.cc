@@ -76,8 +76,8 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
-// Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect that
-// occurs with others has none alone.
+// Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect
+// that occurs with others has none alone.
 void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPlace& in_place,
                  TracedEffect& traced) {
   const int effect = model.in_fit(chosen);
@@ -117,6 +117,42 @@ void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPl
   }
 }
 
+// Of a member of a family that is only together: the cause alone that explains as much in its place
+// by a zero of a joint. A link that was bent moves others than zeros.
+std::optional<Rival> zero_in_place_of(EffectModel& model, int chosen,
+                                      const ProjectedCandidates::InPlace& in_place) {
+  const Candidate& found = model.chosen()[chosen];
+  if (!found.only_together || !found.effect.driver.follows_course()) return std::nullopt;
+  const KinematicChain& chain = model.fit().robot.chain;
+  const double own = model.score_of({chosen}).score;
+  const std::vector<Candidate>& candidates = model.scan().candidates();
+  for (const int k : best_first(in_place.scores)) {
+    const Candidate& other = candidates[k];
+    const auto parameter = find_parameter(chain, other.effect.parameter);
+    if (!other.from_catalogue || !other.effect.members.empty() || !may_be_alone(other) ||
+        other.effect.driver != found.effect.driver ||
+        other.effect.shape.kind != found.effect.shape.kind || !parameter ||
+        !is_zero_offset(chain, *parameter))
+      continue;
+    const double correlation = std::sqrt(in_place.imitations[k].gain);
+    const double behind = own - in_place.scores[k].score;
+    if (correlation < kSameProjection || behind > kSameEvidence) continue;
+    return Rival{other.effect, correlation, behind, {}, other.separated_by, true};
+  }
+  return std::nullopt;
+}
+
+// Lists these rivals where each member of a family has one.
+void list_zeros(const std::vector<Candidate>& chosen,
+                const std::vector<std::optional<Rival>>& zeros, std::vector<TracedEffect>& traced) {
+  for (size_t k = 0; k < traced.size(); ++k) {
+    bool all = zeros[k].has_value();
+    for (size_t i = 0; i < traced.size(); ++i)
+      all &= chosen[i].of_family != chosen[k].of_family || zeros[i].has_value();
+    if (all) traced[k].indistinguishable.push_back(*zeros[k]);
+  }
+}
+
 // Score that a curve without a known cause needs, without the charge for choices, to reject the
 // cause of an effect.
 double score_to_beat(EffectModel& model, int chosen) {
@@ -125,14 +161,49 @@ double score_to_beat(EffectModel& model, int chosen) {
   return model.score_of({chosen}).score + 2 * found.log_choices + kRuledOut;
 }
 
+// The time of a chosen step, and the time constant of a course, were refined; the candidates have
+// those of a grid. Gives those with the same law the inner values of the chosen one, where they
+// explain more.
+void refine_alike(EffectModel& model, int chosen, ProjectedCandidates::InPlace& in_place) {
+  const Effect& found = model.chosen()[chosen].effect;
+  const Shape& shape = found.shape;
+  if (!found.driver.follows_course() ||
+      (shape.kind != ShapeKind::step && shape.kind != ShapeKind::exponential))
+    return;
+  const std::vector<Candidate>& candidates = model.scan().candidates();
+  std::vector<int> alike;  // of each cause the one that explains most
+  std::vector<Candidate> refined;
+  for (const int k : best_first(in_place.scores)) {
+    const Effect& other = candidates[k].effect;
+    const auto is_same_cause = [&](const Candidate& one) {
+      return one.effect.name == other.name && one.effect.parameter == other.parameter;
+    };
+    if (!other.members.empty() || other.driver != found.driver || other.shape.kind != shape.kind ||
+        std::ranges::any_of(refined, is_same_cause))
+      continue;
+    alike.push_back(k);
+    refined.push_back(candidates[k]);
+    refined.back().effect.shape = shape;
+  }
+  if (refined.empty()) return;
+  const ProjectedCandidates::InPlace now = model.in_place_of(refined, model.in_fit(chosen));
+  for (size_t i = 0; i < alike.size(); ++i)
+    if (now.scores[i].score > in_place.scores[alike[i]].score) {
+      in_place.scores[alike[i]] = now.scores[i];
+      in_place.imitations[alike[i]] = now.imitations[i];
+    }
+}
+
 // All candidates in the place of one of the chosen effects, but those that are neither rivals nor
 // curves that reject its cause.
 ProjectedCandidates::InPlace candidates_in_place_of(EffectModel& model, int chosen) {
   double most_choices = 0;
   for (const Candidate& candidate : model.scan().candidates())
     most_choices = std::max(most_choices, candidate.log_choices);
-  return model.view().projected.in_place_of(
+  ProjectedCandidates::InPlace in_place = model.view().projected.in_place_of(
       model.in_fit(chosen), score_to_beat(model, chosen) - 2 * most_choices, kMaxOfIt * kMaxOfIt);
+  refine_alike(model, chosen, in_place);
+  return in_place;
 }
 
 // Whether a curve without a name, of the same parameter, explains the readings so much better that
@@ -306,6 +377,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   }
   const std::vector<Candidate>& chosen = model.chosen();
   const CrossValidation left_out(model.linear(), options.seed);
+  std::vector<std::optional<Rival>> zeros;
   for (int k = 0; k < model.chosen_count(); ++k) {
     TracedEffect& traced = result.effects.emplace_back();
     Effect& fitted = result.fit.robot.effects[model.in_fit(k)];
@@ -333,9 +405,11 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     const double p = at_gate ? *at_gate : model.chance_of(score);
     traced.evidence = {score, p, cv.gain, cv.error};
     list_rivals(model, k, in_place, traced);
+    zeros.push_back(zero_in_place_of(model, k, in_place));
     traced.effect.may_be_instrument = fitted.may_be_instrument =
         may_be_instrument(traced, result.fit.robot);
   }
+  list_zeros(chosen, zeros, result.effects);
   return result;
 }
 
@@ -363,8 +437,7 @@ Moved moved_by(const Effect& effect) {
 
 bool is_other_cause(const Effect& effect, const Rival& rival) {
   const auto is_slow_or_sudden = [](const Driver& driver) {
-    return !driver.factor &&
-           (driver.follows_course() || driver.kind == DriverKind::temperature);
+    return !driver.factor && (driver.follows_course() || driver.kind == DriverKind::temperature);
   };
   if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
       moved_by(effect) != moved_by(rival.effect))
