@@ -50,7 +50,9 @@ Eigen::Matrix3d rotation_onto(const Eigen::Matrix3Xd& measured,
 // deviation up to each sample since the one before [m]. A change of the programmed velocity fades
 // from the difference of velocities as in a critically damped servo of the time constant T; with
 // the period h of the samples
-//     |change| <= h max |v(t - s) - v(t)| (1 + s / T) exp(-s / T), s >= -h.
+//     |change| <= h max |v(t - s) - v(t)| (1 + s / T) exp(-s / T), s >= -2 T - h,
+// where the factor is 1 for s < 0: the clock of a record takes the lag of the servo, 2 T, for its
+// offset, so that the arm seems to begin a corner before the program.
 Eigen::VectorXd change_of_following(const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time) {
   constexpr double kServo = 0.08;  // [s]: 2 Hz, the slowest of arms
   constexpr double kFaded = 7;     // time constants; less than 1 % is left
@@ -59,7 +61,7 @@ Eigen::VectorXd change_of_following(const Eigen::Matrix3Xd& velocity, const Eige
   for (Index k = 1; k < time.size(); ++k) {
     const double period = time[k] - time[k - 1];
     while (time[k] - time[first] > kFaded * kServo + period) ++first;
-    for (Index i = first; i < time.size() && time[i] - time[k] <= period; ++i) {
+    for (Index i = first; i < time.size() && time[i] - time[k] <= 2 * kServo + period; ++i) {
       const double since = std::max(0.0, time[k] - time[i] - period) / kServo;
       const double left = (1 + since) * std::exp(-since);
       most[k] = std::max(most[k], period * left * (velocity.col(i) - velocity.col(k)).norm());
