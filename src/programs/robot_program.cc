@@ -99,8 +99,10 @@ void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& text
                        ": its lines end with CR alone; save it with LF or CR LF at their ends");
     const auto open = dialect.open_part(text.text);
     if (!open) continue;
-    const std::string line =
+    constexpr size_t kShown = 80;
+    std::string line =
         text.text.substr(open->at, text.text.find_first_of("\r\n", open->at) - open->at);
+    if (line.size() > kShown) line = line.substr(0, kShown) + "..";
     throw InputError(
         fmt::format("{}:{}: what begins with '{}' has no {}: the text is cut off, as by a copy "
                     "that stopped, or "
