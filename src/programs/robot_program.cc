@@ -36,6 +36,15 @@ void count_lines_without_copies(RobotProgram& program) {
     if (point.text == 0) point.line = counted(point.line);
 }
 
+// Cuts a long line, between two characters of UTF-8.
+void shorten(std::string& line) {
+  constexpr size_t kShown = 80;
+  size_t end = kShown;
+  if (line.size() <= end) return;
+  while (end > 0 && (static_cast<unsigned char>(line[end]) & 0xC0) == 0x80) --end;
+  line = line.substr(0, end) + "..";
+}
+
 // The targets of the move to one: an arc has two.
 std::vector<size_t> targets_of_move(const RobotProgram& program, size_t target) {
   if (program.targets[target].motion == MotionKind::via) return {target, target + 1};
@@ -99,10 +108,9 @@ void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& text
                        ": its lines end with CR alone; save it with LF or CR LF at their ends");
     const auto open = dialect.open_part(text.text);
     if (!open) continue;
-    constexpr size_t kShown = 80;
     std::string line =
         text.text.substr(open->at, text.text.find_first_of("\r\n", open->at) - open->at);
-    if (line.size() > kShown) line = line.substr(0, kShown) + "..";
+    shorten(line);
     throw InputError(
         fmt::format("{}:{}: what begins with '{}' has no {}: the text is cut off, as by a copy "
                     "that stopped, or "
