@@ -18,6 +18,7 @@
 #include "programs/frame_list.h"
 #include "programs/move_reader.h"
 #include "programs/text_cursor.h"
+#include "programs/ur/urscript_structure.h"
 
 // Programs of PolyScope, the teach pendant of Universal Robots: the tree of a .urp file, in XML. A
 // waypoint whose type is Fixed has the joint angles at which it was taught [rad] and its TCP; from
@@ -31,15 +32,13 @@ namespace {
 constexpr size_t kAngles = 6;
 constexpr size_t kMostLevels = 1000;  // public programs have 60 at most
 
-// The moves that URScript has, in the text of a Script node.
+// Whether the text of a Script node drives the arm.
 bool names_motion(const std::string& text) {
-  const Statement all{1, 0, text.size()};
   bool found = false;
-  each_word(text, all, [&](const std::string& word, size_t, TextCursor cursor) {
-    for (const char* motion :
-         {"MOVEJ", "MOVEL", "MOVEP", "MOVEC", "SERVOJ", "SERVOC", "SPEEDJ", "SPEEDL"})
-      found |= word == motion && cursor.next() == '(';
-  });
+  each_word(text, Statement{1, 0, text.size()},
+            [&](const std::string& word, size_t, TextCursor cursor) {
+              found |= (is_ur_move(word) || is_other_ur_motion(word)) && cursor.next() == '(';
+            });
   return found;
 }
 

@@ -21,12 +21,6 @@
 namespace armtrue {
 namespace {
 
-bool is_other_motion(const std::string& word) {
-  for (const char* name : {"SERVOJ", "SERVOC", "SERVOL", "SPEEDJ", "SPEEDL"})
-    if (word == name) return true;
-  return false;
-}
-
 // Functions that leave the arm where it is.
 bool stands_between_ur_moves(const std::string& word) {
   static const std::set<std::string> kWords{"SET_TCP",
@@ -105,7 +99,7 @@ class UrReader : MoveReader {
       if (!is_call) continue;
       const size_t open = cursor.at();
       const size_t close = values_.closing(open, statement.end);
-      if (word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC") {
+      if (is_ur_move(word)) {
         const int left_alone = program_.left_alone;
         const bool is_first = begin == statement.begin;
         follows_ = follows_ && is_first;
@@ -117,7 +111,7 @@ class UrReader : MoveReader {
       if (functions_with_parameters_.contains(word))
         calls_.push_back({word, statement.line, values_.arguments_in(statement.line, open, close),
                           may_run(begin)});
-      if (is_other_motion(word)) {
+      if (is_other_ur_motion(word)) {
         leave_move(statement.line, "this function is not followed: " + word, may_run(begin));
         is_move_ = true;
         follows_ = false;

@@ -106,6 +106,16 @@ class UrStructureReader {
 
 }  // namespace
 
+bool is_ur_move(const std::string& word) {
+  return word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC";
+}
+
+bool is_other_ur_motion(const std::string& word) {
+  for (const char* name : {"SERVOJ", "SERVOC", "SERVOL", "SPEEDJ", "SPEEDL"})
+    if (word == name) return true;
+  return false;
+}
+
 UrStructure structure_of_urscript(std::string_view text, const std::vector<Statement>& statements) {
   return UrStructureReader(text).read(statements);
 }

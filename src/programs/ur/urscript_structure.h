@@ -32,6 +32,10 @@ struct UrStructure {
   std::optional<size_t> open;  ///< where the first function begins that has no end
 };
 
+/// Functions that drive the arm, in capitals: moves, and others that are not followed.
+bool is_ur_move(const std::string& word);
+bool is_other_ur_motion(const std::string& word);
+
 /// `text`: by masked(); `statements`: its statements.
 UrStructure structure_of_urscript(std::string_view text, const std::vector<Statement>& statements);
 
