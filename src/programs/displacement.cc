@@ -66,7 +66,8 @@ class Displacement {
       if (target(k).kind == TargetKind::cartesian) known_.push_back(k);
     if (known_.empty())
       throw InputError(
-          fmt::format("{}: all its targets are joint angles; give a program with poses",
+          fmt::format("{}: all its targets are joint angles; give a program with poses, of UR the "
+                      ".script beside a .urp",
                       program_.texts[0].name));
     Eigen::Matrix3Xd points(3, known_.size());
     for (size_t i = 0; i < known_.size(); ++i) points.col(i) = target(known_[i]).pose.translation;
