@@ -6,7 +6,8 @@
     commands = armtrue.compensate(closed, targets, controller="robot.yaml")
     commands.frame()                                    # pandas, if it is installed
 
-The functions run the commands, which compute everything; help() of each is its manual page. What a command calls FILE may
+The functions run the commands, which compute everything; help() of each is its manual page. The robot comes first, then what
+the command calls FILE: calibrate(robot, readings); trace_residual(readings, robot) alone begins with the readings. Each may
 be a path, a document as a dict, a table as a list of dicts or as a pandas frame, or the result of another function: its
 robot, or else its table. Options are keywords: `held_out=0.3` is `--held-out 0.3`, True is a flag, a list of numbers is
 one option with commas, a list of texts the option repeated. Names of files that a command writes (`report`, `residuals`)
