@@ -193,6 +193,7 @@ class Twenty(unittest.TestCase):
         self.assertNotRegex(text.replace("http-equiv", ""), r"url\(|@import|https?:")
         self.assertIn(f"last good {NIGHTS[0]}", page.words)
         self.assertIn(f"the same readings as arm-02, {NIGHTS[2]}", page.words)
+        self.assertRegex(text, r"<text[^>]*>\d\.\d{3} mm</text>")  # no length without its unit
 
     def test_colours_are_those_of_the_other_pages(self):
         colours = lambda text: {name: set(re.findall(rf"--{name}:(#\w+)", text)) for name in
@@ -266,7 +267,8 @@ class OneArm(unittest.TestCase):
         rows = history(self.folder)
         self.assertIsNone(rows["arm-01", "2026-11-25", "check"]["same_as"])
         self.assertEqual(rows["arm-01", "2026-11-26", "check"]["verdict"], "not-read")
-        self.assertEqual(rows["arm-01", "2026-11-26", "check"]["message"], "the same readings as arm-01, 2026-11-25")
+        self.assertEqual(rows["arm-01", "2026-11-26", "check"]["message"], 
+                         "the same readings as arm-01, 2026-11-25; one of the two is a copy: put the right table in its place, or delete it")
 
     def test_what_one_of_many_arms_shows_by_chance_is_no_alarm(self):
         """Twenty arms in one night: the limit is 0.01 / 20. Results as `check` writes them, numbers chosen here."""
@@ -302,7 +304,8 @@ class OneArm(unittest.TestCase):
 
     def test_a_check_without_a_calibration_says_so(self):
         done = fleet(self.folder, "run")
-        self.assertIn("no calibration of this arm", done.stdout.lower())
+        self.assertEqual(done.stdout, "arm-01: No calibration of this arm before this night; put its readings into "
+                                      "arms/arm-01/calibration-YYYY-MM-DD.csv\n")
         self.assertEqual(history(self.folder)["arm-01", "2026-11-25", "check"]["verdict"], "not-calibrated")
 
     def test_new_readings_under_an_old_name_replace_the_row(self):
