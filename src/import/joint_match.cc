@@ -8,6 +8,7 @@
 
 #include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "import/stop_join.h"
@@ -73,6 +74,44 @@ int lines_of(const TableReader& points) {
   return lines;
 }
 
+// The times of the lines, the markers of one line together [s].
+std::vector<double> times_of_lines(const TableReader& table, const TableReader::Clock& clock) {
+  const PlainTime zero = clock.is_number ? PlainTime{} : clock.times.front();
+  std::vector<double> times;
+  for (int r = 0; r < table.rows(); ++r)
+    if (begins_line(table, r)) times.push_back(clock.since(r, zero));
+  return times;
+}
+
+double median_period(const std::vector<double>& times) {
+  std::vector<double> periods;
+  for (size_t k = 1; k < times.size(); ++k) periods.push_back(times[k] - times[k - 1]);
+  return median(std::move(periods));
+}
+
+// Two records of the way, each with its own clock or start, have no order in common: row 100 of one was
+// taken at another time than row 100 of the other, however many rows they have.
+void refuse_records(const TableReader& points, const TableReader& joints) {
+  constexpr double kFastestVisit = 0.5;  // [s]: no arm drives to a pose and stands there in this time
+  if (!points.has("t") || !joints.has("t") || joints.rows() < 3) return;
+  const TableReader::Clock a = points.clock(), b = joints.clock();
+  const std::vector<double> of_points = times_of_lines(points, a),
+                            of_joints = times_of_lines(joints, b);
+  const double period = std::max(median_period(of_points), median_period(of_joints));
+  if (!(period < kFastestVisit)) return;
+  const bool same_instants =
+      a.is_number == b.is_number &&
+      std::ranges::equal(of_points, of_joints, [&](double at, double other) {
+        return std::abs(at - other) <= period / 2;
+      });
+  if (same_instants) return;
+  throw InputError(fmt::format(
+      "{}: this table and {} are records with a row each {:.3g} s, and their rows have other times; "
+      "say how they belong together: --join time if the clocks agree, --join stops if they differ, "
+      "--join order if each row has the same visit in both",
+      points.table().file, joints.table().file, period));
+}
+
 std::string join_by(const TableReader& points, const TableReader& joints) {
   const std::string& a = points.table().file;
   const std::string& b = joints.table().file;
@@ -87,7 +126,10 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
             a, b));
     refuse_names_in_another_order(points, joints);
   }
-  if (lines_of(points) == joints.rows()) return "order";
+  if (lines_of(points) == joints.rows()) {
+    refuse_records(points, joints);
+    return "order";
+  }
   throw InputError(fmt::format(
       "{}: has {} rows, {} has {}, and no column of poses with the same names; say how rows belong "
       "together: --join time, --join stops if their clocks differ, or --column pose=NAME for both",

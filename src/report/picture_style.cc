@@ -1,3 +1,5 @@
+#include <string_view>
+
 #include "report/svg.h"
 
 namespace armtrue {
@@ -46,10 +48,34 @@ constexpr const char* kClasses =
     ".h0{fill:var(--h0)}.h1{fill:var(--h1)}.h2{fill:var(--h2)}.h3{fill:var(--h3)}"
     ".h4{fill:var(--h4)}.h5{fill:var(--h5)}.h6{fill:var(--h6)}";
 
+std::string light_value(std::string_view variable) {
+  const std::string_view light = kLight;
+  const size_t begin = light.find(std::string(variable) + ":") + variable.size() + 1;
+  return std::string(light.substr(begin, light.find_first_of(";}", begin) - begin));
+}
+
+// The classes with the light colour before each variable: `fill:#fff;fill:var(--paper)`. Programs that
+// draw SVG and know no variables, such as librsvg, leave the second out.
+std::string classes_with_light_values() {
+  constexpr std::string_view kUse = "var(";
+  const std::string_view classes = kClasses;
+  std::string text;
+  size_t done = 0;
+  for (size_t use = classes.find(kUse); use != classes.npos; use = classes.find(kUse, done)) {
+    const size_t property = classes.find_last_of("{;", use) + 1;
+    const size_t variable = use + kUse.size(), end = classes.find(')', variable);
+    text += classes.substr(done, use - done);
+    text += light_value(classes.substr(variable, end - variable)) + ";";
+    text += classes.substr(property, end + 1 - property);
+    done = end + 1;
+  }
+  return text + std::string(classes.substr(done));
+}
+
 }  // namespace
 
 const std::string& picture_style() {
-  static const std::string style = std::string(kLight) + kDark + kClasses;
+  static const std::string style = std::string(kLight) + kDark + classes_with_light_values();
   return style;
 }
 

@@ -396,6 +396,21 @@ TEST(ImportJoin, NamesInAnotherWritingAreNotJoinedInAnotherOrder) {
   EXPECT_NO_THROW(import_two(points, joints("a", "b"), kMmDeg));
 }
 
+// As many rows say nothing of two records with clocks of their own; of two tables with a row for each visit, they do.
+TEST(ImportJoin, RecordsOfTheWayAreNotJoinedByTheOrderOfTheirRows) {
+  const auto error = [&](double period, double offset) {
+    std::string points = "t_s,X,Y,Z\n", joints = "t_s," + kJoints + "\n";
+    for (int k = 0; k < 5; ++k) {
+      points += std::to_string(k * period + offset) + ",1,2,3\n";
+      joints += std::to_string(k * period) + ",10,0,0,0,0,0\n";
+    }
+    return error_of([&] { import_two(points, joints, kMmDeg); });
+  };
+  EXPECT_THAT(error(0.02, 3), HasSubstr("--join stops if they differ"));
+  EXPECT_EQ(error(0.02, 0.005), "no error");
+  EXPECT_EQ(error(20, 3000), "no error");
+}
+
 // Stops of 2 s at q1 = 0, 10, 20, ... with a second of motion between, sampled each 50 ms.
 std::string stops_log(bool iso) {
   std::string text = "t_s," + kJoints + "\n";
