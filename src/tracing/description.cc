@@ -263,12 +263,12 @@ std::string verdict_in_words(const LoopResult& result) {
   const bool held_out = result.held_out_poses > 0;
   const std::string floor = result.noise.source == NoiseFloor::Source::none
                                 ? "unknown"
-                                : fmt::format("{:.3g}", result.floor / kMillimetre);
+                                : fmt::format("{:.3g} mm", result.floor / kMillimetre);
   std::string text =
-      held_out ? fmt::format("error {:.3g} -> {:.3g} mm, {:+.0f} %, floor {}",
+      held_out ? fmt::format("held-out error {:.3g} -> {:.3g} mm, {:+.0f} %, floor {}",
                              result.before / kMillimetre, result.after / kMillimetre,
                              100 * (result.after / std::max(result.before, 1e-300) - 1), floor)
-               : fmt::format("no poses held out, floor {} mm", floor);
+               : fmt::format("no poses held out, floor {}", floor);
   if (result.rejected) text += "; effects predict worse and are left out";
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
