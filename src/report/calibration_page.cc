@@ -134,10 +134,12 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
                    page.value("position_mm/p95") + " mm, largest " + page.value("position_mm/max") +
                    " mm, of " + page.value("rows") + " readings at " + page.value("poses") +
                    " poses.");
-  page.tiles({{"Compared with", against ? mean_mm(page, "against/") : "?",
-               against ? page.value("against/robot") : "--against names a robot"},
-              {"This robot", mean_mm(page, ""), "mean of these readings"},
-              floor_tile(page, noise, "floor_mm")});
+  std::vector<Page::Tile> tiles;
+  if (against)
+    tiles.push_back({"Compared with", mean_mm(page, "against/"), page.value("against/robot")});
+  tiles.push_back({"This robot", mean_mm(page, ""), "mean of these readings"});
+  tiles.push_back(floor_tile(page, noise, "floor_mm"));
+  page.tiles(tiles);
   page.add(unseen_scale_text(page, "unseen_scale/"));
   add_error_pictures(page, models, campaign, {}, "readings", upwards(robot));
   page.section("What to measure next");

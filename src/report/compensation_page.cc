@@ -78,11 +78,13 @@ void add_between(Page& page, const BetweenPoints& between) {
   const BetweenPointsSummary summary = summarize(between);
   page.section("Between the points");
   const auto value = [&](const char* name) { return page.value(key + name); };
-  page.add(paragraph(
-      "Of " + value("moves") + " straight and circular moves " + value("divided") +
-      " are divided, and " + value("inserted") +
-      " moves are inserted, so that the predicted error between two points is below " +
-      value("tolerance_mm") + " mm. Of " + value("unknown") + " moves nothing is predicted."));
+  std::string text = "Straight and circular moves: " + value("moves") + "; divided: " +
+                     value("divided") + "; moves inserted: " + value("inserted") +
+                     ". The predicted error between two points is then below " +
+                     value("tolerance_mm") + " mm.";
+  if (value("unknown") != "0")
+    text += " Moves of which nothing is predicted: " + value("unknown") + ".";
+  page.add(paragraph(text));
   if (!summary.before || !summary.after) return;
   Eigen::VectorXd before(between.moves.size()), after(before.size());
   for (Eigen::Index k = 0; k < before.size(); ++k) {

@@ -41,9 +41,9 @@ void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
                      "mean deviation, had the earlier correction not run"});
   tiles.push_back({"Expected", page.value("expected_after_mean_mm") + " mm",
                    "mean deviation of the next pass"});
-  tiles.push_back({"Noise",
+  tiles.push_back({has_spread ? "Spread of the passes" : "Noise of a sample",
                    page.value(has_spread ? "noise/pass_to_pass_mm" : "noise/sample_mm") + " mm",
-                   has_spread ? "spread from pass to pass, per axis" : "of one sample, per axis"});
+                   "per axis"});
   page.tiles(tiles);
 }
 
@@ -120,7 +120,7 @@ std::string force_text(const Page& page, const ForceLaw& law) {
                      " mm/N (95 %: " + page.value(key + "k_mm_n/ci95/0") + " to " +
                      page.value(key + "k_mm_n/ci95/1") + "), R<sup>2</sup> " +
                      page.value(key + "r2") +
-                     ". What the tool deviates by without force is taken off.";
+                     ". A deviation that is there without force does not count.";
   if (!law.reversals.empty())
     text += " The steps at reversals are a part of the samples, but not of the line.";
   return paragraph(text);

@@ -15,8 +15,8 @@ constexpr double kNoticeable = 0.01 * kMillimetre;
 void add_base(const std::string& text, const std::string& file, const UrdfEnds& ends,
               std::vector<std::string>& doubts) {
   for (const std::string& link : frames_beside_base(text, file, ends))
-    doubts.push_back(file + ": R_A is the frame of '" +
-                     (ends.base.empty() ? "the root link" : ends.base) + "'; '" + link +
+    doubts.push_back(file + ": R_A is the frame of " +
+                     (ends.base.empty() ? "the root link" : "'" + ends.base + "'") + "; '" + link +
                      "' stands beside it, moved or turned; if the controller's poses are in '" +
                      link + "', give --base " + link);
 }

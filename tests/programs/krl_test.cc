@@ -489,7 +489,7 @@ TEST(Krl, WhatCannotBeCorrectedIsLeftAloneAndNamed) {
           "p.src:2: left alone: joint angles that are not six plain numbers; also lines 10",
           "p.src:3: left alone: a relative move; it starts from the corrected point before it",
           "p.src:4: left alone: HOME, which $config.dat declares and other programs use; give it: "
-          "--with",
+          "--with '$config.dat'",
           "p.src:5: left alone: its point is given several values, or changed at run time",
           "p.src:6: left alone: its target is an expression or has no plain numbers; also lines 8",
           "p.src:7: left alone: X, Y, Z are not all stated, and the move before does not state "

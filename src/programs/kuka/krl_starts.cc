@@ -12,9 +12,9 @@ const char* reason_of(KrlTargetKind kind) {
   switch (kind) {
     case KrlTargetKind::undeclared:
       return "its point is declared neither here nor in the .dat of the program; give the data "
-             "list that declares it, or a folder with it: --with";
+             "list that declares it, or a folder with it: --with FILE";
     case KrlTargetKind::home:
-      return "HOME, which $config.dat declares and other programs use; give it: --with";
+      return "HOME, which $config.dat declares and other programs use; give it: --with '$config.dat'";
     case KrlTargetKind::here:
       return "it goes where the arm stands";
     case KrlTargetKind::reassigned:
