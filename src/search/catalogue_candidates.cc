@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <optional>
 
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/units.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
@@ -24,8 +27,57 @@ bool is_about_positioner(DriverKind kind, int joint, const Robot& robot) {
          is_of_positioner(robot, zero_offset(robot.chain, joint));
 }
 
+// Which joints gravity turns. About an axis along it the torque is rounding, or what a tilt of the base of
+// microradians makes of it: such a driver takes a coefficient that no gear has.
+class GravityTurns {
+ public:
+  explicit GravityTurns(const Robot& robot) : robot_(robot) {}
+
+  // `effect`: with this driver.
+  bool turns(const Effect& effect, DriverKind kind, int joint) {
+    constexpr double kLeastShare = 1e-4;  // of the largest range
+    std::vector<double>& ranges = ranges_[kind];
+    if (ranges.empty()) ranges = torque_ranges(effect, kind);
+    return ranges[joint] > kLeastShare * std::ranges::max(ranges);
+  }
+
+ private:
+  // Of the torque on each joint over the travel, by the masses or by 1 kg at the measured frame [N m, or N]. A
+  // positioner does not carry them.
+  std::vector<double> torque_ranges(Effect effect, DriverKind kind) const {
+    constexpr int kPoses = 128;
+    effect.shape = Shape{};
+    effect.coefficients.clear();
+    const std::vector<JointVector> poses = sample_joint_space(robot_.chain, kPoses);
+    const ChainEvaluator chain(robot_.chain);
+    std::vector<double> ranges;
+    for (int joint = 0; joint < joint_count(robot_.chain); ++joint) {
+      ranges.push_back(0);
+      if (is_about_positioner(kind, joint, robot_)) continue;
+      effect.driver = Driver{kind, joint, -1, ""};
+      const BoundEffect torque(effect, robot_, {});
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (const JointVector& q : poses) {
+        Context context;
+        context.q = q;
+        const ArmFrames frames = chain.link_frames(q);
+        double value = 0;
+        torque.values(context, &frames, nullptr, &value);
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      ranges.back() = high - low;
+    }
+    return ranges;
+  }
+
+  const Robot& robot_;
+  std::map<DriverKind, std::vector<double>> ranges_;
+};
+
 // Whether the robot has what an entry of the catalogue needs, and the campaign reads what it moves.
-bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign) {
+bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign,
+              GravityTurns& gravity) {
   const Driver& driver = effect.driver;
   const bool needs_masses = (is_load(driver.kind) && effect.shape.kind != ShapeKind::linear) ||
                             (driver.factor && is_load(*driver.factor));
@@ -36,6 +88,12 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
   if (needs_masses && (robot.bodies.empty() || by_positioner)) return false;
   if (driver.kind == DriverKind::tool_weight && by_positioner) return false;
   if (of_positioner(driver.factor, driver.second_joint)) return false;
+  const auto turns = [&](std::optional<DriverKind> kind, int joint) {
+    const bool by_masses = kind == DriverKind::gravity_torque && !robot.bodies.empty() &&
+                           !is_about_positioner(*kind, joint, robot);
+    return !(by_masses || kind == DriverKind::tool_weight) || gravity.turns(effect, *kind, joint);
+  };
+  if (!turns(driver.kind, driver.joint) || !turns(driver.factor, driver.second_joint)) return false;
   // The part does not stand on the floor.
   const Parameter& parameter = effect.parameter;
   if (robot.ground_link && driver.kind == DriverKind::moment && parameter.owner == Owner::base)
@@ -155,6 +213,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
                                             const Campaign& campaign) {
   const Span span = time_span(campaign);
   const std::optional<Driver> between_sessions = session_driver(campaign);
+  GravityTurns gravity(robot);
   std::vector<Candidate> candidates;
   std::vector<Usual> usual;
   for (const CatalogueEntry& entry : catalogue)
@@ -174,7 +233,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
         drivers.back().kind = DriverKind::session;
         drivers.back().sessions = between_sessions->sessions;
       }
-      if (!is_shown(effect, robot, campaign)) continue;
+      if (!is_shown(effect, robot, campaign, gravity)) continue;
       double furthest = 0;
       if (entry.most_of_length != 0) {
         furthest = entry.most_of_length * length_of(effect.parameter, robot);
