@@ -143,10 +143,9 @@ class ErrorMapper {
     const double scatter = identified_.uncertainty->reading.position;
     for (size_t k = 0; k < rows.size(); ++k) {
       MapPoint& point = points[rows[k]];
-      point.deviation = known.deviation[k];
+      point.deviation = std::hypot(known.deviation[k], known.not_applied[k]);
       point.leverage = known.leverage[k];
-      point.after = std::hypot(std::hypot(known.deviation[k], std::sqrt(3.0) * scatter),
-                               point.rest.position, known.not_applied[k]);
+      point.after = std::hypot(*point.deviation, std::sqrt(3.0) * scatter, point.rest.position);
       if (known.leverage[k] > 1) point.notes.push_back(CommandNote::outside_readings);
     }
   }
