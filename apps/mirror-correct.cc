@@ -72,7 +72,8 @@ std::vector<MirrorFindings::Force> add_forces(app::MirrorInputs& inputs,
       const ForceClock clock = stated_offset
                                    ? ForceClock{*stated_offset, 0}
                                    : fit_force_clock(executed, good, force.path, options.clock);
-      Path forced = with_force(executed, pass.path, force.path, clock, options.clock);
+      Path forced = with_force(executed, pass.path, fit_clock(executed, good, options.clock),
+                               force.path, clock);
       const auto first = std::ranges::find(pass.path.time, forced.time[0]) - pass.path.time.begin();
       pass.line = {pass.line.begin() + first, pass.line.begin() + first + forced.samples()};
       pass.path = std::move(forced);

@@ -60,7 +60,8 @@ class DeviationGrid {
       if (place < 0 || place >= count_) continue;
       weight_[place] += 1;
       deviation_.col(place) += deviation.col(i);
-      if (with_force_) force_.col(place) += measured.force.col(i);
+      if (with_force_)
+        force_.col(place) += clock.program_from_instrument.rotation * measured.force.col(i);
     }
   }
 
