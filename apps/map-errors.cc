@@ -109,8 +109,7 @@ int run(app::Command& command, app::MapArguments& arguments) {
        app::assumed_frames(controller, arguments)},
       station_effects(robot, arguments.tool_is_measured)};
   app::warn_of_doubts(command, doubts_of_map(pair, mapped.visits, map, summary), conditions);
-  for (const std::string& effect : conditions.not_applied)
-    command.warn("not applied, because it belongs to the station: " + effect);
+  app::warn_of_station(command, conditions.not_applied);
   app::warn_of_all(command, sentences_of_notes(map));
   if (!arguments.plot.empty()) write_output(arguments.plot, error_map_plot(map));
   const Document product = write_error_map_summary(map, summary, conditions, command.provenance());

@@ -72,7 +72,8 @@ std::vector<MirrorFindings::Force> add_forces(app::MirrorInputs& inputs,
       const ForceClock clock = stated_offset
                                    ? ForceClock{*stated_offset, 0}
                                    : fit_force_clock(executed, good, force.path, options.clock);
-      Path forced = with_force(executed, pass.path, force.path, clock, options.clock);
+      Path forced = with_force(executed, pass.path, fit_clock(executed, good, options.clock),
+                               force.path, clock);
       const auto first = std::ranges::find(pass.path.time, forced.time[0]) - pass.path.time.begin();
       pass.line = {pass.line.begin() + first, pass.line.begin() + first + forced.samples()};
       pass.path = std::move(forced);
@@ -97,17 +98,23 @@ Eigen::Matrix3Xd corrected_from_force(app::Command& command, const PathFile& pro
   });
 }
 
-std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>& robot,
-                          const PathDeviation& deviation) {
-  if (!programmed.path.has_joints() && !robot)
-    throw InputError(programmed.source +
+// With the joint angles of the path that ran; those in the file of a correction are the program's.
+std::string pass_as_poses(const app::MirrorInputs& inputs, const PathDeviation& deviation) {
+  const Path& programmed = inputs.programmed.path;
+  const std::optional<Robot>& robot = inputs.robot;
+  if (inputs.previous && !robot)
+    throw InputError(inputs.previous->source +
+                     ": --poses needs the joint angles at which this path ran: give --robot");
+  if (!programmed.has_joints() && !robot)
+    throw InputError(inputs.programmed.source +
                      ": --poses needs the joint angles of the program: add q1_deg to q6_deg, or "
                      "give --robot");
   constexpr int kBlock = 10;  // samples of the deviation per pose
-  return app::on_samples_of(programmed, [&] {
-    return write_pass_as_poses(
-        programmed.path, robot ? joint_path(programmed.path, robot->chain) : programmed.path.q,
-        deviation, kBlock, robot ? joint_names(robot->chain) : six_axis_names());
+  const PathFile& run = inputs.previous ? *inputs.previous : inputs.programmed;
+  return app::on_samples_of(run, [&] {
+    return write_pass_as_poses(programmed,
+                               robot ? joint_path(run.path, robot->chain) : programmed.q, deviation,
+                               kBlock, robot ? joint_names(robot->chain) : six_axis_names());
   });
 }
 
@@ -136,8 +143,7 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
   if (!arguments.deviation.empty())
     write_output(arguments.deviation, write_deviation(findings.result.deviation));
   if (!arguments.poses.empty())
-    write_output(arguments.poses,
-                 pass_as_poses(inputs.programmed, inputs.robot, findings.result.deviation));
+    write_output(arguments.poses, pass_as_poses(inputs, findings.result.deviation));
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       mirror_page(inputs.programmed.path, findings, inputs.programmed.source,

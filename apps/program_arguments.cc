@@ -247,4 +247,9 @@ void warn_of_doubts(Command& command, const std::vector<std::string>& doubts,
   }
 }
 
+void warn_of_station(Command& command, const std::vector<std::string>& not_applied) {
+  for (const std::string& effect : not_applied)
+    command.warn("not applied, because it belongs to the station, or may: " + effect);
+}
+
 }  // namespace armtrue::app

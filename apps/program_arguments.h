@@ -90,4 +90,7 @@ std::string assumed_frames(const Robot& controller, const ProgramArguments& argu
 void warn_of_doubts(Command& command, const std::vector<std::string>& doubts,
                     PredictionConditions& conditions);
 
+/// Warns of effects that are not applied.
+void warn_of_station(Command& command, const std::vector<std::string>& not_applied);
+
 }  // namespace armtrue::app

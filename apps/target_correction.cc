@@ -130,11 +130,6 @@ bool is_noted(const std::vector<CorrectedTarget>& targets) {
   return std::ranges::any_of(targets, [](const auto& target) { return !target.notes.empty(); });
 }
 
-void warn_of_station(Command& command, const std::vector<std::string>& not_applied) {
-  for (const std::string& effect : not_applied)
-    command.warn("not applied, because it belongs to the station, or may: " + effect);
-}
-
 int correct_folder(Command& command, const Models& models, CorrectionArguments& arguments) {
   if (arguments.spacing_mm || !arguments.summary.empty() || arguments.page.is_wanted())
     throw UsageError(

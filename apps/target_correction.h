@@ -23,8 +23,6 @@ std::vector<std::string> doubts_of_commands(const Models& models,
 
 bool is_noted(const std::vector<CorrectedTarget>& targets);
 
-void warn_of_station(Command& command, const std::vector<std::string>& not_applied);
-
 /// The programs of a folder, each by itself; their texts are written together. Returns the exit
 /// code.
 int correct_folder(Command& command, const Models& models, CorrectionArguments& arguments);

@@ -245,9 +245,11 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
     certificate.notes.push_back("Doubt: " + doubt + ".");
   if (!options.hidden.words.empty())
     certificate.notes.push_back("Doubt: " + options.hidden.words + ".");
-  if (certificate.decision == Decision::undecided &&
-      decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance) ==
-          Decision::pass)
+  const auto decide_on = [&](double ap) {
+    return decide(ap, certificate.budget.expanded, *options.tolerance);
+  };
+  if (options.tolerance && decide_on(certificate.all.ap.value) == Decision::pass &&
+      decide_on(with_hidden) != Decision::pass)
     certificate.notes.push_back(
         fmt::format("With what the fit of {} to few poses hides, AP may be {}: the tolerance is "
                     "not known to be met; measure more poses.",

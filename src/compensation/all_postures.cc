@@ -37,7 +37,7 @@ class PosturesInClosedForm {
       : arm_(arm), joints_(arm.program_joints()), context_(context), wanted_(wanted) {}
 
   std::optional<std::vector<JointVector>> find() {
-    if (!arm_.robot().chain.couplings.empty()) return std::nullopt;
+    if (!arm_.robot().chain.couplings.empty() || !is_built_so()) return std::nullopt;
     place_shoulder();
     if (!is_clear_) return std::nullopt;
     return found_;
@@ -50,6 +50,23 @@ class PosturesInClosedForm {
   }
   void turn(JointVector& q, int j, double angle) const {
     q[joints_.arm[j]] += joint_link(arm_.robot().chain, joints_.arm[j]).sign * angle;
+  }
+
+  // Whether the axes lie as the closed form takes them: that it has no posture says of no other arm
+  // that it has none. From one posture to another an offset of the wrist moves its centre by twice
+  // as much.
+  bool is_built_so() const {
+    const LinkFrames frames = arm_.chain().link_frames(context_.q);
+    const Vector3d centre = frame(frames, 4).translation;
+    const auto is_across = [&](int a, int b) {
+      return std::abs(axis(frames, a).dot(axis(frames, b))) < kOwnTurn;
+    };
+    const auto meets_centre = [&](int j) {
+      return across(axis(frames, j), centre - frame(frames, j).translation).norm() <
+             kOwnPosition / 2;
+    };
+    return is_across(0, 1) && axis(frames, 1).cross(axis(frames, 2)).norm() < kOwnTurn &&
+           is_across(3, 4) && is_across(4, 5) && meets_centre(3) && meets_centre(5);
   }
 
   // The two angles at which a cos(x) - b sin(x) is `value`, which the scale turns into a length.

@@ -17,11 +17,12 @@ std::deque<Arms> arms_of(const Robot& identified, const Robot& controller, const
 }
 
 Program select(const Program& program, const std::vector<int>& rows) {
-  Program chosen = program;
+  Program chosen;  // no copy of all: each block of a long program selects its rows
   chosen.visits = program.visits.select(rows);
+  chosen.set_ups = program.set_ups;
+  chosen.states_external = program.states_external;
   const auto pick = [&](const auto& from, auto& to) {
     if (from.empty()) return;
-    to.clear();
     for (int row : rows) to.push_back(from[row]);
   };
   pick(program.poses, chosen.poses);

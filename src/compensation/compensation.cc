@@ -26,12 +26,6 @@ namespace {
 constexpr int kMostTries = 20;         // for the motion to be that of the command
 constexpr double kSameStroke = 1e-12;  // [rad]
 
-bool follows_motion(const Robot& robot) {
-  for (const Effect& effect : robot.effects)
-    if (follows_motion(effect)) return true;
-  return false;
-}
-
 bool changes_turn(const KinematicChain& chain, const JointVector& a, const JointVector& b) {
   for (int j = 0; j < static_cast<int>(a.size()); ++j)
     if (!is_prismatic(joint_link(chain, j)) && (a[j] < 0) != (b[j] < 0)) return true;

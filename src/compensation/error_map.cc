@@ -12,6 +12,7 @@
 #include "compensation/joint_correction.h"
 #include "compensation/near_posture.h"
 #include "compensation/programmed_joints.h"
+#include "compensation/tcp_way.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
@@ -71,6 +72,9 @@ class ErrorMapper {
   const std::vector<std::string>& causes() const { return causes_; }
   size_t effects() const { return single_.size(); }
   const ProgramArm& controller() const { return controller_; }
+  bool motion_matters() const {
+    return follows_motion(arm_.robot()) || follows_motion(controller_.robot());
+  }
   const CompensationOptions& options() const { return options_; }
 
   // `visits`: a row for each point, of which those without joint angles are not read; forces in the
@@ -143,10 +147,9 @@ class ErrorMapper {
     const double scatter = identified_.uncertainty->reading.position;
     for (size_t k = 0; k < rows.size(); ++k) {
       MapPoint& point = points[rows[k]];
-      point.deviation = known.deviation[k];
+      point.deviation = std::hypot(known.deviation[k], known.not_applied[k]);
       point.leverage = known.leverage[k];
-      point.after = std::hypot(std::hypot(known.deviation[k], std::sqrt(3.0) * scatter),
-                               point.rest.position, known.not_applied[k]);
+      point.after = std::hypot(*point.deviation, std::sqrt(3.0) * scatter, point.rest.position);
       if (known.leverage[k] > 1) point.notes.push_back(CommandNote::outside_readings);
     }
   }
@@ -186,6 +189,24 @@ std::optional<JointVector> along_path(const ErrorMapper& mapper, const Context& 
   return posture.reach(context, mapper.options().base * sample, from);
 }
 
+// Joint angles on the way to a row, those of the row itself the last: on a line a joint may
+// reverse.
+std::vector<JointVector> way_to_row(const Program& program, const ErrorMapper& mapper, size_t row,
+                                    const Context& context,
+                                    const std::optional<JointVector>& previous,
+                                    const JointVector& q) {
+  std::optional<TcpWay> way;
+  if (mapper.motion_matters() && previous && program.is_cartesian())
+    way =
+        tcp_way(program, row, [&](size_t of) { return mapper.options().base * program.poses[of]; });
+  if (!way) return {q};
+  std::vector<JointVector> places;
+  for (const Waypoint& place :
+       waypoints(mapper.controller(), program, context, *way, {*previous, q}))
+    places.push_back(place.q);
+  return places;
+}
+
 // Goes through a program and writes joint angles, directions of arrival and strokes into `visits`.
 std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mapper,
                                 Following following, Campaign& visits) {
@@ -216,9 +237,11 @@ std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mappe
       ++misses;
       continue;
     }
+    const std::vector<JointVector> way =
+        way_to_row(program, mapper, r, context, previous, *point.q);
     previous = point.q;
-    motion.arrive(context, *point.q);
-    motion.go_to(*point.q);
+    motion.arrive(context, way);
+    motion.go_to(way);
     visits.arrival[r] = context.arrival;
     visits.stroke[r] = context.stroke;
     context.q = *point.q;

@@ -168,11 +168,12 @@ std::optional<JointVector> nearest_joints(const ProgramArm& arm, Context context
   });
 }
 
-double least_singular_value(const JointJacobian& jacobian) {
-  if (jacobian.cols() < jacobian.rows()) {
+// `held`: joints that stay, whose columns are zero.
+double least_singular_value(const JointJacobian& jacobian, Eigen::Index held) {
+  if (jacobian.cols() - held < jacobian.rows()) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobian.transpose() * jacobian,
                                                                 Eigen::EigenvaluesOnly);
-    return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+    return std::sqrt(std::max(0.0, solver.eigenvalues()[held]));
   }
   Matrix6 square;
   if (jacobian.cols() == 6) {
@@ -192,7 +193,7 @@ double largest_change(const ProgramArm& arm, Context context, const JointVector&
   context.q = q;
   arm.pose(context, jacobian);
   jacobian.bottomRows<3>() *= kLength;
-  const double least = least_singular_value(jacobian);
+  const double least = least_singular_value(jacobian, std::ssize(arm.held()));
   const double near = std::min(arm.wrist_sine_at(q) / std::sin(kNearWrist), least / kNearAny);
   return near < 1 ? kMaxSingularChange / (1 - near * near)
                   : std::numeric_limits<double>::infinity();

@@ -18,7 +18,7 @@ constexpr double kDefaultSteps = 20;  // along the longest side of a box
 constexpr double kMostPoints = 2e6;   // of a grid: 1 GB
 constexpr double kStepsAlike = 1e-9;  // of a step: rounding adds no point
 constexpr double kFarthestApart = 10 * kMillimetre;
-constexpr double kNoError = 1e-9;  // [m]
+constexpr double kNoError = 1e-9;  // [m], [rad]
 
 void refuse_other_joints(const Path& path, Eigen::Index sample, const Pose& tcp,
                          const std::string& place, const std::string& columns) {
@@ -118,7 +118,7 @@ std::vector<std::string> doubts_of_map(const ModelPair& pair, const Campaign& vi
     found.push_back(fmt::format(
         "in a box no joint arrives from anywhere, so {} counts as 0; --targets or --path show it",
         fmt::join(moving, ", ")));
-  if (summary.before.max < kNoError)
+  if (std::max(summary.before.max, summary.turn.max) < kNoError)
     found.push_back("the controller already runs the model of " + pair.robot_name +
                     ": every error is 0");
   return found;

@@ -84,9 +84,10 @@ std::vector<int> worst_targets(const std::vector<CorrectedTarget>& targets, int 
 }
 
 bool need_no_correction(const std::vector<CorrectedTarget>& targets) {
-  constexpr double kNoError = 1e-9;  // [m]
-  return std::ranges::all_of(targets,
-                             [](const CorrectedTarget& t) { return t.before.position < kNoError; });
+  constexpr double kNoError = 1e-9;  // [m], [rad]
+  return std::ranges::all_of(targets, [](const CorrectedTarget& t) {
+    return std::max(t.before.position, t.before.orientation) < kNoError;
+  });
 }
 
 std::string compensation_sentence(const std::vector<CorrectedTarget>& targets) {

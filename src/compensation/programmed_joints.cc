@@ -12,6 +12,12 @@ bool follows_motion(const Effect& effect) {
   return effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke);
 }
 
+bool follows_motion(const Robot& robot) {
+  for (const Effect& effect : robot.effects)
+    if (follows_motion(effect)) return true;
+  return false;
+}
+
 void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured) {
   for (const Effect& effect : robot.effects) {
     const bool from_sequence = follows_motion(effect) && visits.arrival.empty();

@@ -16,6 +16,8 @@ void require_context(const Robot& robot, const Campaign& visits, bool tool_is_me
 
 /// Whether an effect follows the direction or the stroke by which a joint arrives.
 bool follows_motion(const Effect& effect);
+/// Whether one of its effects does.
+bool follows_motion(const Robot& robot);
 
 /// Directions and strokes of the joints from one row of a program to the next: as the rows state
 /// them, otherwise from the sequence of the commands.

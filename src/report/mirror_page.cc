@@ -156,7 +156,7 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
   if (const auto& force = findings.force) {
     page.section("Deviation against force");
     page.add(force_text(page, *force));
-    page.pictures({force_picture(result.deviation, *force), force_over_time(result.deviation)});
+    page.pictures({force_picture(findings.of_arm(), *force), force_over_time(result.deviation)});
   }
   add_mirror_next(page, findings);
   page.folded_section("Details");

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
+#include <numeric>
 
+#include "compensation/arms.h"
 #include "compensation/second_arm.h"
 #include "kinematics/six_axes.h"
 
@@ -491,6 +494,23 @@ TEST(Compensation, AppliesTheArmAsItWasInASession) {
   EXPECT_NEAR(moved(in_session(robot, "")), -1e-3, 1e-9);
   EXPECT_NEAR(moved(in_session(robot, "winter")), 0, 1e-9);
   EXPECT_NEAR(moved(in_session(robot, "spring")), -1e-3, 1e-9);
+}
+
+// A long program is corrected in blocks, each of which selects its rows.
+TEST(Compensation, SomeRowsOfALongProgramCostAsManyOfAShortOne) {
+  const auto seconds = [](int rows) {
+    Program program =
+        joint_program(std::vector<JointVector>(static_cast<size_t>(rows), JointVector::Zero(6)));
+    program.poses.resize(static_cast<size_t>(rows));
+    program.hinted.resize(static_cast<size_t>(rows), true);
+    std::vector<int> some(1000);
+    std::iota(some.begin(), some.end(), 0);
+    const std::clock_t start = std::clock();
+    for (int k = 0; k < 20; ++k) EXPECT_EQ(select(program, some).rows(), 1000);
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  };
+  const double of_short = seconds(1000);
+  EXPECT_LT(seconds(300000), 0.05 + 20 * of_short);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "armtrue/compensation/error_map.h"
 #include "compensation/second_arm.h"
 
 namespace armtrue::coverage_test {
@@ -87,6 +88,9 @@ TEST(Coverage, ContainsWhatMayBeTheArmsAndIsNotApplied) {
     rise.mean = 1e-3;
     robot.effects.push_back(rise);
     EXPECT_NEAR(deviation_at(q), std::hypot(without, 3e-3 * q[1] - 1e-3), 0.02 * without);
+    const ErrorMap map = map_errors(robot, nominal, joint_program({q}), options);
+    EXPECT_NEAR(*map.points.front().deviation, deviation_at(q), 1e-12);
+    EXPECT_NEAR(*map.points.front().after, std::hypot(deviation_at(q), std::sqrt(3.0) * 1e-4), 1e-12);
     // The drift of the instrument is none of the arm, whatever it may be.
     robot.effects.back() = effect_on("base.x", "time", "linear", {1e-3});
     robot.effects.back().may_be_instrument = true;

@@ -74,7 +74,8 @@ TEST(ForceClock, GivesThePassItsForce) {
   const plant::Program program = plant::program(plant::Shape::line);
   const plant::Record record = run(program, program.position, options);
   const Path plate = plate_of(record, options, 11.5, 3);
-  const Path forced = with_force(path_of(program), without_force(record), plate, {11.5, 0});
+  const Path executed = path_of(program), pass = without_force(record);
+  const Path forced = with_force(executed, pass, fit_clock(executed, pass), plate, {11.5, 0});
   ASSERT_GT(forced.samples(), record.time.size() * 9 / 10);
   const Eigen::VectorXd program_time =
       (forced.time.array() - options.clock_offset) / (1 + options.clock_rate);
@@ -136,7 +137,8 @@ TEST(ForceClock, IsRefusedIfTheRecordDoesNotCoverTheMotion) {
   const plant::Options options = cell(1);
   const plant::Record record = run(program, program.position, options);
   const Path plate = plate_of(record, options, 0, 1);
-  EXPECT_THROW(with_force(path_of(program), without_force(record), plate, {5, 0}),
+  const Path executed = path_of(program), pass = without_force(record);
+  EXPECT_THROW(with_force(executed, pass, fit_clock(executed, pass), plate, {5, 0}),
                std::invalid_argument);
 }
 

@@ -164,7 +164,7 @@ YAML::Node force_node(const ForceLaw& law) {
 
 Document write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
   const auto& [result, options, files, lines, forces, accuracy, form, before, form_before,
-               deviation_before, force, robot, goal] = findings;
+               deviation_before, from_executed, force, robot, goal] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);

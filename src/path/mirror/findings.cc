@@ -78,7 +78,10 @@ void describe_passes(MirrorFindings& findings, const Path& programmed,
                    frame_error(programmed, *findings.deviation_before, fits.front()));
   }
   add_unseen(passes, findings);
-  const PathDeviation& deviation = findings.result.deviation;
+  if (findings.options.executed)
+    findings.from_executed =
+        from_executed(findings.result.deviation, programmed, *findings.options.executed);
+  const PathDeviation& deviation = findings.of_arm();
   findings.force =
       force_law(deviation, programmed, position_at(programmed, deviation.time),
                 LowPass(findings.options.order, findings.result.cutoff, 1 / deviation.period));

@@ -62,6 +62,12 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
   return result;
 }
 
+// Fewer samples than twice the unknowns.
+bool has_too_few_samples(const ForceRecord& record) {
+  const Eigen::Index n = record.deviation.cols();
+  return n == 0 || n < 2 * (3 + unforced(record.direction, n).columns.cols());
+}
+
 // One axis of the deviation, and of the errors that all its samples share (n x number of errors).
 struct AxisDeviation {
   Eigen::VectorXd value;
@@ -160,10 +166,8 @@ ForceLaw force_law(const ForceRecord& record) {
   const bool has_directions = record.direction.rows() > 0;
   if (record.force.cols() != n || (has_directions && record.direction.cols() != n))
     throw std::invalid_argument("force law: sizes disagree");
-  if (n == 0) throw std::invalid_argument("force law: too few samples");
+  if (has_too_few_samples(record)) throw std::invalid_argument("force law: too few samples");
   const Unforced beside = unforced(record.direction, n);
-  if (n < 2 * (3 + beside.columns.cols()))
-    throw std::invalid_argument("force law: too few samples");
   ForceLaw law;
   for (Eigen::Index a = 0; a < 3; ++a)
     law.axis[a] = line(record.force.row(a).transpose(), record.force_noise[a], beside.columns,
@@ -250,6 +254,7 @@ std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& pr
   for (const Eigen::Matrix3Xd& error :
        clock_errors(programmed, deviation.time, deviation.clock_covariance))
     record.shared_errors.push_back(moving(error));
+  if (has_too_few_samples(record)) return std::nullopt;
   return force_law(record);
 }
 

@@ -10,6 +10,25 @@
 namespace armtrue {
 namespace {
 
+// Fills the parts of the whole deviation along the program and across it. `tangent`: of the
+// program.
+void part_whole(const Path& programmed, const Eigen::Matrix3Xd& tangent, PathDeviation& deviation) {
+  const Eigen::Index count = deviation.time.size();
+  deviation.arc_length.resize(count);
+  deviation.normal.resize(3, count);
+  deviation.along.resize(count);
+  const Eigen::VectorXd length = arc_length(programmed);
+  Eigen::Index sample = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    sample = nearest_sample(programmed, deviation.time[i], sample);
+    const Eigen::Vector3d along = tangent.col(sample);
+    deviation.arc_length[i] = length[sample];
+    deviation.along[i] = along.dot(deviation.whole.col(i));
+    deviation.normal.col(i) = deviation.whole.col(i) - deviation.along[i] * along;
+    sample = std::max<Eigen::Index>(sample - 1, 0);
+  }
+}
+
 // Means of the deviations of passes on one grid of program times.
 class DeviationGrid {
  public:
@@ -41,7 +60,8 @@ class DeviationGrid {
       if (place < 0 || place >= count_) continue;
       weight_[place] += 1;
       deviation_.col(place) += deviation.col(i);
-      if (with_force_) force_.col(place) += measured.force.col(i);
+      if (with_force_)
+        force_.col(place) += clock.program_from_instrument.rotation * measured.force.col(i);
     }
   }
 
@@ -57,21 +77,9 @@ class DeviationGrid {
     result.period = period_;
     result.time = Eigen::VectorXd::LinSpaced(count_, begin_,
                                              begin_ + period_ * static_cast<double>(count_ - 1));
-    result.arc_length.resize(count_);
-    result.normal.resize(3, count_);
-    result.along.resize(count_);
-    const Eigen::VectorXd length = arc_length(programmed_);
-    Eigen::Index sample = 0;
-    for (Eigen::Index i = 0; i < count_; ++i) {
-      sample = nearest_sample(programmed_, result.time[i], sample);
-      const Eigen::Vector3d along = tangent_.col(sample);
-      result.arc_length[i] = length[sample];
-      result.along[i] = along.dot(deviation_.col(i));
-      result.normal.col(i) = deviation_.col(i) - result.along[i] * along;
-      sample = std::max<Eigen::Index>(sample - 1, 0);
-    }
     result.force = std::move(force_);
     result.whole = std::move(deviation_);
+    part_whole(programmed_, tangent_, result);
     return result;
   }
 
@@ -227,6 +235,15 @@ PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& me
   const double halfway = 0.5 * (deviation.time[0] + deviation.time[deviation.time.size() - 1]);
   for (const Pass& pass : passes)
     deviation.clock_covariance += pass.clock.covariance_at(halfway) / std::pow(passes.size(), 2);
+  return deviation;
+}
+
+PathDeviation from_executed(PathDeviation deviation, const Path& programmed,
+                            const Eigen::Matrix3Xd& executed) {
+  Path run = programmed;
+  run.position = executed;
+  deviation.whole -= position_at(run, deviation.time) - position_at(programmed, deviation.time);
+  part_whole(programmed, side_tangents(programmed, find_corners(programmed)), deviation);
   return deviation;
 }
 

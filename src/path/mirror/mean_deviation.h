@@ -22,6 +22,10 @@ std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& rec
 /// Mean deviation of registered passes on the grid of all of them.
 PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& measured,
                              const std::vector<Pass>& passes);
+/// The same from the path that the controller ran in place of the program [m]: what the arm itself
+/// deviates by, whatever correction it ran. The trend stays.
+PathDeviation from_executed(PathDeviation deviation, const Path& programmed,
+                            const Eigen::Matrix3Xd& executed);
 /// The deviation of one of the passes on the same grid.
 PathDeviation deviation_of_pass(const Path& programmed, const std::vector<Path>& measured,
                                 const std::vector<Pass>& passes, size_t which);

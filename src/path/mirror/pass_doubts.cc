@@ -72,7 +72,9 @@ std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::ve
 
 bool deviates_against_force(const Path& programmed, const MirrorResult& result,
                             const MirrorOptions& options) {
-  const PathDeviation& deviation = result.deviation;
+  const PathDeviation deviation =
+      options.executed ? from_executed(result.deviation, programmed, *options.executed)
+                       : result.deviation;
   const auto law = force_law(deviation, programmed, position_at(programmed, deviation.time),
                              LowPass(options.order, result.cutoff, 1 / deviation.period));
   if (!law || !law->directions[0].compliance) return false;

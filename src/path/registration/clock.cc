@@ -135,6 +135,7 @@ Path placed(const Path& record, const Pose& program_from_instrument) {
   Path path = record;
   path.position = (program_from_instrument.rotation * record.position).colwise() +
                   program_from_instrument.translation;
+  if (record.has_force()) path.force = program_from_instrument.rotation * record.force;
   return path;
 }
 

@@ -278,11 +278,11 @@ ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& f
   return found;
 }
 
-Path with_force(const Path& executed, const Path& pass, const Path& force, const ForceClock& clock,
-                const ClockOptions& options) {
+Path with_force(const Path& executed, const Path& pass, const ClockFit& of_pass, const Path& force,
+                const ForceClock& clock) {
   const Span known = span_of(force);
   const Span covered{known.begin - clock.offset, known.end - clock.offset};
-  const Span moves = motion_of(executed, pass, fit_clock(executed, pass, options));
+  const Span moves = motion_of(executed, pass, of_pass);
   const double period = median_period(pass);
   if (covered.begin > moves.begin + period || covered.end < moves.end - period)
     throw std::invalid_argument("the force record covers " + formatted("%.3f s", covered.begin) +
@@ -293,7 +293,8 @@ Path with_force(const Path& executed, const Path& pass, const Path& force, const
                                 ": take the record of this pass, or check --force-offset-s");
   Path result = at_columns(pass, within(pass, covered));
   const Path mean = smoothed(force, period);
-  result.force = interpolate(mean.time, mean.force, result.time.array() + clock.offset);
+  result.force = of_pass.program_from_instrument.rotation.transpose() *
+                 interpolate(mean.time, mean.force, result.time.array() + clock.offset);
   return result;
 }
 

@@ -37,7 +37,11 @@ struct MirrorFindings {
   std::optional<PassAccuracy> before;   ///< of earlier passes, for comparison
   std::optional<FormError> form_before;
   std::optional<PathDeviation> deviation_before;  ///< mean of the earlier passes; without a trend
-  std::optional<ForceLaw> force;
+  /// From the path that the passes ran, if that was a correction: it takes off what the arm yields
+  /// by, but not that the arm yields.
+  std::optional<PathDeviation> from_executed;
+  const PathDeviation& of_arm() const { return from_executed ? *from_executed : result.deviation; }
+  std::optional<ForceLaw> force;   ///< of of_arm(), as `robot`
   std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
   double goal = kFormGoal;         ///< largest allowed RMS form error [m]
 };

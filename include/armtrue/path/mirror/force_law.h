@@ -101,7 +101,7 @@ Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot, const JointMatrix
 /// force_law() of a registered deviation, at the samples where the tool moves. Deviation, force and
 /// directions go through the low pass; without it, noise would hide a weak force. `axes`:
 /// coordinates of the axes that may have backlash, as programmed, a column for each sample of the
-/// deviation. Empty without a force.
+/// deviation. Empty without a force, and of a pass that is too short for a law.
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
                                   const Eigen::MatrixXd& axes, const LowPass& filter);
 

@@ -78,7 +78,7 @@ std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>
 void share_frame(const Path& programmed, const std::vector<Path>& passes,
                  std::vector<ClockFit>& clocks);
 
-/// The record in the clock and the frame of the program.
+/// The record, its forces too, in the clock and the frame of the program.
 Path registered(const Path& measured, const ClockFit& clock);
 
 /// The errors of the deviations (measured minus programmed) by an uncertain clock, at increasing

@@ -26,9 +26,11 @@ ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& f
 
 /// The pass with the force on the tool at each of its samples: the mean of the force record over
 /// one period of the pass, twice, because a plate shows each tooth and the instrument does not.
-/// Samples that the force record does not cover are left out; the tool stands still there. Throws
-/// std::invalid_argument if the force record does not cover the motion of the pass.
-Path with_force(const Path& executed, const Path& pass, const Path& force, const ForceClock& clock,
-                const ClockOptions& options = {});
+/// Samples that the force record does not cover are left out; the tool stands still there. The axes
+/// of the plate are those of the program, and become those of the pass. `of_pass`: fit_clock() of
+/// its good samples. Throws std::invalid_argument if the force record does not cover the motion of
+/// the pass.
+Path with_force(const Path& executed, const Path& pass, const ClockFit& of_pass, const Path& force,
+                const ForceClock& clock);
 
 }  // namespace armtrue
