@@ -27,8 +27,10 @@ std::string value_key(const Effect& effect) {
                     std::to_string(shape.high[0]) + "|" + std::to_string(shape.low[1]) + "|" +
                     std::to_string(shape.high[1]) + "|" + std::to_string(shape.low[2]) + "|" +
                     std::to_string(shape.high[2]);
+  const bool by_own_length =  // of a wire, from its anchor
+      effect.driver.kind == DriverKind::range && effect.parameter.owner == Owner::anchor;
   if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force) ||
-      is_arm_scale(effect.parameter))
+      is_arm_scale(effect.parameter) || by_own_length)
     key += "|" + to_string(effect.parameter);
   return key;
 }
