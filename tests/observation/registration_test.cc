@@ -100,6 +100,21 @@ TEST(RegisteredBase, FollowsFromWiresWhoseReadingsBeginAtAZero) {
   expect_near(registered_base(robot, wires(robot, 12)), kBase, 1e-8);
 }
 
+// Half of four points shows no rotation, half of six distances not where a wire begins.
+TEST(RegisteredBase, FollowsFromFewReadings) {
+  KinematicChain chain = arm().chain;
+  chain.base = kBase;
+  Campaign points = visits(4);
+  for (const auto& q : points.q)
+    points.position.push_back(ChainEvaluator(chain).pose(q).translation);
+  expect_near(registered_base(arm(), points), kBase, 1e-9);
+
+  Robot robot = arm();
+  robot.chain.anchors = {
+      {"1", {2.5, 1.5, 0.1}, 0.2}, {"2", {2.5, -1.5, 0.3}, -0.1}, {"3", {-0.5, 2.8, 1.5}, 0.3}};
+  expect_near(registered_base(robot, wires(robot, 6)), kBase, 1e-7);
+}
+
 // Two anchors leave the turn about their line open: the distances are met all the same.
 TEST(RegisteredBase, OfTwoWiresMeetsTheirDistances) {
   Robot robot = arm();
