@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/observation/contacts.h"
 #include "armtrue/observation/placement.h"
 #include "armtrue/statistics/random.h"
 
@@ -113,6 +114,22 @@ TEST(RegisteredBase, FollowsFromFewReadings) {
   robot.chain.anchors = {
       {"1", {2.5, 1.5, 0.1}, 0.2}, {"2", {2.5, -1.5, 0.3}, -0.1}, {"3", {-0.5, 2.8, 1.5}, 0.3}};
   expect_near(registered_base(robot, wires(robot, 6)), kBase, 1e-7);
+}
+
+// Touched through one shim, a plane shows no side: its normal stays on that of its z axis.
+TEST(Contacts, PlaneOfOneGaugeKeepsItsSide) {
+  Robot robot = arm();
+  robot.chain.contacts.emplace_back().name = "table";
+  robot.chain.contacts[0].kind = ContactKind::plane;
+  robot.chain.contacts[0].is_placed = false;
+  for (int poses = 4; poses < 24; ++poses) {
+    Campaign campaign = visits(poses);
+    campaign.contact_names = {"table"};
+    campaign.touch.assign(poses, {.contact = 0});
+    campaign.distance.assign(poses, 3e-3);
+    const Robot placed = with_contacts_fitted(robot, campaign, FitContacts::unknown);
+    EXPECT_GT(placed.chain.contacts[0].place.rotation(2, 2), 0) << poses;
+  }
 }
 
 // Two anchors leave the turn about their line open: the distances are met all the same.
