@@ -18,7 +18,8 @@ constexpr double kMaxVariation = 0.02;  // m or rad: more is a mistake, not an e
 std::string value_key(const Effect& effect) {
   const Shape& shape = effect.shape;
   std::string members;
-  for (const Effect& member : effect.members) members += "|" + to_string(member.parameter) + value_key(member);
+  for (const Effect& member : effect.members)
+    members += "|" + to_string(member.parameter) + value_key(member);
   if (!members.empty()) return members;
   std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
                     std::to_string(static_cast<int>(shape.basis)) + "|" +
