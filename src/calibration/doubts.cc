@@ -13,8 +13,10 @@
 #include <tuple>
 
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/campaign/sessions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 
@@ -83,16 +85,21 @@ std::string in_a_stretch(const Campaign& campaign, const std::vector<bool>& left
 std::string on_one_target(const Campaign& campaign, const std::vector<bool>& left_out) {
   const auto targets = static_cast<int>(campaign.target_names.size());
   if (targets < 2 || campaign.target.empty()) return "";
+  std::vector<int> rows = campaign.first_rows_of_readings();
+  if (rows.empty()) {
+    rows.resize(campaign.rows());
+    std::iota(rows.begin(), rows.end(), 0);
+  }
   std::vector<int> readings(targets, 0), left(targets, 0);
-  for (int row = 0; row < campaign.rows(); ++row) {
+  for (int row : rows) {
     ++readings[campaign.target[row]];
     left[campaign.target[row]] += left_out[row];
   }
-  const auto all = static_cast<int>(std::ranges::count(left_out, true));
+  const int all = std::accumulate(left.begin(), left.end(), 0);
+  const auto count = static_cast<int>(rows.size());
   for (int target = 0; target < targets; ++target)
     if (left[target] >= kFewest &&
-        targets * hypergeometric_at_least(left[target], readings[target], all, campaign.rows()) <
-            kNoChance)
+        targets * hypergeometric_at_least(left[target], readings[target], all, count) < kNoChance)
       return fmt::format(
           "{} of the {} readings of target '{}' are left out, more than of the others: look "
           "whether "
@@ -382,7 +389,11 @@ HiddenError hidden_by_refit(const std::vector<std::string>& refit, const Robot& 
   fitted.identify = refit;
   fitted.identify_per_session.clear();
   fitted.effects.clear();
-  const auto unknowns = static_cast<double>(choose_identifiable(fitted, campaign).kept.size());
+  const std::vector<int> kept = choose_identifiable(fitted, campaign).kept;
+  const bool has_sessions = rows_by_session(campaign).size() > 1;  // each further one has its base
+  const double unknowns = has_sessions
+                              ? SessionModels(campaign, fitted, kept, {1.0, 1.0}).unknowns()
+                              : static_cast<double>(kept.size());
   std::set<std::tuple<int, int, int>> readings;
   for (int row = 0; row < campaign.rows(); ++row)
     readings.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],

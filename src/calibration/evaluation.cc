@@ -105,13 +105,24 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
                                     const std::array<double, 2>& determined, bool of_orientation) {
   if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
   const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
+  const bool whitens =
+      floor.source == NoiseFloor::Source::instrument && !campaign.whitening.empty();
+  const MedianResiduals residuals(campaign, evaluation, rows);
+  const auto by_noise = [&](Eigen::Matrix<double, 6, 1> residual) {
+    residual.head<3>() /= floor.position;
+    if (turns) residual.tail<3>() /= floor.orientation;
+    return residual;
+  };
+  const auto white = [&](int row) -> Eigen::Matrix<double, 6, 1> {
+    return campaign.whitening[row] * by_noise(residuals.at(row));
+  };
   double ratio = 0, groups = 0;
-  for_each_replicates(campaign, MedianResiduals(campaign, evaluation, rows), rows,
+  for_each_replicates(campaign, residuals, rows,
                       [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
-                        const auto readings = static_cast<double>(group.size());
-                        ratio += readings * (mean.head<3>() / floor.position).squaredNorm();
-                        if (turns)
-                          ratio += readings * (mean.tail<3>() / floor.orientation).squaredNorm();
+                        const Eigen::Matrix<double, 6, 1> own =
+                            whitens ? mean_of(group, white) : by_noise(mean);
+                        ratio += static_cast<double>(group.size()) *
+                                 own.head(turns ? 6 : 3).squaredNorm();
                         ++groups;
                       });
   const double unknowns = determined[0] + (turns ? determined[1] : 0);

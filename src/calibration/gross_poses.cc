@@ -14,6 +14,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/observation/registration.h"
 #include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
@@ -121,12 +122,20 @@ Deleted deleted(const Eigen::MatrixXd& shown, const Eigen::VectorXd& residual,
   return {error, error.dot(s.ldlt().solve(error))};
 }
 
+// Images give cameras and boards their places, and rows that are poses of their own show no image.
+Robot start_of(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  if (!campaign.has_pixels()) return robot;
+  Robot start = starting_robot(robot, campaign, set.kept);
+  if (!start.nominal) start.nominal = robot.chain;
+  return start;
+}
+
 class Search {
  public:
   Search(const Robot& robot, const Campaign& campaign)
-      : robot_(robot),
-        campaign_(campaign),
+      : campaign_(campaign),
         set_(require_identifiable(robot, campaign)),
+        robot_(start_of(robot, campaign, set_)),
         all_(reduced(campaign)),
         gross_(all_.of_pose.size(), false) {}
 
@@ -341,9 +350,9 @@ class Search {
     return list;
   }
 
-  const Robot& robot_;
   const Campaign& campaign_;
   const IdentifiableSet set_;
+  const Robot robot_;
   const Reduced all_;
   std::vector<bool> gross_;
   CalibrationResult fit_;

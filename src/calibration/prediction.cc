@@ -262,12 +262,15 @@ std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
   const Uncertainty& known = *robot.uncertainty;
   const std::vector<int> geometric = indices_of(robot, known.parameters);
   const MovedPositions positions(robot, campaign, geometric, known.root);
+  const bool points_after_lengths =
+      known.largest_variance_of_point > 0 && !campaign.has_distances();
+  const double largest =
+      points_after_lengths ? known.largest_variance_of_point : known.largest_variance;
   std::vector<Prediction> predictions;
   for (Eigen::MatrixXd& covariance : position_covariances(positions, campaign.rows())) {
     Prediction& prediction = predictions.emplace_back();
-    if (known.largest_variance > 0)
-      prediction.leverage = covariance.trace() / known.largest_variance;
     const double of_robot = covariance.trace();
+    if (largest > 0) prediction.leverage = of_robot / largest;
     const auto axes = static_cast<double>(covariance.rows());
     const double reading = known.reading.position * known.reading.position;
     prediction.deviation = std::sqrt(of_robot + axes * reading);

@@ -127,15 +127,18 @@ std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
   for (const JointVector& start : starts) {
     InverseResult found = inverse_kinematics(chain, a_from_measured, start);
     if (!found.reached) continue;
-    double distance = 0;
     for (int j = 0; j < joint_count(chain); ++j) {
       const Link& link = joint_link(chain, j);
       double& q = found.q[j];
       const double centre = middle(link);
       if (!is_prismatic(link)) q = centre + std::remainder(q - centre, 2 * std::numbers::pi);
-      distance = std::max(distance, std::abs(q - centre));
     }
-    if (beyond_travel(chain, found.q)) continue;
+    if (!chain.couplings.empty())  // a joint may follow a turn by a part of one
+      found = inverse_kinematics(chain, a_from_measured, found.q);
+    if (!found.reached || beyond_travel(chain, found.q)) continue;
+    double distance = 0;
+    for (int j = 0; j < joint_count(chain); ++j)
+      distance = std::max(distance, std::abs(found.q[j] - middle(joint_link(chain, j))));
     if (best && distance >= least) continue;
     best = found.q;
     least = distance;

@@ -302,7 +302,8 @@ double apart(const Pose& a, const Pose& b) {
 
 Pose robust_mean(const std::vector<Pose>& poses) {
   return fit_nearer_half(
-      std::ssize(poses), [&](const std::vector<int>& chosen) { return mean_pose(poses, chosen); },
+      std::ssize(poses), 1,
+      [&](const std::vector<int>& chosen) { return mean_pose(poses, chosen); },
       [&](const Pose& mean, int k) { return apart(mean, poses[k]); });
 }
 
@@ -377,7 +378,7 @@ Robot with_cameras_placed(Robot robot, const Campaign& campaign, FitContacts whi
       camera.place = robust_mean(places);
     } else {
       const Places found = fit_nearer_half(
-          std::ssize(loops),
+          std::ssize(loops), kFewestImages,
           [&](const std::vector<int>& chosen) { return closed_form(loops, chosen); },
           [&](const Places& of, int k) {
             return apart(loops[k].arm * of.camera * loops[k].seen, of.board);

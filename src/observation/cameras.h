@@ -13,8 +13,8 @@ namespace armtrue {
 /// corners. With G the pose of the measured frame, or of a camera at rest its inverse, C the place
 /// of the camera and B that of the board, G_i C H_i = B: rotations by Shah's closed form (2013),
 /// the translations then are linear; fitted to all images, then twice to the half with the smaller
-/// errors. Throws as match_contacts(), and std::invalid_argument if a camera has fewer than three
-/// images of a board that show four corners.
+/// errors, three images at least. Throws as match_contacts(), and std::invalid_argument if a camera
+/// has fewer than three images of a board that show four corners.
 Robot with_cameras_placed(Robot robot, const Campaign& campaign, FitContacts which);
 
 }  // namespace armtrue

@@ -184,7 +184,7 @@ void place_artefact(const Touches& touches, Contact& contact) {
 }
 
 // The normal points to the side on which a gauge shows more, or from which beams come; without
-// both, in the direction of the contact's z axis.
+// both, or if it shows the same everywhere, in the direction of the contact's z axis.
 void place_plane(const Touches& touches, Contact& contact) {
   const Eigen::Matrix3Xd points = touches.matrix();
   const Eigen::Vector3d middle = points.rowwise().mean();
@@ -193,7 +193,9 @@ void place_plane(const Touches& touches, Contact& contact) {
     const Eigen::Matrix3Xd centred = points.colwise() - middle;
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred * centred.transpose(), Eigen::ComputeThinU);
     Eigen::Vector3d normal = svd.matrixU().col(2);
-    const double with_gauge = (normal.transpose() * centred).dot(gauge.transpose());
+    const double with_gauge = gauge.maxCoeff() > gauge.minCoeff()  // else rounding is its sign
+                                  ? (normal.transpose() * centred).dot(gauge.transpose())
+                                  : 0.0;
     const Eigen::Vector3d z = contact.place.rotation.col(2);
     const Eigen::Vector3d side = touches.by == By::beam ? touches.towards : z;
     if (with_gauge != 0 ? with_gauge < 0 : normal.dot(side) < 0) normal = -normal;

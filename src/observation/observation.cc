@@ -175,6 +175,11 @@ size_t ObservationModel::hash_of_prediction(int row) const {
   add(campaign_.pose[row]);
   add(campaign_.channel(row));
   for (double angle : campaign_.q[row]) add(angle);
+  for (const std::vector<double>* stated :
+       {&campaign_.sigma_position, &campaign_.sigma_orientation})
+    if (!stated->empty()) add((*stated)[row]);
+  if (!campaign_.whitening.empty())
+    for (double number : campaign_.whitening[row].reshaped()) add(number);
   for (Eigen::Index value = 0; value < effect_values_.rows(); ++value)
     add(effect_values_(value, row));
   return hash;

@@ -58,7 +58,7 @@ namespace {
 
 Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
   return fit_nearer_half(
-      own.cols(),
+      own.cols(), kMinPoints,
       [&](const std::vector<int>& chosen) {
         return rigid_fit(own(Eigen::all, chosen), measured(Eigen::all, chosen));
       },
@@ -72,7 +72,7 @@ Eigen::Vector3d trilaterate(const Eigen::Matrix3Xd& points, const Eigen::VectorX
   const SphereEquations sphere = sphere_equations(points);
   const Eigen::VectorXd squares = sphere.squares - distances.cwiseAbs2();
   return fit_nearer_half(
-      points.cols(),
+      points.cols(), kMinDistances,
       [&](const std::vector<int>& chosen) -> Eigen::Vector3d {
         return sphere.middle + Eigen::MatrixXd(sphere.columns(chosen, Eigen::all))
                                    .completeOrthogonalDecomposition()

@@ -24,7 +24,7 @@ bool may_be_rest_of_event(const Effect& effect, const Robot& robot);
 /// The places at which a step or kink, the k-th chosen candidate, would explain nearly as much (95 %
 /// by profile likelihood), extended to the readings around them; nothing for another shape.
 std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
-                                               size_t chosen);
+                                               int chosen);
 
 /// Amplitude and phase of the `effect`-th effect of a fit to so many poses, if it is a harmonic;
 /// its frequency is taken as exact. `bootstrap_draws` as from bootstrap_coefficients().

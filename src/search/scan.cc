@@ -18,7 +18,8 @@ constexpr double kMaxVariation = 0.02;  // m or rad: more is a mistake, not an e
 std::string value_key(const Effect& effect) {
   const Shape& shape = effect.shape;
   std::string members;
-  for (const Effect& member : effect.members) members += "|" + to_string(member.parameter) + value_key(member);
+  for (const Effect& member : effect.members)
+    members += "|" + to_string(member.parameter) + value_key(member);
   if (!members.empty()) return members;
   std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
                     std::to_string(static_cast<int>(shape.basis)) + "|" +
@@ -27,8 +28,10 @@ std::string value_key(const Effect& effect) {
                     std::to_string(shape.high[0]) + "|" + std::to_string(shape.low[1]) + "|" +
                     std::to_string(shape.high[1]) + "|" + std::to_string(shape.low[2]) + "|" +
                     std::to_string(shape.high[2]);
+  const bool by_own_length =  // of a wire, from its anchor
+      effect.driver.kind == DriverKind::range && effect.parameter.owner == Owner::anchor;
   if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force) ||
-      is_arm_scale(effect.parameter))
+      is_arm_scale(effect.parameter) || by_own_length)
     key += "|" + to_string(effect.parameter);
   return key;
 }

@@ -304,7 +304,8 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
     raised = judge_held_out(*training.if_complete, sound, result);
     result.after_sound = summarize(evaluate(result.trace.fit.robot, sound).reading_errors()).mean;
   }
-  const double of_noise = highest_of_floor(result.noise, held_out.rows());
+  const auto readings = static_cast<int>(result.errors_after.size());
+  const double of_noise = highest_of_floor(result.noise, readings);
   // However uncertain the unknowns are: an error 30 % above the floor does not count as noise.
   constexpr double kMostOfUnknowns = 1.3;
   const double complete_high = raised * of_noise * result.floor;

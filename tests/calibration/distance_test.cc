@@ -9,6 +9,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/zone.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/diagnosis/change.h"
@@ -395,6 +396,27 @@ TEST(Distance, PlannedPosesAreReadAsDistances) {
   const PosePlanner planner(robot, {}, measured(robot, 5, 12));
   const PlanQuality planned = planner.quality(planner.plan(30));
   EXPECT_LT(planned.cloud_deviation, planner.quality(planner.random(30, 13)).cloud_deviation);
+}
+
+// The variance of a point exceeds that of a length.
+TEST(Distance, PointsOfTheMeasuredPosesAreNotOutside) {
+  const Campaign lengths = measured(shipped("kr360-spindle", 3), 60, 15, 0.095);
+  const CalibrationResult fit = calibrate(shipped("kr360-spindle", 3), lengths);
+  Robot robot = fit.robot;
+  robot.uncertainty = uncertainty_of(fit, lengths);
+  Campaign points = lengths;
+  points.distance.clear();
+  points.anchor.clear();
+  points.anchor_names.clear();
+  points.position.assign(points.q.size(), Eigen::Vector3d::Zero());
+  const auto largest = [&](const Campaign& campaign) {
+    double most = 0;
+    for (const Prediction& prediction : predict(robot, campaign))
+      most = std::max(most, prediction.leverage);
+    return most;
+  };
+  EXPECT_NEAR(largest(lengths), 1, 1e-9);
+  EXPECT_NEAR(largest(points), 1, 1e-9);
 }
 
 TEST(Distance, WithoutItsAnchorIsAnError) {

@@ -67,6 +67,16 @@ TEST(LeftOutTogether, ABadReflectorIsNamed) {
               HasSubstr("12 of the 60 readings of target 'right'"));
 }
 
+// Six of 120 points on one of two targets may be chance; eighteen of 360 numbers would be none.
+TEST(LeftOutTogether, APointInThreeRowsIsOneReading) {
+  Campaign campaign = sixty_poses();
+  for (int pose = 0; pose < 60; ++pose) campaign.pose_ids.push_back(std::to_string(pose));
+  campaign.position.assign(120, Eigen::Vector3d::Zero());
+  campaign.distance.assign(120, 0.0);
+  points_to_coordinates(campaign);
+  EXPECT_THAT(left_out_together(campaign, {3, 23, 43, 63, 83, 103}), IsEmpty());
+}
+
 TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   Robot robot;
   const Campaign campaign = sixty_poses();
@@ -239,6 +249,17 @@ TEST(HiddenByRefit, IsSaidOfFewReadingsAlone) {
   EXPECT_EQ(hidden_by_refit({"base", "tool"}, robot, of(120)).words, "");
   EXPECT_THAT(hidden_by_refit({"base", "tool"}, robot, of(5)).words,
               HasSubstr("--refit base,tool fits 12 unknowns to the 30 numbers"));
+}
+
+// A further session has six unknowns more: where its instrument stood.
+TEST(HiddenByRefit, CountsTheBaseOfEachSession) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Campaign campaign = simulate(robot, robot, {.poses = 20, .seed = 3});
+  EXPECT_EQ(hidden_by_refit({"base", "tool"}, robot, campaign).unknowns, 12);
+  begin_sessions(campaign, {campaign.time_s[10]});
+  const HiddenError hidden = hidden_by_refit({"base", "tool"}, robot, campaign);
+  EXPECT_EQ(hidden.unknowns, 18);
+  EXPECT_EQ(hidden.freedom, 6 * 20 - 18);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
@@ -169,6 +170,40 @@ TEST(LackOfFit, IsUniformWhereTheModelLacksNothing) {
 TEST(LackOfFit, IsClearWhereAnEffectIsHidden) {
   for (unsigned seed = 1; seed <= 5; ++seed)
     EXPECT_LT(lack_of_fit_p("compliance", 0.12, seed), 1e-3) << seed;
+}
+
+// Exact readings of 20 poses, whose depth errs ten times as far as the other axes, as stated: p <
+// 0.05 in one of 20. Taken for even noise, one in six.
+TEST(LackOfFit, WhitensByStatedCovariances) {
+  std::mt19937_64 random(8);
+  std::normal_distribution<double> normal;
+  const Eigen::Vector3d deviation(2e-5, 2e-5, 2e-4);
+  constexpr int kPoses = 20, kCampaigns = 1000;
+  Campaign campaign;
+  PoseCovariance covariance = PoseCovariance::Identity();
+  covariance.topLeftCorner<3, 3>() = deviation.cwiseAbs2().asDiagonal();
+  for (int pose = 0; pose < kPoses; ++pose) {
+    campaign.pose_ids.push_back(std::to_string(pose));
+    campaign.pose.push_back(pose);
+    campaign.q.emplace_back(JointVector::Zero(6));
+    campaign.position.emplace_back(Eigen::Vector3d::Zero());
+    ASSERT_TRUE(add_covariance(covariance, {.position = true, .rotation = false}, campaign));
+  }
+  CalibrationResult fit;
+  fit.determined = {0, 0};
+  fit.degrees_of_freedom = 0;
+  Evaluation evaluation;
+  evaluation.residuals.resize(kPoses);
+  int small = 0;
+  for (int k = 0; k < kCampaigns; ++k) {
+    for (auto& residual : evaluation.residuals) {
+      residual.setZero();
+      for (int i = 0; i < 3; ++i) residual[i] = deviation[i] * normal(random);
+    }
+    small += assess(fit, campaign, evaluation).lack_of_fit.value() < 0.05;
+  }
+  EXPECT_GT(small, 0.03 * kCampaigns);
+  EXPECT_LT(small, 0.08 * kCampaigns);
 }
 
 // Two touches of a point in three rows each, then one of a plane.

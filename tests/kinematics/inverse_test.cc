@@ -90,5 +90,22 @@ TEST(Inverse, FromSeveralStartsTheSolutionNearestToTheMiddleOfTheTravel) {
   EXPECT_FALSE(inverse_kinematics(narrow, pose, starts));
 }
 
+// Joint 6 follows half the motion of joint 1: a whole turn of joint 1 is half of one of joint 6.
+TEST(Inverse, TurnsThatOthersFollowInPartReachThePoseToo) {
+  KinematicChain chain = read_robot(kArm).robot.chain;
+  for (Link& link : chain.links) link.min = -(link.max = 2 * std::numbers::pi);
+  chain.couplings.push_back({.follower = 5, .followed = 0, .coefficient = 0.5});
+  JointVector turned(6);
+  turned << 0.3, -1.0, 1.5, 0.4, 0.7, 0.2;
+  const Pose wanted = ChainEvaluator(chain).pose(turned);
+  turned[0] += 2 * std::numbers::pi;
+  turned[5] -= std::numbers::pi;
+  const auto q = inverse_kinematics(chain, wanted, std::vector{turned});
+  ASSERT_TRUE(q);
+  const Pose reached = ChainEvaluator(chain).pose(*q);
+  EXPECT_LT((reached.translation - wanted.translation).norm(), 1e-9);
+  EXPECT_LT(rotation_log(reached.rotation.transpose() * wanted.rotation).norm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace armtrue::inverse_test

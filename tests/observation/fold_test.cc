@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ctime>
 #include <thread>
 
 #include "armtrue/campaign/simulation.h"
@@ -75,6 +76,19 @@ TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
     EXPECT_EQ(model.rows_by_prediction().groups(), 300 / repeats);
     expect_fold_of_all_rows(model);
   }
+}
+
+// Each compared with all others of its pose would take a hundred times as long.
+TEST(Fold, TellsReadingsWithDeviationsOfTheirOwnApartInLinearTime) {
+  constexpr int kReadings = 40000;
+  constexpr double kMostSeconds = 1;  // of a processor
+  const Setting setting(1, 3);
+  Campaign one_pose = setting.campaign.select(std::vector<int>(kReadings, 0));
+  for (int row = 0; row < kReadings; ++row) one_pose.sigma_position.push_back(1e-4 + 1e-9 * row);
+  const std::clock_t begin = std::clock();
+  const ObservationModel model(one_pose, setting.robot, {}, {1e-4, 2e-4});
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, kMostSeconds);
+  EXPECT_FALSE(model.has_replicates());
 }
 
 // Readings of one pose that are not replicates: other joint angles, and a time that moves the

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/observation/contacts.h"
 #include "armtrue/observation/placement.h"
 #include "armtrue/statistics/random.h"
 
@@ -98,6 +99,37 @@ TEST(RegisteredBase, FollowsFromWiresWhoseReadingsBeginAtAZero) {
   robot.chain.anchors = {
       {"1", {2.5, 1.5, 0.1}, 0.2}, {"2", {2.5, -1.5, 0.3}, -0.1}, {"3", {-0.5, 2.8, 1.5}, 0.3}};
   expect_near(registered_base(robot, wires(robot, 12)), kBase, 1e-8);
+}
+
+// Half of four points shows no rotation, half of six distances not where a wire begins.
+TEST(RegisteredBase, FollowsFromFewReadings) {
+  KinematicChain chain = arm().chain;
+  chain.base = kBase;
+  Campaign points = visits(4);
+  for (const auto& q : points.q)
+    points.position.push_back(ChainEvaluator(chain).pose(q).translation);
+  expect_near(registered_base(arm(), points), kBase, 1e-9);
+
+  Robot robot = arm();
+  robot.chain.anchors = {
+      {"1", {2.5, 1.5, 0.1}, 0.2}, {"2", {2.5, -1.5, 0.3}, -0.1}, {"3", {-0.5, 2.8, 1.5}, 0.3}};
+  expect_near(registered_base(robot, wires(robot, 6)), kBase, 1e-7);
+}
+
+// Touched through one shim, a plane shows no side: its normal stays on that of its z axis.
+TEST(Contacts, PlaneOfOneGaugeKeepsItsSide) {
+  Robot robot = arm();
+  robot.chain.contacts.emplace_back().name = "table";
+  robot.chain.contacts[0].kind = ContactKind::plane;
+  robot.chain.contacts[0].is_placed = false;
+  for (int poses = 4; poses < 24; ++poses) {
+    Campaign campaign = visits(poses);
+    campaign.contact_names = {"table"};
+    campaign.touch.assign(poses, {.contact = 0});
+    campaign.distance.assign(poses, 3e-3);
+    const Robot placed = with_contacts_fitted(robot, campaign, FitContacts::unknown);
+    EXPECT_GT(placed.chain.contacts[0].place.rotation(2, 2), 0) << poses;
+  }
 }
 
 // Two anchors leave the turn about their line open: the distances are met all the same.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -68,6 +69,28 @@ TEST(CatalogueCandidates, AllLengthsGrowByOneShareOfThem) {
   EXPECT_TRUE(is_allowed(0.99 * 0.0014));
   EXPECT_FALSE(is_allowed(1.01 * 0.0014));
   EXPECT_FALSE(is_allowed(-0.5 * 0.0014));
+}
+
+// The scales of two wires follow two lengths, although driver and shape are the same.
+TEST(CatalogueCandidates, EachWireFollowsItsOwnLength) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  robot.chain.anchors = {{"near", {1.5, -1, 0.5}, 0}, {"far", {6, 3, 0.2}, 0}};
+  const Campaign campaign = read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign;
+  std::vector<Candidate> scales;
+  for (const Anchor& anchor : robot.chain.anchors) {
+    constexpr int kZero = 3;
+    Candidate& scale = scales.emplace_back();
+    scale.effect = {"wire scale", Parameter(Owner::anchor, anchor.name, kZero),
+                    {DriverKind::range, -1, -1, ""}, Shape{}, {}};
+  }
+  const auto scatter_of = [&](const std::vector<Candidate>& scanned, int k) {
+    return CandidateScan(scanned, robot, campaign)
+        .share_of_possible(k, Eigen::VectorXd::Constant(1, 1e-3));
+  };
+  const double of_near = scatter_of({scales[0]}, 0), of_far = scatter_of({scales[1]}, 0);
+  EXPECT_GT(std::abs(of_near - of_far), 0.01 * of_far);
+  EXPECT_DOUBLE_EQ(scatter_of(scales, 0), of_near);
+  EXPECT_DOUBLE_EQ(scatter_of(scales, 1), of_far);
 }
 
 // The model fits no constants of the instrument: counted from 0 degC, its scale at 25.5 degC would

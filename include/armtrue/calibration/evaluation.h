@@ -122,8 +122,8 @@ double mean_error(const NoiseFloor& noise, const Campaign& campaign);
 /// "Applied regression analysis", 1998, 2.1):
 ///     Q = sum over groups of replicates of m |mean residual|^2 / floor^2,
 /// with f = axes x groups - unknowns. Q / f is F-distributed with f even_axes / axes and the
-/// replicates' degrees of freedom; against a stated floor, Q is chi-squared with f. Empty without a
-/// floor.
+/// replicates' degrees of freedom. Against a stated floor, Q is chi-squared with f; residuals of
+/// rows that state covariances are white there (Campaign::whitening). Empty without a floor.
 struct FitQuality {
   std::vector<int> blunders;  ///< rows with a weight below 0.05: some 14 standard deviations
   NoiseFloor noise;

@@ -19,8 +19,9 @@ struct Prediction {
   /// F-distributed with f = (tr S)^2 / tr S^2 (Satterthwaite) and the degrees of freedom of the
   /// estimate of S.
   double bound_95 = 0;
-  /// Variance by Uncertainty::root, divided by the largest one at a pose of the calibration. Above
-  /// 1 the pose lies outside what was measured.
+  /// Variance by Uncertainty::root, divided by the largest one at a pose of the calibration: of
+  /// points by that of a point, if the calibration read lengths. Above 1 the pose lies outside what
+  /// was measured.
   double leverage = 0;
 };
 

@@ -28,12 +28,12 @@ struct SphereEquations {
 SphereEquations sphere_equations(const Eigen::Matrix3Xd& points);
 
 /// The base pose that best maps the robot's own points, without effects, onto the measured ones. It
-/// is fitted to all, then twice to the half with the smaller errors.
+/// is fitted to all, then twice to the half with the smaller errors, but to four points at least.
 /// Points (and coordinates, if there are four points): Umeyama's closed form. Distances: the place
 /// of each anchor in R_0 by trilateration, |p - a|^2 = l^2, linear in a and |a|^2, then the places
-/// are mapped onto those in the file. An anchor with fewer than five distances does not count. With
-/// two anchors the rotation of the base about the connecting line is kept, with one all rotations,
-/// with none the base. Throws as match_targets() and match_anchors().
+/// are mapped onto those in the file; half of the distances, too, are five at least. An anchor with
+/// fewer does not count. With two anchors the rotation of the base about the connecting line is
+/// kept, with one all rotations, with none the base. Throws as match_targets() and match_anchors().
 Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as in the first session of the campaign, with a base for
