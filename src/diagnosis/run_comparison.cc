@@ -431,7 +431,7 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
 
 std::string error_change(const RunErrors& before, const RunErrors& after) {
   if (!before.after || !after.after) return "";
-  return fmt::format(" Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
+  return fmt::format("Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
          (before.floor && after.floor ? fmt::format("; a perfect model would have {} and {}.",
                                                     mm(*before.floor), mm(*after.floor))
                                       : ".");
@@ -443,7 +443,8 @@ std::string sentence_of_errors(const RunErrors& before, const RunErrors& after) 
     text = before.verdict == after.verdict ? fmt::format("Both loops end {}.", after.verdict)
                                            : fmt::format("The loop ended {} before and {} after.",
                                                          before.verdict, after.verdict);
-  return text + error_change(before, after);
+  const std::string change = error_change(before, after);
+  return text + (text.empty() || change.empty() ? "" : " ") + change;
 }
 
 std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
