@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <tuple>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
@@ -534,6 +535,20 @@ TEST(RobotProgramTest, TheMarkOfFanucIsTheNextLineAndIsCounted) {
   EXPECT_TRUE(text.starts_with(head + "11" + lines + " 11:  !corrected by armtrue compensate"))
       << text;
   EXPECT_TRUE(text.ends_with(" ;\n" + end)) << text;
+}
+
+TEST(RobotProgramTest, AMarkStandsBehindAMarkOfTheOrderOfBytes) {
+  const std::string bom = "\xEF\xBB\xBF", mark = "corrected by armtrue compensate\n";
+  for (const auto& [dialect, text, marked] :
+       {std::tuple("rapid", "MODULE p\nENDMODULE\n", "MODULE p\n!" + mark + "ENDMODULE\n"),
+        std::tuple("krl", "DEF p()\nEND\n", "DEF p()\n;" + mark + "END\n"),
+        std::tuple("urscript", "movej([0,0,0,0,0,0])\n", "#" + mark + "movej([0,0,0,0,0,0])\n")}) {
+    std::string with_bom = bom + text, without = text;
+    mark_corrected(*find_dialect(dialect), Corrector::compensate, with_bom);
+    mark_corrected(*find_dialect(dialect), Corrector::compensate, without);
+    EXPECT_EQ(with_bom, bom + marked);
+    EXPECT_EQ(without, marked);
+  }
 }
 
 TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
