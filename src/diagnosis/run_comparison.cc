@@ -201,6 +201,7 @@ std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot&
       RemainderCurve& curve = curves.emplace_back();
       curve.parameter = parameter;
       curve.joint = joint;
+      curve.name = names[joint];
       curve.unit = display_unit(after.chain, effect.parameter);
       std::vector<double> change;
       for (int k = 0; k < kPoints; ++k) {

@@ -11,6 +11,7 @@
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/diagnosis/readings_difference.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 
 namespace armtrue {
@@ -83,6 +84,7 @@ struct ComparedEffect {
 struct RemainderCurve {
   std::string parameter;
   int joint = 0;                                         ///< 0-based
+  JointName name;                                        ///< of the joint
   DisplayUnit unit;                                      ///< of the values
   std::vector<double> q;                                 ///< [rad or m]
   std::vector<double> before, after;                     ///< [rad or m]
