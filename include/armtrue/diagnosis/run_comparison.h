@@ -77,6 +77,7 @@ struct ComparedEffect {
   InRuns in;
   bool same_inner = true;             ///< else `change` of its coefficients is empty
   std::vector<NumberChange> numbers;  ///< one for each of its coefficients
+  std::vector<double> std_before;     ///< NamedCoefficient::std of the run before; if both have it
 };
 
 /// The effects without a name (is_nameless()) that move one parameter by the angle of one joint,
