@@ -250,8 +250,8 @@ void check_folders(const ProjectFiles& files) {
         fmt::format("--project-out: '{}' is a {} file, and --project {}; name a new "
                     "folder, or a file of the same kind",
                     files.out, out_kind, is_folder ? "is a folder" : "a " + kind + " file"));
-  const auto in = fs::weakly_canonical(files.folder, none);
-  const auto out = fs::weakly_canonical(files.out, none);
+  const auto in = fs::weakly_canonical(fs::absolute(files.folder, none), none);
+  const auto out = fs::weakly_canonical(fs::absolute(files.out, none), none);
   const auto [end_in, end_out] = std::mismatch(in.begin(), in.end(), out.begin(), out.end());
   if (end_in == in.end() || end_out == out.end())
     throw UsageError("--project-out: '" + files.out +
