@@ -186,17 +186,16 @@ class Project {
   }
 
   void write_folder(const std::map<std::string, std::string>& changed) {
-    std::map<std::string, const std::string*> all;
-    for (const ProgramText& text : texts_)
-      all[text.name] = text.packed.empty() ? &text.text : &text.packed;
+    std::map<std::string, std::string> all;
+    for (const ProgramText& text : texts_) all[text.name] = bytes_of_text(text, text.text);
     if (archive_)
       for (const ArchiveMember& member : archive_->members())
-        if (!member.is_folder) all[member.path] = &member.content;
-    for (const auto& [name, text] : changed) all[name] = &text;
+        if (!member.is_folder) all[member.path] = member.content;
+    for (const auto& [name, text] : changed) all[name] = text;
     std::vector<Product> products;
     for (const auto& [name, text] : all) {
       const std::string path = (fs::path(files_.out) / name).string();
-      products.push_back({path, *text});
+      products.push_back({path, text});
       std::error_code error;
       fs::create_directories(fs::path(path).parent_path(), error);
       if (error)

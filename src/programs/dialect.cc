@@ -96,9 +96,8 @@ std::unique_ptr<MoveWriter> Dialect::move_writer(const RobotProgram& program) co
 void Dialect::refuse_what_does_not_load(const RobotProgram&, size_t) const {}
 
 void Dialect::add_comment(const std::string& comment, std::string& text) const {
-  const size_t first = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // behind a BOM
-  size_t place = first;
-  for (size_t begin = first; begin < text.size() && place == first;) {
+  size_t place = 0;
+  for (size_t begin = 0; begin < text.size() && place == 0;) {
     const size_t end = std::min(text.find('\n', begin), text.size());
     TextCursor line(text, begin, end);
     std::string word = line.take_name();
@@ -109,7 +108,7 @@ void Dialect::add_comment(const std::string& comment, std::string& text) const {
   // MODULE part(SYSMODULE, .. on several lines
   const std::string_view head = std::string_view(text).substr(0, std::min(place, text.size()));
   if (const size_t open = head.rfind('(');
-      place > first && open != std::string::npos && head.find(')', open) == std::string::npos)
+      place > 0 && open != std::string::npos && head.find(')', open) == std::string::npos)
     place = text.find('\n', std::min(text.find(')', open), text.size())) + 1;
   if (place > text.size()) return;  // a text of one line, which has no moves
   text.insert(place, facts_.comment + comment + line_end(text, 0));

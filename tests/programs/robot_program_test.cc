@@ -9,7 +9,6 @@
 #include <fstream>
 #include <iterator>
 #include <random>
-#include <tuple>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
@@ -519,11 +518,25 @@ TEST(RobotProgramTest, NamesFollowTheFileWhereTheControllerWantsThat) {
   rename(program, "fresh", texts);
   EXPECT_THAT(texts[0], HasSubstr("DEF  fresh( )\n"));
   EXPECT_THAT(texts[1], HasSubstr("DEFDAT fresh PUBLIC\n"));
+  texts[0] = ";" + program.texts[0].text;
+  rename(program, "fresh", texts);
+  EXPECT_EQ(texts[0], ";" + program.texts[0].text);
   EXPECT_EQ(why_illegal_name(*find_dialect("krl"), "part_1"), "");
   EXPECT_THAT(why_illegal_name(*find_dialect("krl"), "1-part"), HasSubstr("'P1_part'"));
   EXPECT_THAT(why_illegal_name(*find_dialect("krl"), "a_name_of_twenty_five_abc"),
               HasSubstr("'a_name_of_twenty_five_ab'"));
   EXPECT_EQ(why_illegal_name(*find_dialect("urscript"), "1-part"), "");
+}
+
+// The first routine has the name of the file, also if it is a function; the others keep theirs.
+TEST(RobotProgramTest, TheNameOfAFunctionFollowsTheFile) {
+  RobotProgram program = parsed("p.src",
+                                "DEFFCT INT old( )\nLIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\nsub( )\n"
+                                "RETURN 1\nENDFCT\nDEF sub( )\nEND\n");
+  std::vector<std::string> texts{program.texts[0].text};
+  rename(program, "fresh", texts);
+  EXPECT_TRUE(texts[0].starts_with("DEFFCT INT fresh( )\nLIN {X 800,")) << texts[0];
+  EXPECT_TRUE(texts[0].ends_with("DEF sub( )\nEND\n")) << texts[0];
 }
 
 // Behind the last line of the main part, which may span several lines of the file.
@@ -535,20 +548,6 @@ TEST(RobotProgramTest, TheMarkOfFanucIsTheNextLineAndIsCounted) {
   EXPECT_TRUE(text.starts_with(head + "11" + lines + " 11:  !corrected by armtrue compensate"))
       << text;
   EXPECT_TRUE(text.ends_with(" ;\n" + end)) << text;
-}
-
-TEST(RobotProgramTest, AMarkStandsBehindAMarkOfTheOrderOfBytes) {
-  const std::string bom = "\xEF\xBB\xBF", mark = "corrected by armtrue compensate\n";
-  for (const auto& [dialect, text, marked] :
-       {std::tuple("rapid", "MODULE p\nENDMODULE\n", "MODULE p\n!" + mark + "ENDMODULE\n"),
-        std::tuple("krl", "DEF p()\nEND\n", "DEF p()\n;" + mark + "END\n"),
-        std::tuple("urscript", "movej([0,0,0,0,0,0])\n", "#" + mark + "movej([0,0,0,0,0,0])\n")}) {
-    std::string with_bom = bom + text, without = text;
-    mark_corrected(*find_dialect(dialect), Corrector::compensate, with_bom);
-    mark_corrected(*find_dialect(dialect), Corrector::compensate, without);
-    EXPECT_EQ(with_bom, bom + marked);
-    EXPECT_EQ(without, marked);
-  }
 }
 
 TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
