@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -142,6 +143,7 @@ class Project {
     const DialectFacts& facts = program.dialect->facts();
     if (!facts.has_frames_of_caller) return;
     std::map<size_t, std::string> why;
+    std::set<size_t> left;  // an arc goes with either of its points
     for (size_t k = 0; k < program.targets.size(); ++k) {
       const ProgramTarget& target = program.targets[k];
       if (target.kind != TargetKind::cartesian) continue;
@@ -149,9 +151,11 @@ class Project {
         why[k] = why_left_to_caller(facts.frame, "--base");
       else if (target.tool < 0 && !files_.has_tool)
         why[k] = why_left_to_caller(facts.tool, "--tool");
+      if (!why.contains(k)) continue;
+      for (const size_t of_move : targets_of_move(program, k)) left.insert(of_move);
     }
     if (why.empty()) return;
-    if (why.size() == program.targets.size())
+    if (left.size() == program.targets.size())
       throw InputError(fmt::format("{}:{}: {}", program.texts[0].name, program.targets[0].line,
                                    why.begin()->second));
     leave_alone(program, why);
