@@ -550,6 +550,16 @@ TEST(RobotProgramTest, TheMarkOfFanucIsTheNextLineAndIsCounted) {
   EXPECT_TRUE(text.ends_with(" ;\n" + end)) << text;
 }
 
+TEST(RobotProgramTest, BracketsInGreatNumberAreNoNumber) {
+  constexpr size_t kMany = 200000;
+  EXPECT_THROW(parsed("p.mod",
+                      "MODULE p\nCONST robtarget a:=[[600,0,800],[1,0,0,0],[0,0,0,0],"
+                      "[9E9,9E9,9E9,9E9,9E9,9E9]];\nPROC main()\nMoveL Offs(a," +
+                          std::string(kMany, '(') + "1" + std::string(kMany, ')') +
+                          ",0,0),v100,z1,tool0;\nENDPROC\nENDMODULE\n"),
+               InputError);
+}
+
 TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
   EXPECT_THROW(parsed("p.src", "DEF p()\nEND\n"), InputError);
   EXPECT_THROW(parsed("p.mod", ""), InputError);
