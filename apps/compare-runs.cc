@@ -7,7 +7,6 @@
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/comparison_io.h"
-#include "armtrue/io/source.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/comparison_page.h"
 #include "command_line.h"
@@ -58,11 +57,9 @@ std::vector<JointVector> poses_of(app::Command& command, const std::string& path
                                   const Robot& robot) {
   std::vector<JointVector> poses;
   if (path.empty()) return poses;
-  for (const JointTarget& target : read_joint_targets(path, joint_names(robot.chain)))
-    poses.push_back(target.q);
-  Source source(path);
-  source.read_all();
-  command.add_to_inputs(path, source.sha256());
+  const JointTargetFile file = read_joint_target_file(path, joint_names(robot.chain));
+  for (const JointTarget& target : file.targets) poses.push_back(target.q);
+  command.add_to_inputs(file.name, file.sha256);
   return poses;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -142,6 +143,7 @@ class Project {
     const DialectFacts& facts = program.dialect->facts();
     if (!facts.has_frames_of_caller) return;
     std::map<size_t, std::string> why;
+    std::set<size_t> left;  // an arc goes with either of its points
     for (size_t k = 0; k < program.targets.size(); ++k) {
       const ProgramTarget& target = program.targets[k];
       if (target.kind != TargetKind::cartesian) continue;
@@ -149,9 +151,11 @@ class Project {
         why[k] = why_left_to_caller(facts.frame, "--base");
       else if (target.tool < 0 && !files_.has_tool)
         why[k] = why_left_to_caller(facts.tool, "--tool");
+      if (!why.contains(k)) continue;
+      for (const size_t of_move : targets_of_move(program, k)) left.insert(of_move);
     }
     if (why.empty()) return;
-    if (why.size() == program.targets.size())
+    if (left.size() == program.targets.size())
       throw InputError(fmt::format("{}:{}: {}", program.texts[0].name, program.targets[0].line,
                                    why.begin()->second));
     leave_alone(program, why);
@@ -186,17 +190,16 @@ class Project {
   }
 
   void write_folder(const std::map<std::string, std::string>& changed) {
-    std::map<std::string, const std::string*> all;
-    for (const ProgramText& text : texts_)
-      all[text.name] = text.packed.empty() ? &text.text : &text.packed;
+    std::map<std::string, std::string> all;
+    for (const ProgramText& text : texts_) all[text.name] = bytes_of_text(text, text.text);
     if (archive_)
       for (const ArchiveMember& member : archive_->members())
-        if (!member.is_folder) all[member.path] = &member.content;
-    for (const auto& [name, text] : changed) all[name] = &text;
+        if (!member.is_folder) all[member.path] = member.content;
+    for (const auto& [name, text] : changed) all[name] = text;
     std::vector<Product> products;
     for (const auto& [name, text] : all) {
       const std::string path = (fs::path(files_.out) / name).string();
-      products.push_back({path, *text});
+      products.push_back({path, text});
       std::error_code error;
       fs::create_directories(fs::path(path).parent_path(), error);
       if (error)
@@ -250,8 +253,8 @@ void check_folders(const ProjectFiles& files) {
         fmt::format("--project-out: '{}' is a {} file, and --project {}; name a new "
                     "folder, or a file of the same kind",
                     files.out, out_kind, is_folder ? "is a folder" : "a " + kind + " file"));
-  const auto in = fs::weakly_canonical(files.folder, none);
-  const auto out = fs::weakly_canonical(files.out, none);
+  const auto in = fs::weakly_canonical(fs::absolute(files.folder, none), none);
+  const auto out = fs::weakly_canonical(fs::absolute(files.out, none), none);
   const auto [end_in, end_out] = std::mismatch(in.begin(), in.end(), out.begin(), out.end());
   if (end_in == in.end() || end_out == out.end())
     throw UsageError("--project-out: '" + files.out +

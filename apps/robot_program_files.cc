@@ -215,7 +215,8 @@ void rename_as_file(const RobotProgram& program, const std::string& out,
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
                          const std::string& out) {
   std::vector<Product> products;
-  if (program.own_texts > 1) products.push_back({dat_of_output(program, out), texts[1]});
+  if (program.own_texts > 1)
+    products.push_back({dat_of_output(program, out), bytes_of_text(program.texts[1], texts[1])});
   products.push_back({out, bytes_of_text(program.texts[0], texts[0])});
   write_outputs(products);
 }

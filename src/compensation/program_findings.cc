@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
@@ -45,11 +46,13 @@ void refuse_two_tools(const RobotProgram& program, bool tool_is_measured) {
 }
 
 bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program) {
-  const auto is_pose = [](const ProgramTarget& target) {
-    return target.kind == TargetKind::cartesian;
-  };
-  const size_t poses = std::ranges::count_if(program.targets, is_pose);
-  if (error.out_of_reach.empty() || error.out_of_reach.size() == poses) return false;
+  std::set<size_t> left;  // an arc goes with either of its points
+  for (const auto& [row, reason] : error.out_of_reach)
+    for (const size_t of_move : targets_of_move(program, row)) left.insert(of_move);
+  bool is_any_reached = false;
+  for (size_t k = 0; k < program.targets.size(); ++k)
+    is_any_reached |= program.targets[k].kind == TargetKind::cartesian && !left.contains(k);
+  if (left.empty() || !is_any_reached) return false;
   std::map<size_t, std::string> why;
   for (const auto& [row, reason] : error.out_of_reach) {
     const ProgramTarget& target = program.targets[row];

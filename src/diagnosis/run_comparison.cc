@@ -117,33 +117,44 @@ std::vector<std::string> held_apart(const Robot& before, const Robot& after) {
   return names;
 }
 
+// For each effect of the run after, that of the run before, or -1. A model may have several of one
+// form, such as steps in time: those of the same inner values first.
+std::vector<std::ptrdiff_t> matches(const std::vector<NamedEffect>& after,
+                                    const std::vector<NamedEffect>& before) {
+  std::vector<std::ptrdiff_t> found(after.size(), -1);
+  for (const bool with_inner : {true, false})
+    for (size_t i = 0; i < after.size(); ++i)
+      for (std::ptrdiff_t k = 0; k < std::ssize(before) && found[i] < 0; ++k)
+        if (before[k].parameter == after[i].parameter && before[k].driver == after[i].driver &&
+            before[k].shape == after[i].shape &&
+            (!with_inner || before[k].inner == after[i].inner) &&
+            std::ranges::find(found, k) == found.end())
+          found[i] = k;
+  return found;
+}
+
 std::vector<ComparedEffect> compared_effects(const ComparedRun& before, const ComparedRun& after) {
   std::vector<ComparedEffect> found;
-  std::vector<bool> is_matched(before.effects.size(), false);
-  for (const NamedEffect& effect : after.effects) {
-    ComparedEffect& one = found.emplace_back(ComparedEffect{effect, InRuns::after, true, {}});
+  const std::vector<std::ptrdiff_t> matched = matches(after.effects, before.effects);
+  for (size_t i = 0; i < after.effects.size(); ++i) {
+    const NamedEffect& effect = after.effects[i];
+    ComparedEffect& one = found.emplace_back(ComparedEffect{effect, InRuns::after, true, {}, {}});
     for (const NamedCoefficient& coefficient : effect.coefficients)
       one.numbers.push_back({{}, coefficient.value, {}, {}, {}, {}});
-    for (size_t k = 0; k < before.effects.size(); ++k) {
-      const NamedEffect& old = before.effects[k];
-      if (is_matched[k] || old.parameter != effect.parameter || old.driver != effect.driver ||
-          old.shape != effect.shape)
-        continue;
-      is_matched[k] = true;
-      one.in = InRuns::both;
-      one.same_inner = old.inner == effect.inner;
-      for (size_t c = 0; c < one.numbers.size() && c < old.coefficients.size(); ++c) {
-        one.numbers[c].before = old.coefficients[c].value;
-        if (one.same_inner)
-          one.numbers[c].change = *one.numbers[c].after - old.coefficients[c].value;
-      }
-      break;
+    if (matched[i] < 0) continue;
+    const NamedEffect& old = before.effects[matched[i]];
+    one.in = InRuns::both;
+    one.same_inner = old.inner == effect.inner;
+    for (size_t c = 0; c < one.numbers.size() && c < old.coefficients.size(); ++c) {
+      one.numbers[c].before = old.coefficients[c].value;
+      one.std_before.push_back(old.coefficients[c].std);
+      if (one.same_inner) one.numbers[c].change = *one.numbers[c].after - old.coefficients[c].value;
     }
   }
   for (size_t k = 0; k < before.effects.size(); ++k) {
-    if (is_matched[k]) continue;
+    if (std::ranges::find(matched, static_cast<std::ptrdiff_t>(k)) != matched.end()) continue;
     ComparedEffect& one =
-        found.emplace_back(ComparedEffect{before.effects[k], InRuns::before, true, {}});
+        found.emplace_back(ComparedEffect{before.effects[k], InRuns::before, true, {}, {}});
     for (const NamedCoefficient& coefficient : one.effect.coefficients)
       one.numbers.push_back({coefficient.value, {}, {}, {}, {}, {}});
   }
@@ -201,6 +212,7 @@ std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot&
       RemainderCurve& curve = curves.emplace_back();
       curve.parameter = parameter;
       curve.joint = joint;
+      curve.name = names[joint];
       curve.unit = display_unit(after.chain, effect.parameter);
       std::vector<double> change;
       for (int k = 0; k < kPoints; ++k) {
@@ -298,12 +310,8 @@ void test_numbers(const ComparedRun& before, const ComparedRun& after, RunCompar
          parameter.number);
   for (ComparedEffect& effect : found.effects) {
     if (effect.in != InRuns::both || !effect.same_inner) continue;
-    const auto old = std::ranges::find_if(before.effects, [&](const NamedEffect& one) {
-      return one.parameter == effect.effect.parameter && one.driver == effect.effect.driver &&
-             one.shape == effect.effect.shape;
-    });
-    for (size_t k = 0; k < effect.numbers.size() && k < old->coefficients.size(); ++k)
-      test(old->coefficients[k].std, effect.effect.coefficients[k].std, effect.numbers[k]);
+    for (size_t k = 0; k < effect.std_before.size(); ++k)
+      test(effect.std_before[k], effect.effect.coefficients[k].std, effect.numbers[k]);
   }
   found.tested = static_cast<int>(tested.size());
   for (NumberChange* number : tested)
@@ -431,7 +439,7 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
 
 std::string error_change(const RunErrors& before, const RunErrors& after) {
   if (!before.after || !after.after) return "";
-  return fmt::format(" Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
+  return fmt::format("Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
          (before.floor && after.floor ? fmt::format("; a perfect model would have {} and {}.",
                                                     mm(*before.floor), mm(*after.floor))
                                       : ".");
@@ -443,7 +451,8 @@ std::string sentence_of_errors(const RunErrors& before, const RunErrors& after) 
     text = before.verdict == after.verdict ? fmt::format("Both loops end {}.", after.verdict)
                                            : fmt::format("The loop ended {} before and {} after.",
                                                          before.verdict, after.verdict);
-  return text + error_change(before, after);
+  const std::string change = error_change(before, after);
+  return text + (text.empty() || change.empty() ? "" : " ") + change;
 }
 
 std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {

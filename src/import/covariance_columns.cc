@@ -11,8 +11,6 @@
 namespace armtrue {
 namespace {
 
-constexpr int kEntries = 36;
-
 std::string quantity_at(int row, int column) { return fmt::format("cov{}", 6 * row + column); }
 
 }  // namespace
@@ -20,16 +18,17 @@ std::string quantity_at(int row, int column) { return fmt::format("cov{}", 6 * r
 void require_whole_covariance(const PlainTable& table, const ColumnMapping& mapping) {
   std::string there;
   int count = 0;
-  for (int k = 0; k < kEntries; ++k)
+  for (int k = 0; k < kCovarianceEntries; ++k)
     if (const MappedColumn* const column = mapping.find(fmt::format("cov{}", k))) {
       if (there.empty()) there = table.columns[column->column].name;
       ++count;
     }
-  if (count == 0 || count == kEntries) return;
+  if (count == 0 || count == kCovarianceEntries) return;
   table.fail_header(fmt::format(
       "{} of the {} columns of a covariance stand here, such as '{}'; export the others too, or "
       "leave these out: --ignore '{}*'",
-      count, kEntries, there, there.substr(0, there.find_last_not_of("0123456789[]") + 1)));
+      count, kCovarianceEntries, there,
+      there.substr(0, there.find_last_not_of("0123456789[]") + 1)));
 }
 
 std::string our_covariance_column(const std::string& quantity) {

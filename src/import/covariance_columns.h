@@ -7,6 +7,9 @@
 
 namespace armtrue {
 
+/// Of a covariance of position and rotation, row by row.
+inline constexpr int kCovarianceEntries = 36;
+
 /// Throws InputError if only some of the 36 columns of a covariance, the quantities cov0 to cov35,
 /// stand in the table.
 void require_whole_covariance(const PlainTable& table, const ColumnMapping& mapping);

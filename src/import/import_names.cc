@@ -5,8 +5,10 @@
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/names.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/body_columns.h"
 #include "import/column_mapping.h"
+#include "import/covariance_columns.h"
 #include "import/marker_columns.h"
 #include "import/matrix_columns.h"
 
@@ -113,10 +115,12 @@ void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& opt
         add_name(by_name, table, fit.captured, one.name);
       } else if (quantity == "q") {
         const bool from_one = column.header.find("{n}") != std::string_view::npos;
-        const int number = std::atoi(fit.captured.c_str()) + (from_one ? 0 : 1);
-        fitting.emplace_back(one.name, "q" + std::to_string(number));
+        if (const auto number = read_whole_number(fit.captured); number && *number <= kMaxJoints)
+          fitting.emplace_back(one.name, "q" + std::to_string(*number + (from_one ? 0 : 1)));
       } else if (quantity == "cov") {
-        fitting.emplace_back(one.name, "cov" + fit.captured);
+        if (const auto entry = read_whole_number(fit.captured);
+            entry && *entry < kCovarianceEntries)
+          fitting.emplace_back(one.name, "cov" + std::to_string(*entry));
       } else if (column.beside.empty() || has_column(table, column.beside)) {
         fitting.emplace_back(one.name, quantity);
       }

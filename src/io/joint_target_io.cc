@@ -12,8 +12,8 @@
 
 namespace armtrue {
 
-std::vector<JointTarget> read_joint_targets(const std::string& path,
-                                            const std::vector<JointName>& joints) {
+JointTargetFile read_joint_target_file(const std::string& path,
+                                       const std::vector<JointName>& joints) {
   Source source(path);
   CsvTable table(source, example_header("pose,", joints));
   const std::vector<std::string> names = encoder_names(joints);
@@ -26,7 +26,8 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
   };
   const auto beam = table.find("beam"), contact = table.find("contact"),
              touching = table.find("target");
-  std::vector<JointTarget> targets;
+  JointTargetFile file;
+  std::vector<JointTarget>& targets = file.targets;
   std::map<std::string, int, std::less<>> lines;  // of each id
   while (table.next_row()) {
     if (table.is_empty(*pose)) table.fail(*pose, "is empty; every row needs the id of its pose");
@@ -43,7 +44,14 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
     target.target = cell(touching);
   }
   if (targets.empty()) throw InputError(source.name() + ": has no row");
-  return targets;
+  file.name = source.name();
+  file.sha256 = source.sha256();
+  return file;
+}
+
+std::vector<JointTarget> read_joint_targets(const std::string& path,
+                                            const std::vector<JointName>& joints) {
+  return read_joint_target_file(path, joints).targets;
 }
 
 std::string write_joint_targets(const std::vector<JointTarget>& targets,

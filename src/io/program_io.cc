@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "armtrue/io/source.h"
 #include "armtrue/programs/dialect.h"
@@ -13,6 +14,14 @@
 namespace armtrue {
 namespace {
 
+constexpr std::string_view kMark = "\xEF\xBB\xBF";
+
+// No language of a controller has a mark of the order of bytes, which editors put before a text.
+void keep_mark_aside(ProgramText& text) {
+  text.has_mark = text.text.starts_with(kMark);
+  if (text.has_mark) text.text.erase(0, kMark.size());
+}
+
 TextFile read_text(const std::string& path) {
   if (const Dialect* const dialect = dialect_of_file(path);
       dialect && dialect->facts().may_be_packed) {
@@ -23,6 +32,7 @@ TextFile read_text(const std::string& path) {
   TextFile file;
   file.text.name = source.name();
   file.text.text = source.read_all();
+  keep_mark_aside(file.text);
   file.sha256 = source.sha256();
   return file;
 }
@@ -48,12 +58,14 @@ ProgramText program_text(const std::string& name, const std::string& bytes) {
     text.packed = bytes;
   }
   check_text(text.text, name);
+  keep_mark_aside(text);
   return text;
 }
 
 std::string bytes_of_text(const ProgramText& original, const std::string& text) {
-  if (original.packed.empty()) return text;
-  return text == original.text ? original.packed : gzip(text);
+  const std::string whole = std::string(original.has_mark ? kMark : "") + text;
+  if (original.packed.empty()) return whole;
+  return text == original.text ? original.packed : gzip(whole);
 }
 
 std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,

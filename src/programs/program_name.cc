@@ -39,6 +39,8 @@ void rename(const RobotProgram& program, const std::string& name, std::vector<st
       if (place.text != static_cast<int>(i)) continue;
       const std::string now = program.texts[i].text.substr(place.begin, place.end - place.begin);
       if (upper(now) == upper(name)) continue;
+      // Behind a change, the name is no longer where it was.
+      if (texts[i].compare(0, place.end, program.texts[i].text, 0, place.end) != 0) continue;
       edits.push_back({place.text, place.begin, place.end,
                        program.dialect->facts().names.are_capitals ? upper(name) : name});
     }

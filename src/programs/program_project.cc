@@ -85,6 +85,15 @@ class ProjectRewriter {
         points.push_back(i);
     if (points.empty()) return;
     const RewrittenProgram rewritten = rewrite(program, programs_[index].commands, {}, by_);
+    std::multimap<std::pair<int, size_t>, const TextEdit*> edits;  // by text and begin
+    std::set<std::pair<size_t, size_t>> in_program;                // from where to where
+    for (const TextEdit& edit : rewritten.edits) {
+      edits.emplace(std::pair(edit.file, edit.begin), &edit);
+      if (edit.file == 0) in_program.emplace(edit.begin, edit.end);
+    }
+    std::set<int> in_moves;  // points of which a move gets another
+    for (const ProgramTarget& target : program.targets)
+      if (in_program.contains({target.begin, target.end})) in_moves.insert(target.point);
     for (const size_t i : points) {
       const ProgramPoint& point = program.points[i];
       const size_t begin =
@@ -95,15 +104,13 @@ class ProjectRewriter {
       shared.programs.insert(index);
       shared.points.emplace_back(index, i);
       shared.must_stay |= point.is_shared;
+      if (in_moves.contains(static_cast<int>(i)))
+        shared.must_stay = shared.is_changed = true;  // its moves need several numbers
       std::string changes;
-      for (const TextEdit& edit : rewritten.edits) {
-        if (edit.file == point.text && edit.begin >= point.begin && edit.end <= point.end)
-          changes += std::to_string(edit.begin) + " " + edit.text + "\n";
-        for (const ProgramTarget& target : program.targets)
-          if (target.point == static_cast<int>(i) && edit.file == 0 && edit.begin == target.begin &&
-              edit.end == target.end)
-            shared.must_stay = shared.is_changed = true;  // its moves need several numbers
-      }
+      const auto last = edits.upper_bound({point.text, point.end});
+      for (auto edit = edits.lower_bound({point.text, point.begin}); edit != last; ++edit)
+        if (edit->second->end <= point.end)
+          changes += std::to_string(edit->second->begin) + " " + edit->second->text + "\n";
       shared.is_changed |= !changes.empty();
       shared.changes.push_back(changes);
     }

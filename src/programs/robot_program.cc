@@ -45,14 +45,13 @@ void shorten(std::string& line) {
   line = line.substr(0, end) + "..";
 }
 
-// The targets of the move to one: an arc has two.
+}  // namespace
+
 std::vector<size_t> targets_of_move(const RobotProgram& program, size_t target) {
   if (program.targets[target].motion == MotionKind::via) return {target, target + 1};
   if (program.targets[target].motion == MotionKind::arc) return {target - 1, target};
   return {target};
 }
-
-}  // namespace
 
 void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why) {
   std::vector<char> is_left(program.targets.size(), false);

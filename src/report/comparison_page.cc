@@ -125,7 +125,7 @@ Drawing curve_picture(const RemainderCurve& curve, size_t number) {
   Points before, after;
   double low = 0, high = 0;
   for (size_t k = 0; k < curve.q.size(); ++k) {
-    const double x = curve.unit.name == "mm" ? curve.q[k] / kMillimetre : curve.q[k] / kDegree;
+    const double x = curve.q[k] / curve.name.si();
     before.emplace_back(x, curve.before[k] / curve.unit.si);
     after.emplace_back(x, curve.after[k] / curve.unit.si);
     low = std::min({low, before.back().y(), after.back().y()});
@@ -136,7 +136,7 @@ Drawing curve_picture(const RemainderCurve& curve, size_t number) {
       fmt::format("{} over joint {}", curve.parameter, curve.joint + 1),
       "Effects without a name, added up, before and after.",
       exact_axis(before.front().x(), before.back().x(),
-                 curve.unit.name == "mm" ? "travel, mm" : "joint angle, deg"));
+                 curve.name.is_length ? "travel, mm" : "joint angle, deg"));
   Panel& panel = picture->panel(round_axis(low, high, curve.unit.name, 4), 110);
   panel.line(before, Look::before, "before");
   panel.line(after, Look::after, "after");

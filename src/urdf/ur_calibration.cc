@@ -44,13 +44,16 @@ UrdfChain read_ur_chain(const std::string& text, const std::string& file) {
 std::map<size_t, std::pair<size_t, std::string>> changes(
     const std::string& document, const std::map<std::string, Pose>& origins) {
   std::map<size_t, std::pair<size_t, std::string>> result;
+  const size_t before = document.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // yaml-cpp counts no BOM
   const YAML::Node kinematics = YAML::Load(document)["kinematics"];
   for (const auto& [link, pose] : origins) {
     const Eigen::Vector3d rpy = roll_pitch_yaw(pose.rotation), &t = pose.translation;
     const std::array<double, 6> n{t.x(), t.y(), t.z(), rpy[0], rpy[1], rpy[2]};
     for (size_t k = 0; k < n.size(); ++k) {
       const YAML::Node node = kinematics[link][kUrNumbers[k]];
-      result[node.Mark().pos] = {node.Scalar().size(), number_text(n[k])};
+      const size_t at = before + node.Mark().pos;
+      const bool is_quoted = document[at] == '"' || document[at] == '\'';
+      result[at] = {node.Scalar().size() + (is_quoted ? 2 : 0), number_text(n[k])};
     }
   }
   return result;

@@ -224,7 +224,8 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (robot.floor != 0) lost.emplace_back("floor_mm");
   if (robot.identify != std::vector<std::string>{"auto"}) lost.emplace_back("identify");
   if (!robot.identify_per_session.empty()) lost.emplace_back("identify_per_session");
-  if (robot.noise.position > 0 || robot.noise.orientation > 0) lost.emplace_back("noise");
+  if (robot.noise.position > 0 || robot.noise.orientation > 0 || robot.noise.pixel > 0)
+    lost.emplace_back("noise");
   if (!robot.priors.empty()) lost.emplace_back("priors");
   if (!robot.std.empty()) lost.emplace_back("std");
   if (!robot.effects.empty()) lost.emplace_back("effects");

@@ -65,6 +65,22 @@ TEST(ProgramFindings, SomeMovesOutOfReachAreLeftAloneAndAllAreNot) {
   EXPECT_EQ(program.targets.size(), 2u);
 }
 
+// An arc of which one point is out of reach leaves no target.
+TEST(ProgramFindings, AnArcIsOutOfReachWithEitherOfItsPoints) {
+  RobotProgram program =
+      krl("LIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\n"
+          "CIRC {X 810,Y 5,Z 900,A 0,B 80,C 0},{X 820,Y 0,Z 900,A 0,B 80,C 0}\n");
+  ASSERT_EQ(program.targets.size(), 3u);
+  UnreachableTarget all(0, "out of reach");
+  all.out_of_reach = {{0, "out of reach"}, {2, "out of reach"}};
+  EXPECT_FALSE(leave_what_is_out_of_reach(all, program));
+  EXPECT_EQ(program.targets.size(), 3u);
+  UnreachableTarget some(1, "out of reach");
+  some.out_of_reach = {{1, "out of reach"}};
+  EXPECT_TRUE(leave_what_is_out_of_reach(some, program));
+  EXPECT_EQ(program.targets.size(), 1u);
+}
+
 TEST(ProgramFindings, FiveTargetsOfANoteAreNamed) {
   Campaign visits;
   std::vector<CorrectedTarget> targets(7);

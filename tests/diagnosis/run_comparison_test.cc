@@ -387,6 +387,30 @@ TEST(RunComparison, EffectsAreMatchedByWhatTheyAre) {
   EXPECT_THAT(found.sentence, testing::HasSubstr("Only after: eccentricity"));
 }
 
+// Steps of one zero at several times: in another order, and each with a standard deviation of its
+// own.
+TEST(RunComparison, EffectsOfOneFormAreMatchedByTheirInnerValues) {
+  const auto step = [](const std::string& at_s, double value, double std) {
+    return NamedEffect{
+        "jump", "A2.theta", "time", "step", "at_s " + at_s + ", ", {{"step", "rad", value, std}}};
+  };
+  ComparedRun before{"before.yaml"}, after{"after.yaml"};
+  before.effects = {step("100", 1e-4, 1e-6), step("200", 2e-4, 1e-4), step("300", 1, 1e-6)};
+  after.effects = {step("400", 2, 1e-6), step("200", 2.5e-4, 1e-4), step("100", 1e-4, 1e-6)};
+  before.readings = {"a"};
+  after.readings = {"b"};
+  const RunComparison found = compare_runs(before, after);
+  ASSERT_THAT(found.effects, testing::SizeIs(3));
+  EXPECT_FALSE(found.effects[0].same_inner);
+  EXPECT_THAT(found.effects[0].numbers[0].before, testing::Optional(1.0));
+  EXPECT_TRUE(found.effects[1].same_inner);
+  EXPECT_NEAR(found.effects[1].numbers[0].change.value(), 0.5e-4, 1e-15);
+  EXPECT_NEAR(found.effects[1].numbers[0].std.value(), std::sqrt(2) * 1e-4, 1e-12);
+  EXPECT_FALSE(found.effects[1].numbers[0].moved());
+  EXPECT_TRUE(found.effects[2].same_inner);
+  EXPECT_NEAR(found.effects[2].numbers[0].std.value(), std::sqrt(2) * 1e-6, 1e-12);
+}
+
 TEST(RunComparison, OneRowInBothMakesThemDependent) {
   TrainingRows a{3, {1, 5, 9}}, b{3, {2, 5, 11}}, c{3, {2, 6, 11}};
   const auto shared = [](const TrainingRows& one, const TrainingRows& other) {

@@ -459,6 +459,24 @@ TEST(ImportPreset, CovariancesOfRosAreThoseOfCampaigns) {
   }
 }
 
+TEST(ImportPreset, AColumnBehindTheLastOfACovarianceIsNotOfIt) {
+  ImportOptions options = with({"plotjuggler-poses"});
+  options.join = "order";
+  for (const char* number : {"36", "99999999999999"}) {
+    std::string text =
+        CovarianceTable{false, {some_covariance(1e-6), some_covariance(4e-6)}}.text();
+    std::string cell = std::string(",/camera/pose/covariance[") + number + "]";
+    for (size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) {
+      text.insert(at, cell);
+      at += cell.size();
+      cell = ",0";
+    }
+    const ImportedReadings readings = import_two(text, kTwoJointRows, options);
+    EXPECT_THAT(readings.mapping, HasSubstr("not in the preset")) << number;
+    EXPECT_TRUE(stated_blocks(readings.campaign).rotation) << number;
+  }
+}
+
 TEST(ImportPreset, WhatRosDoesNotKnowIsNoCovariance) {
   ImportOptions options = with({"rostopic-poses"});
   options.join = "order";

@@ -540,6 +540,33 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
                   "POSREG.VA) has it, or the program sets it"));
 }
 
+// In /MN a comment stands in brackets without quotes: what follows it is no text.
+TEST(Certainty, AFanucCommentMayHoldAnApostrophe) {
+  const std::string move = "1:L P[1] 9mm/sec FINE ;\n",
+                    positions = fanuc_position(1) + fanuc_position(2);
+  const auto lines = [&](const std::string& others) {
+    return lines_of(fanuc(move + others, positions));
+  };
+  EXPECT_THAT(lines("2:L P[2:point d'appro] 9mm/sec FINE Offset,PR[1] ;\n"), ElementsAre(3));
+  EXPECT_THAT(lines("2:L P[2:point d'appro] 9mm/sec FINE ;\n"), ElementsAre(3, 4));
+  EXPECT_THAT(lines("2:  P[2:d'ici]=LPOS ;\n3:L P[2] 9mm/sec FINE ;\n"), ElementsAre(3));
+  const std::string listing =
+      "[*POSREG*]$POSREG  Storage: SHADOW  Access: RW  : ARRAY[1,9] OF Position Reg\n"
+      "  [1,1] =   'd'ici'   Group: 1   Config: N U T, 0, 0, 0\n"
+      "  X: 1.0 Y: 2.0 Z: 3.0\n  W: 0.0 P: 0.0 R: 0.0\n";
+  const auto with_listing = [&](const std::string& before) {
+    return lines_of(parse_program(*find_dialect("fanuc"),
+                                  {{"p.ls", "/PROG P\n/MN\n" + move + before +
+                                                "3:  UFRAME_NUM=1 ;\n4:  UTOOL_NUM=1 ;\n"
+                                                "5:L PR[1] 9mm/sec FINE ;\n/POS\n" +
+                                                positions + "/END\n"}},
+                                  {}, TargetParts::pose, {{"POSREG.VA", listing}}));
+  };
+  EXPECT_THAT(with_listing("2:  PR[2:d'ici]=LPOS ;\n"), ElementsAre(3, 7));
+  EXPECT_THAT(with_listing("2:  PR[1:d'ici]=LPOS ;\n"), ElementsAre(3));
+  EXPECT_THAT(with_listing("2:  PR[GP1:1,3:d'ici]=5 ;\n"), ElementsAre(3));
+}
+
 TEST(Certainty, AFanucMoveBehindATouchOffsetIsDisplaced) {
   const std::string move = "L P[1] 9mm/sec FINE ;\n";
   const RobotProgram program =

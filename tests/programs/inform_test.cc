@@ -171,6 +171,23 @@ TEST(Inform, AVariableMayBeSetByAnyJobOfTheFolder) {
   EXPECT_EQ(left("", "MFRAME UF#(1) P010 P011 P012\r\n"), 0);
 }
 
+// Behind RET nothing runs up to the next alternative of its block, whatever word begins that.
+TEST(Inform, AnAlternativeBehindReturnRuns) {
+  const auto never_run = [](const std::string& begin, const std::string& next) {
+    const std::string move = "MOVJ C00001 VJ=1.00\r\n";
+    std::vector<bool> never;
+    for (const ProgramTarget& target :
+         parsed(job(kTwo, begin + "RET\r\n" + move + next + move)).targets)
+      never.push_back(target.never_runs);
+    return never;
+  };
+  for (const char* next : {"ELSE\r\n", "ELSEIF B000=2\r\n", "ELSEIFEXP B000=2\r\n", "ENDIF\r\n"})
+    EXPECT_THAT(never_run("IFTHENEXP B000=1\r\n", next), ElementsAre(true, false)) << next;
+  for (const char* next : {"CASE 2\r\n", "DEFAULT\r\n", "ENDSWITCH\r\n"})
+    EXPECT_THAT(never_run("SWITCH B000 CASE 1\r\n", next), ElementsAre(true, false)) << next;
+  EXPECT_THAT(never_run("", "DOUT OT#(1) ON\r\n"), ElementsAre(true, true));
+}
+
 // The position of a move that is left alone stays for it.
 TEST(Inform, AShiftedMoveKeepsItsPosition) {
   const RobotProgram program =

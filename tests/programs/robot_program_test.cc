@@ -518,11 +518,25 @@ TEST(RobotProgramTest, NamesFollowTheFileWhereTheControllerWantsThat) {
   rename(program, "fresh", texts);
   EXPECT_THAT(texts[0], HasSubstr("DEF  fresh( )\n"));
   EXPECT_THAT(texts[1], HasSubstr("DEFDAT fresh PUBLIC\n"));
+  texts[0] = ";" + program.texts[0].text;
+  rename(program, "fresh", texts);
+  EXPECT_EQ(texts[0], ";" + program.texts[0].text);
   EXPECT_EQ(why_illegal_name(*find_dialect("krl"), "part_1"), "");
   EXPECT_THAT(why_illegal_name(*find_dialect("krl"), "1-part"), HasSubstr("'P1_part'"));
   EXPECT_THAT(why_illegal_name(*find_dialect("krl"), "a_name_of_twenty_five_abc"),
               HasSubstr("'a_name_of_twenty_five_ab'"));
   EXPECT_EQ(why_illegal_name(*find_dialect("urscript"), "1-part"), "");
+}
+
+// The first routine has the name of the file, also if it is a function; the others keep theirs.
+TEST(RobotProgramTest, TheNameOfAFunctionFollowsTheFile) {
+  RobotProgram program = parsed("p.src",
+                                "DEFFCT INT old( )\nLIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\nsub( )\n"
+                                "RETURN 1\nENDFCT\nDEF sub( )\nEND\n");
+  std::vector<std::string> texts{program.texts[0].text};
+  rename(program, "fresh", texts);
+  EXPECT_TRUE(texts[0].starts_with("DEFFCT INT fresh( )\nLIN {X 800,")) << texts[0];
+  EXPECT_TRUE(texts[0].ends_with("DEF sub( )\nEND\n")) << texts[0];
 }
 
 // Behind the last line of the main part, which may span several lines of the file.
@@ -534,6 +548,16 @@ TEST(RobotProgramTest, TheMarkOfFanucIsTheNextLineAndIsCounted) {
   EXPECT_TRUE(text.starts_with(head + "11" + lines + " 11:  !corrected by armtrue compensate"))
       << text;
   EXPECT_TRUE(text.ends_with(" ;\n" + end)) << text;
+}
+
+TEST(RobotProgramTest, BracketsInGreatNumberAreNoNumber) {
+  constexpr size_t kMany = 200000;
+  EXPECT_THROW(parsed("p.mod",
+                      "MODULE p\nCONST robtarget a:=[[600,0,800],[1,0,0,0],[0,0,0,0],"
+                      "[9E9,9E9,9E9,9E9,9E9,9E9]];\nPROC main()\nMoveL Offs(a," +
+                          std::string(kMany, '(') + "1" + std::string(kMany, ')') +
+                          ",0,0),v100,z1,tool0;\nENDPROC\nENDMODULE\n"),
+               InputError);
 }
 
 TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {

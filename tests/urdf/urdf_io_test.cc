@@ -228,6 +228,10 @@ TEST(Urdf, LinksThatStandElsewhereThanTheBaseAreNamed) {
 TEST(Urdf, WhatItCannotHoldIsNamed) {
   Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
   const std::vector<std::string> without = lost_in_urdf(robot);
+  robot.noise = {};
+  EXPECT_THAT(lost_in_urdf(robot), testing::Not(testing::Contains("noise")));
+  robot.noise.pixel = 0.1;
+  EXPECT_EQ(lost_in_urdf(robot), without);
   robot.instrument = Eigen::Vector3d(4, 0, 1);
   robot.uncertainty.emplace();
   robot.chain.links[0].max = std::numeric_limits<double>::infinity();

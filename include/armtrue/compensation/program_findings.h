@@ -23,7 +23,7 @@ ProgramJoints joints_of_program(const RobotProgram& program, const Robot& contro
 void refuse_two_tools(const RobotProgram& program, bool tool_is_measured);
 
 /// Calls leave_alone() for the moves that the controller's model does not reach. If it reaches
-/// none, frames or arm are wrong: leaves nothing alone and returns false.
+/// none as a whole, frames or arm are wrong: leaves nothing alone and returns false.
 bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program);
 
 /// A sentence for each note that targets have: how many targets, and which.

@@ -11,6 +11,7 @@
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/diagnosis/readings_difference.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 
 namespace armtrue {
@@ -76,6 +77,7 @@ struct ComparedEffect {
   InRuns in;
   bool same_inner = true;             ///< else `change` of its coefficients is empty
   std::vector<NumberChange> numbers;  ///< one for each of its coefficients
+  std::vector<double> std_before;     ///< NamedCoefficient::std of the run before; if both have it
 };
 
 /// The effects without a name (is_nameless()) that move one parameter by the angle of one joint,
@@ -83,6 +85,7 @@ struct ComparedEffect {
 struct RemainderCurve {
   std::string parameter;
   int joint = 0;                                         ///< 0-based
+  JointName name;                                        ///< of the joint
   DisplayUnit unit;                                      ///< of the values
   std::vector<double> q;                                 ///< [rad or m]
   std::vector<double> before, after;                     ///< [rad or m]

@@ -16,8 +16,16 @@ struct JointTarget {
   std::string target;   ///< target that touches it
 };
 
+struct JointTargetFile {
+  std::string name, sha256;  ///< name: for messages
+  std::vector<JointTarget> targets;
+};
+
 /// Reads `pose,q1_deg..q6_deg`, or the columns of other joints, and `beam`, `contact` and `target`
 /// if they are there. Throws InputError, also for an id that is missing or occurs twice.
+JointTargetFile read_joint_target_file(const std::string& path,
+                                       const std::vector<JointName>& joints = six_axis_names());
+/// The same; its targets alone.
 std::vector<JointTarget> read_joint_targets(
     const std::string& path, const std::vector<JointName>& joints = six_axis_names());
 

@@ -18,11 +18,12 @@ struct TextFile {
   std::string sha256;
 };
 
-/// The text in the bytes of a file, unpacked if need be. Throws InputError if it is no text.
+/// The text in the bytes of a file, unpacked if need be, without a mark of the order of bytes.
+/// Throws InputError if it is no text.
 ProgramText program_text(const std::string& name, const std::string& bytes);
 
-/// The bytes of a file with another text: packed if those of the original are, and the very bytes
-/// of the original if the text is the same.
+/// The bytes of a file with another text: packed and with a mark of the order of bytes if those of
+/// the original are, and the very bytes of the original if the text is the same.
 std::string bytes_of_text(const ProgramText& original, const std::string& text);
 
 /// The texts of a robot program. If `with_dat`, the second is the file `dat` or, if that is empty,

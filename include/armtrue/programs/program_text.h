@@ -10,6 +10,7 @@ struct ProgramText {
   std::string name;  ///< for messages
   std::string text;
   std::string packed;  ///< the bytes of its file, if they are the text packed by gzip; else empty
+  bool has_mark = false;  ///< a mark of the order of bytes (BOM) stands before the text in its file
 };
 
 /// A change of one of the texts of a program: `text` in place of the bytes [begin, end).

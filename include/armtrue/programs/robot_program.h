@@ -232,6 +232,9 @@ RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> text
 /// controller loads it, and a copy that was cut off lacks moves.
 void refuse_cut_off(const Dialect& dialect, const std::vector<ProgramText>& texts);
 
+/// Indices of the targets of the move to one of them: an arc has two, others have one.
+std::vector<size_t> targets_of_move(const RobotProgram& program, size_t target);
+
 /// Removes targets, with the reasons `why` by index, and leaves their moves as they are; an arc
 /// goes with either of its points. Declared points that they use stay as they are.
 void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why);

@@ -18,9 +18,7 @@ constexpr const char* kInnerKeys[] = {"at_s",    "at_deg", "at_mm", "tau_s",
                                       "tau_deg", "tau_mm", "since"};
 
 std::optional<double> length(YamlMap& map, const std::string& key) {
-  if (!map.has(key)) return std::nullopt;
-  const std::string text = map.text(key);
-  if (text.empty() || text == "null" || text == "~") return std::nullopt;
+  if (!map.has_value(key)) return std::nullopt;
   return map.number(key) * kMillimetre;
 }
 

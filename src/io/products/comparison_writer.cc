@@ -73,18 +73,17 @@ YAML::Node effect_node(const ComparedEffect& effect) {
   return node;
 }
 
-YAML::Node curve_node(const RemainderCurve& curve, const KinematicChain& chain) {
-  const JointName name = joint_names(chain)[curve.joint];
+YAML::Node curve_node(const RemainderCurve& curve) {
   YAML::Node q, before, after;
   for (size_t k = 0; k < curve.q.size(); ++k) {
-    q.push_back(number_in_form("{:.5g}", curve.q[k] / name.si()));
+    q.push_back(number_in_form("{:.5g}", curve.q[k] / curve.name.si()));
     before.push_back(rounded(curve.before[k] / curve.unit.si));
     after.push_back(rounded(curve.after[k] / curve.unit.si));
   }
   const std::string ending = ending_of(curve.unit);
   YAML::Node node;
   node["parameter"] = curve.parameter;
-  node["driver" + name.unit_ending()] = flow(q);
+  node["driver" + curve.name.unit_ending()] = flow(q);
   node["before" + ending] = flow(before);
   node["after" + ending] = flow(after);
   node["rms_before" + ending] = rounded(curve.rms_before / curve.unit.si);
@@ -174,7 +173,7 @@ Document write_comparison(const RunComparison& found, const std::vector<std::str
     std::vector<YAML::Node> parameters, curves;
     for (const ComparedParameter& parameter : found.parameters)
       parameters.push_back(parameter_node(parameter));
-    for (const RemainderCurve& curve : found.remainder) curves.push_back(curve_node(curve, chain));
+    for (const RemainderCurve& curve : found.remainder) curves.push_back(curve_node(curve));
     root["parameters"] = list_node(parameters);
     root["held_apart"] = texts_node(found.held_apart);
     root["remainder"] = list_node(curves);

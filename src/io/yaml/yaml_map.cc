@@ -54,6 +54,10 @@ bool YamlMap::has(const std::string& key) {
   return values_.contains(key);
 }
 
+bool YamlMap::has_value(const std::string& key) {
+  return has(key) && !values_.at(key).IsNull();
+}
+
 YAML::Node YamlMap::need(const std::string& key) {
   if (!has(key)) fail(key, "is missing" + instead_of(key));
   return values_.at(key);
@@ -106,7 +110,7 @@ YamlMap YamlMap::map(const std::string& key) { return {need(key), file_, "'" + k
 
 std::vector<YamlMap> YamlMap::maps(const std::string& key) {
   std::vector<YamlMap> items;
-  if (!has(key) || values_.at(key).IsNull()) return items;
+  if (!has_value(key)) return items;
   const YAML::Node& node = values_.at(key);
   if (!node.IsSequence()) fail(key, "must be a list");
   for (const auto& item : node) items.emplace_back(item, file_, "an entry of '" + key + "'");

@@ -19,6 +19,8 @@ class YamlMap {
   YamlMap(const YAML::Node& node, std::string file, std::string what);
 
   bool has(const std::string& key);
+  /// Whether there is a key with a value: what is not known stands as null.
+  bool has_value(const std::string& key);
   double number(const std::string& key);
   double number(const std::string& key, double otherwise);
   std::string text(const std::string& key);

@@ -450,38 +450,40 @@ std::optional<double> RapidData::constant_in(const Statement& argument) {
   return cursor.done() ? value : std::nullopt;
 }
 
-std::optional<double> RapidData::sum_at(TextCursor& cursor) {
-  std::optional<double> value = product_at(cursor);
+std::optional<double> RapidData::sum_at(TextCursor& cursor, int depth) {
+  std::optional<double> value = product_at(cursor, depth);
   while (value) {
     const bool adds = cursor.take('+');
     if (!adds && !cursor.take('-')) break;
-    const auto other = product_at(cursor);
+    const auto other = product_at(cursor, depth);
     if (!other) return std::nullopt;
     value = adds ? *value + *other : *value - *other;
   }
   return value;
 }
 
-std::optional<double> RapidData::product_at(TextCursor& cursor) {
-  std::optional<double> value = factor_at(cursor);
+std::optional<double> RapidData::product_at(TextCursor& cursor, int depth) {
+  std::optional<double> value = factor_at(cursor, depth);
   while (value) {
     const bool multiplies = cursor.take('*');
     if (!multiplies && !cursor.take('/')) break;
-    const auto other = factor_at(cursor);
+    const auto other = factor_at(cursor, depth);
     if (!other || (!multiplies && *other == 0)) return std::nullopt;
     value = multiplies ? *value * *other : *value / *other;
   }
   return value;
 }
 
-std::optional<double> RapidData::factor_at(TextCursor& cursor) {
+std::optional<double> RapidData::factor_at(TextCursor& cursor, int depth) {
+  constexpr int kMostDepth = 50;  // no real program has as many; the stack suffices
+  if (depth > kMostDepth) return std::nullopt;
   if (const auto number = cursor.take_number()) return number;
   if (cursor.take('-')) {
-    const auto value = factor_at(cursor);
+    const auto value = factor_at(cursor, depth + 1);
     return value ? std::optional(-*value) : std::nullopt;
   }
   if (cursor.take('(')) {
-    const auto value = sum_at(cursor);
+    const auto value = sum_at(cursor, depth + 1);
     return cursor.take(')') ? value : std::nullopt;
   }
   cursor.next();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "programs/fanuc/fanuc_registers.h"
+#include "programs/fanuc/fanuc_text.h"
 #include "programs/path_name.h"
 #include "programs/statement.h"
 
@@ -18,7 +19,7 @@ class FanucFolder : public FolderTexts {
     std::set<std::string> set;
     for (const ProgramText* const text : texts)
       if (ending_of(text->name) == ".LS")
-        set.merge(fanuc_registers_set_in(masked(text->text, '\0', "\"'")));
+        set.merge(fanuc_registers_set_in(masked_fanuc(text->text)));
       else if (is_fanuc_listing(text->text))
         listings_.push_back(text);
     for (const std::string& name : set) assignments_ += name + "=0\n";

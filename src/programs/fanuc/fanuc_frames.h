@@ -15,7 +15,7 @@ namespace armtrue {
 /// Offset).
 class FanucFrames {
  public:
-  /// `text`: by masked(), with the moves; `statements`: its lines behind their numbers.
+  /// `text`: by masked_fanuc(), with the moves; `statements`: its lines behind their numbers.
   FanucFrames(std::string_view text, const std::vector<Statement>& statements);
 
   /// The number of the active frame or tool at a place; nothing if it is not certain.

@@ -24,7 +24,7 @@ struct FanucPosition {
   int point = -1;  ///< in RobotProgram::points, once a move uses it
 };
 
-/// The positions by their numbers. `text`: the file by masked(); /POS stands in [begin, end).
+/// The positions by their numbers. `text`: the file by masked_fanuc(); /POS stands in [begin, end).
 std::map<double, FanucPosition> fanuc_positions(const std::string& original,
                                                 const std::string& text, size_t begin, size_t end);
 

@@ -15,6 +15,7 @@
 #include "programs/fanuc/fanuc_frames.h"
 #include "programs/fanuc/fanuc_positions.h"
 #include "programs/fanuc/fanuc_registers.h"
+#include "programs/fanuc/fanuc_text.h"
 #include "programs/frame_list.h"
 #include "programs/move_reader.h"
 #include "programs/statement.h"
@@ -53,7 +54,7 @@ class FanucReader : MoveReader {
         known_(known),
         parts_(parts),
         original_(program.texts[0].text),
-        text_(masked(original_, '\0', "\"'")) {}
+        text_(masked_fanuc(original_)) {}
 
   void read() {
     find_name();

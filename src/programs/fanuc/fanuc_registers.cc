@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "programs/fanuc/fanuc_text.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 
@@ -27,7 +28,7 @@ FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begi
     if (is_fanuc_listing(text->text))
       read_listing(text->text);
     else
-      note_assignments(masked(text->text, '\0', "\"'"));
+      note_assignments(masked_fanuc(text->text));
   note_assignments(program);
 }
 

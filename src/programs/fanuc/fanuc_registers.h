@@ -21,15 +21,15 @@ struct FanucRegister {
 /// Whether a text lists variables of a controller that count: POSREG.VA, SYSFRAME.VA.
 bool is_fanuc_listing(const std::string& text);
 
-/// The position registers to which a program, given by masked(), gives values, each as it stands:
-/// PR[1], PR[GP1:1,3:name].
+/// The position registers to which a program, given by masked_fanuc(), gives values, each as it
+/// stands: PR[1], PR[GP1:1,3:name].
 std::set<std::string> fanuc_registers_set_in(std::string_view program);
 
 /// The position registers of a controller that no program assigns, its user frames and tools.
 class FanucRegisters {
  public:
   /// `texts`: listings, $POSREG, $MNUFRAME and $MNUTOOL, and programs. `program`: the text of the
-  /// program itself, by masked().
+  /// program itself, by masked_fanuc().
   FanucRegisters(std::string_view program, const ProgramText* begin, const ProgramText* end);
 
   /// Null if the register is not listed, is not taught for six axes, or is given values.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "armtrue/text/input_error.h"
+#include "programs/fanuc/fanuc_text.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 
@@ -67,9 +68,7 @@ double largest_position(const std::string& text) {
 class FanucWriter : public MoveWriter {
  public:
   explicit FanucWriter(const RobotProgram& program)
-      : MoveWriter(program),
-        masked_(masked(text_, '\0', "\"'")),
-        number_(largest_position(text_)) {}
+      : MoveWriter(program), masked_(masked_fanuc(text_)), number_(largest_position(text_)) {}
 
   std::string inserted_point(const ProgramPoint& point,
                              const std::vector<TextEdit>& changes) override {

@@ -428,14 +428,15 @@ class KrlReader : MoveReader {
   void find_names() {
     for (size_t i = 0; i < program_.own_texts; ++i) {
       const std::string& text = program_.texts[i].text;
-      const std::string wanted = i == 0 ? "DEF" : "DEFDAT";
       for (size_t begin = 0; begin < text.size();) {
         const size_t end = std::min(text.find('\n', begin), text.size());
         TextCursor cursor(text, begin, end);
         std::string word = cursor.take_name();
         if (word == "GLOBAL") word = cursor.take_name();
         begin = end + 1;
-        if (word != wanted) continue;
+        const bool is_function = i == 0 && word == "DEFFCT";
+        if (!is_function && word != (i == 0 ? "DEF" : "DEFDAT")) continue;
+        if (is_function) cursor.take_name();  // its type
         cursor.next();
         const size_t name = cursor.at();
         if (cursor.take_name().empty()) continue;

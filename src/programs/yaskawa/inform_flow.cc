@@ -64,4 +64,9 @@ ProgramFlow::Values follow_inform_shift(std::string_view text,
   return flow.follow(shifts, 0);
 }
 
+bool joins_inform_ways(const std::string& word) {
+  const auto step = block_step(word);
+  return step == Step::alternative || step == Step::end_block;
+}
+
 }  // namespace armtrue

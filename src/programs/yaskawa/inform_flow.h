@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,5 +13,9 @@ namespace armtrue {
 /// the lines of //INST.
 ProgramFlow::Values follow_inform_shift(std::string_view text,
                                         const std::vector<Statement>& statements);
+
+/// Whether what follows a word that begins a line is also reached by another way than from the line
+/// before: ELSE, ELSEIFEXP, DEFAULT, NEXT, ...
+bool joins_inform_ways(const std::string& word);
 
 }  // namespace armtrue

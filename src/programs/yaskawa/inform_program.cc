@@ -164,9 +164,7 @@ class InformReader : MoveReader {
       return interrupt();
     }
     if (!stands_between_inform_moves(word)) interrupt();
-    if (word == "ELSE" || word == "ENDIF" || word == "NEXT" || word == "ENDWHILE" ||
-        word == "CASE" || word == "ENDSWITCH")
-      is_dead_ = false;
+    if (joins_inform_ways(word)) is_dead_ = false;
     if ((word == "JUMP" || word == "RET" || word == "END") && !has_word(statement, "IF"))
       is_dead_ = true;
   }
