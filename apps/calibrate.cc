@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -43,11 +44,10 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
                     const Campaign& campaign, const CalibrationResult& result,
                     const Evaluation& evaluation, const CalibrationFindings& findings,
                     const std::string& far_above) {
-  std::vector<int> lines;
-  for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
+  std::vector<int> lines = campaign.lines_of(findings.quality->blunders);
   if (!lines.empty() && !beyond_any_arm(result.robot, campaign, evaluation).empty())
     command.warn("left out as blunders: " + lines_in_words(lines));
-  for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
+  std::ranges::copy(all.lines_of(rows_of(findings.gross)), std::back_inserter(lines));
   std::ranges::sort(lines);
   app::warn_of_all(command, {left_out_together(all, lines),
                              findings.zone ? ""

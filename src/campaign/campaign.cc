@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "armtrue/effects/arrival.h"
@@ -119,6 +120,17 @@ std::vector<int> Campaign::first_rows_of_readings() const {
     if (row == 0 || !is_continued(*this, row - 1)) first.push_back(row);
   if (std::ssize(first) == rows()) return {};
   return first;
+}
+
+int Campaign::readings() const {
+  const std::vector<int> first = first_rows_of_readings();
+  return first.empty() ? rows() : static_cast<int>(first.size());
+}
+
+std::vector<int> Campaign::lines_of(const std::vector<int>& rows) const {
+  std::set<int> lines;
+  for (int row : rows) lines.insert(line[row]);
+  return {lines.begin(), lines.end()};
 }
 
 int Campaign::channel(int row) const {

@@ -76,7 +76,7 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   const auto mean_of = [&](size_t stage) {
     return page.value(fmt::format("stages/{}/{}/position_mm/mean", stage, by.set)) + " mm";
   };
-  const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
+  const std::string readings = fmt::format("mean of {} {}", by.campaign.readings(), by.words);
   std::vector<Page::Tile> tiles{{"Nominal", mean_of(0), "base and tool placed, " + readings},
                                 {"Calibrated", mean_of(1), "geometry, " + readings}};
   if (has_more)

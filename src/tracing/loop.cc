@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -75,17 +76,10 @@ std::array<double, 2> removed_ci95(const LoopResult& result, const std::vector<i
           percentile_interval(std::move(most), poses)[1]};
 }
 
-// Several rows can be of one line, such as both numbers of a corner. Ascending lines.
-void keep_each_once(std::vector<int>& lines) {
-  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
-}
-
 void set_excluded_rows(const Training& training, const Campaign& given, LoopResult& result) {
-  for (int row : training.quality.blunders)
-    result.excluded_rows.push_back(training.sound->line[row]);
-  for (int row : rows_of(result.gross_poses)) result.excluded_rows.push_back(given.line[row]);
-  std::ranges::sort(result.excluded_rows);
-  keep_each_once(result.excluded_rows);
+  const std::vector<int> blunders = training.sound->lines_of(training.quality.blunders),
+                         gross = given.lines_of(rows_of(result.gross_poses));
+  std::ranges::set_union(blunders, gross, std::back_inserter(result.excluded_rows));
   result.left_out_together = left_out_together(given, result.excluded_rows);
 }
 
@@ -292,8 +286,7 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
 Campaign sound_held_out(const Campaign& held_out, LoopResult& result) {
   const Evaluation evaluation = evaluate(result.trace.fit.robot, held_out);
   const std::vector<int> rows = contradicted_rows(evaluation, result.noise, held_out);
-  for (int row : rows) result.contradicted_rows.push_back(held_out.line[row]);
-  keep_each_once(result.contradicted_rows);
+  result.contradicted_rows = held_out.lines_of(rows);
   return without_rows(held_out, rows);
 }
 
@@ -378,7 +371,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.of_distances = given.has_distances() && !result.of_touches;
   result.training_poses = count_poses(given);
   result.held_out_poses = count_poses(held_out);
-  result.rows = given.rows() + held_out.rows();
+  result.rows = given.readings() + held_out.readings();
   JudgedTraining judged = judged_training(
       robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
   Training& training = judged.training;

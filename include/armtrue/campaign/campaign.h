@@ -188,6 +188,10 @@ struct Campaign {
   /// that follow each other, of one pose, line, session and contact, with rising axes. Empty if
   /// each row is a reading.
   std::vector<int> first_rows_of_readings() const;
+  /// Number of the readings: lines of a file with a point, a distance or a corner.
+  int readings() const;
+  /// The lines of some rows, each once, ascending.
+  std::vector<int> lines_of(const std::vector<int>& rows) const;
   /// Number of the target, quantity and profile point of a row. Rows with the same session, pose
   /// and channel are replicates.
   int channel(int row) const;

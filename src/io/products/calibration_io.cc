@@ -61,7 +61,7 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   node["converged"] = boolean(result.converged);
   node["iterations"] = whole_number(result.iterations);
   node["poses"] = whole_number(campaign.pose_ids.size());
-  node["rows"] = whole_number(campaign.rows());
+  node["rows"] = whole_number(campaign.readings());
   node["unknowns"] = whole_number(result.names.size());
   node["rank"] = whole_number(result.rank);
   node["condition"] = rounded(result.condition);
@@ -120,7 +120,8 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
     node["noise_floor"] = noise_node(noise);
     node["floor_mm"] = floor_node(noise, mean_error(noise, campaign));
     YAML::Node excluded(YAML::NodeType::Sequence);
-    for (int row : findings.quality->blunders) excluded.push_back(whole_number(campaign.line[row]));
+    for (int line : campaign.lines_of(findings.quality->blunders))
+      excluded.push_back(whole_number(line));
     node["excluded_rows"] = flow(excluded);
   }
   if (findings.zone) node["zone"] = zone_node(*findings.zone);

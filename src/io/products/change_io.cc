@@ -57,9 +57,9 @@ Document write_change(const ChangeResult& result, const Robot& previous, const C
   root["holds"] = boolean(result.holds);
   root["p_value"] = rounded(result.p_value);
   root["poses"] = whole_number(campaign.pose_ids.size());
-  root["rows"] = whole_number(campaign.rows());
+  root["rows"] = whole_number(campaign.readings());
   YAML::Node excluded(YAML::NodeType::Sequence);
-  for (int row : result.blunders) excluded.push_back(whole_number(campaign.line[row]));
+  for (int line : campaign.lines_of(result.blunders)) excluded.push_back(whole_number(line));
   root["excluded_rows"] = flow(excluded);
   std::vector<FlowEntry> spread{{"position_mm", rounded(result.sigma.position / kMillimetre)}};
   if (campaign.has_orientation())

@@ -42,7 +42,7 @@ Document write_summary(const Evaluation& evaluation, const Robot& robot, const C
   root["provenance"] = provenance_node(provenance);
   root["robot"] = robot.name;
   root["poses"] = whole_number(campaign.pose_ids.size());
-  root["rows"] = whole_number(campaign.rows());
+  root["rows"] = whole_number(campaign.readings());
   root["skipped_rows"] = whole_number(campaign.skipped_rows);
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
   root["noise_floor"] = noise_node(noise);
