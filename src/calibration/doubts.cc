@@ -150,16 +150,19 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "per axis: the instrument is noisier, or something changes from visit to visit, which all "
         "figures here take for noise",
         ratio, stated / kMillimetre);
-  const double sigma = fit.sigma.position, left = sigma / stated;
   const double left_freedom = noise.axes * campaign.rows() - fit.determined[0];
-  if (noise.source == NoiseFloor::Source::instrument && sigma > kFinestReading &&
-      left < kMuchLess && left_freedom > 1 &&
-      1 - chi_squared_above(left_freedom * left * left, left_freedom) < kNoChance)
+  // Beside readings that are off by far the width of their law is smaller than the scatter of the others.
+  const double scatter = std::max(fit.sigma.position, fit.spread.position),
+               less = scatter / stated;
+  if (noise.source == NoiseFloor::Source::instrument && scatter > kFinestReading &&
+      less < kMuchLess && left_freedom > 1 &&
+      1 - chi_squared_above(left_freedom * less * less, left_freedom) < kNoChance)
     return fmt::format(
         "{} a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} mm about the model: "
         "correct {}, beside which hardly anything can be found",
         of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
-        sigma / kMillimetre, where);
+        scatter / kMillimetre, where);
+  const double sigma = fit.sigma.position, left = sigma / stated;
   constexpr double kAnotherUnit = 100;  // um, or m, in place of mm are 1000
   if (noise.source == NoiseFloor::Source::instrument && left > kAnotherUnit)
     return fmt::format(

@@ -97,6 +97,12 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   EXPECT_THAT(said(kInstrument, 1e-4, 1e-5, 30), HasSubstr("scatter by 0.01 mm"));
   EXPECT_THAT(said(kInstrument, 1e-4, 1e-5, 358), IsEmpty());  // nearly all is fitted
   EXPECT_THAT(said(kInstrument, 1e-4, 1e-9, 30), IsEmpty());   // a simulation without noise
+  CalibrationResult narrow;  // a law beside a few readings that are off by far
+  narrow.sigma.position = 1e-5;
+  narrow.spread.position = 9e-5;
+  EXPECT_THAT(contradiction_of_noise(robot, campaign, narrow,
+                                     {.source = kInstrument, .position = 1e-4}),
+              IsEmpty());
   robot.noise.position = 0;
   EXPECT_THAT(said(kReplicates, 3e-4, 3e-4, 30), IsEmpty());
 }
