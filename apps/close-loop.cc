@@ -118,7 +118,8 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
     app::write_report(command, arguments.page,
                       loop_page(result, fit, robot, measured.training, measured.held_out,
                                 app::page_head(command, product, about)));
-  return doubts.may_be_used && result.wrong_readings.empty() ? app::kSuccess : app::kNotReached;
+  const bool may_be_used = doubts.may_be_used && result.wrong_readings.empty() && !result.moved;
+  return may_be_used ? app::kSuccess : app::kNotReached;
 }
 
 }  // namespace

@@ -316,7 +316,8 @@ std::string verdict_in_words(const LoopResult& result) {
                        result.trace.left_out->with / kMillimetre,
                        result.trace.left_out->without / kMillimetre);
   if (!result.explanation.empty())
-    return text + "; a change among the readings explains what is left: " + result.explanation;
+    return text + "; a change among the readings explains what is left: " + result.explanation +
+           (result.moved ? "; do not correct programs with this result" : "");
   if (result.outside_p < 0.01)
     return text +
            "; held-out poses lie beyond their predicted bounds: the model lacks something "
