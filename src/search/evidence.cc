@@ -76,6 +76,14 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
+bool is_behind_joints(const KinematicChain& chain, const Parameter& parameter) {
+  const auto found = find_parameter(chain, parameter);
+  if (!found || !layout_of(chain).is_of_links(*found)) return false;
+  for (int link = link_of_parameter(*found); link < std::ssize(chain.links); ++link)
+    if (chain.links[link].joint != JointKind::fixed) return false;
+  return true;
+}
+
 // Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect
 // that occurs with others has none alone.
 void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPlace& in_place,
@@ -84,6 +92,7 @@ void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPl
   const Candidate& found = model.chosen()[chosen];
   if (found.only_together) return;
   const Linearization& fit = model.linear();
+  const KinematicChain& chain = model.fit().robot.chain;
   const std::vector<Candidate>& candidates = model.scan().candidates();
   const CandidateScore own = model.score_of({chosen});
   const auto& [scores, imitations] = in_place;
@@ -108,12 +117,12 @@ void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPl
     const Eigen::VectorXd imitation =
         model.view().projected.columns(k) * imitations[k].coefficients;
     for (int unknown : fit.most_refitted(effect, imitation, kRefitted))
-      refitted.push_back(parameter_name(model.fit().robot.chain, model.fit().set.kept[unknown]));
+      refitted.push_back(parameter_name(chain, model.fit().set.kept[unknown]));
     const double by_readings = behind - 2 * (other.log_choices - found.log_choices);
     const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
     (ruled_out ? traced.ruled_out : traced.indistinguishable)
         .push_back({other.effect, correlation, behind, refitted, other.separated_by,
-                    other.from_catalogue});
+                    other.from_catalogue, is_behind_joints(chain, other.effect.parameter)});
   }
 }
 
@@ -435,12 +444,16 @@ Moved moved_by(const Effect& effect) {
   return Moved::arm;
 }
 
+Moved moved_by(const Rival& rival) {
+  return rival.is_behind_joints ? Moved::fastened : moved_by(rival.effect);
+}
+
 bool is_other_cause(const Effect& effect, const Rival& rival) {
   const auto is_slow_or_sudden = [](const Driver& driver) {
     return !driver.factor && (driver.follows_course() || driver.kind == DriverKind::temperature);
   };
   if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
-      moved_by(effect) != moved_by(rival.effect))
+      moved_by(effect) != moved_by(rival))
     return true;
   // What follows one joint under one name is one cause, whichever parameter shows it.
   if (effect.driver.joint >= 0 && rival.effect.name == effect.name &&

@@ -136,8 +136,8 @@ std::string of_prediction(const HeldOutGain* gain) {
 }
 
 // Whose motion it is, where no cause is known.
-std::string moved_in_words(const Effect& effect) {
-  switch (moved_by(effect)) {
+std::string moved_in_words(const Rival& rival) {
+  switch (moved_by(rival)) {
     case Moved::arm:
       return "the arm itself";
     case Moved::station:
@@ -243,11 +243,11 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
   std::set<std::string> told;
   for (const Rival& rival : traced.indistinguishable)
     if (is_other_cause(traced.effect, rival) && others.size() < 2 &&
-        told.insert(rival.from_catalogue ? rival.effect.name : moved_in_words(rival.effect)).second)
+        told.insert(rival.from_catalogue ? rival.effect.name : moved_in_words(rival)).second)
       others.push_back(rival.from_catalogue
                            ? "'" + rival.effect.name + "' of " + to_string(rival.effect.parameter)
-                           : moved_in_words(rival.effect) + " (" +
-                                 to_string(rival.effect.parameter) + ")");
+                           : moved_in_words(rival) + " (" + to_string(rival.effect.parameter) +
+                                 ")");
   for (const Rival& rival : traced.indistinguishable)
     if (!traced.in_words.empty() && others.empty() &&
         is_unlisted_cause(robot.chain, traced.effect, rival))

@@ -24,12 +24,16 @@ struct Rival {
   std::vector<std::string> refitted;
   std::string separated_by;  ///< measurement that separates it from similar effects, if known
   bool from_catalogue = false;
+  /// It moves a link behind the last joint, to which the tool is fastened.
+  bool is_behind_joints = false;
 };
 
 /// What an effect moves: the arm, the station (instrument, base, anchor, contact, beam, board,
 /// camera) or what is fastened to the arm (tool, target).
 enum class Moved { arm, station, fastened };
 Moved moved_by(const Effect& effect);
+/// A link behind the last joint counts as fastened: it turns as a tool turns in its mount.
+Moved moved_by(const Rival& rival);
 
 /// Whether a rival is another cause: one of the catalogue with another name or parameter, but not
 /// one of the same name that follows the same driver of one joint. If both follow time, session or
