@@ -162,6 +162,59 @@ void list_zeros(const std::vector<Candidate>& chosen,
   }
 }
 
+// Of a curve of a joint that gives way under gravity: the masses of the robot file, or their
+// centres, that are off by some share. The joint then errs by its compliance times their torque, so
+// no poses tell the two apart where the first moments of the links make such a curve.
+std::optional<Rival> masses_in_place_of(const TracedEffect& traced, const Robot& robot,
+                                        const Campaign& campaign) {
+  const Effect& found = traced.effect;
+  if (found.driver.kind != DriverKind::joint_angle || found.driver.factor || robot.bodies.empty())
+    return std::nullopt;
+  const auto compliance = std::ranges::find_if(robot.effects, [&](const Effect& other) {
+    return other.parameter == found.parameter && other.shape.kind == ShapeKind::linear &&
+           other.driver.kind == DriverKind::gravity_torque && !other.driver.factor &&
+           other.coefficients.size() == 1;
+  });
+  if (compliance == robot.effects.end()) return std::nullopt;
+  Robot of_moments = robot;
+  of_moments.bodies.clear();
+  const auto bound = [&](const Effect& effect, const Robot& loaded) {
+    return BoundEffect(effect, loaded, campaign.temperature_names);
+  };
+  const BoundEffect torque = bound(*compliance, robot), curve = bound(found, robot);
+  const BoundEffect moments = bound(*compliance, of_moments);
+  const ChainEvaluator chain(robot.chain);
+  Eigen::MatrixXd by_moments(campaign.rows(), 1 + moments.value_count());
+  Eigen::VectorXd moved(campaign.rows()), torques(campaign.rows()), shapes(curve.value_count());
+  Eigen::VectorXd of_row(moments.value_count());
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Context context = campaign.context(row);
+    const ArmFrames frames = chain.link_frames(context.q);
+    torque.values(context, &frames, nullptr, &torques[row]);
+    moments.values(context, &frames, nullptr, of_row.data());
+    by_moments.row(row) << 1, of_row.transpose();
+    curve.values(context, &frames, nullptr, shapes.data());
+    moved[row] = 0;
+    for (Eigen::Index k = 0; k < shapes.size(); ++k)
+      moved[row] += found.coefficients[k].value * shapes[k];
+  }
+  const Eigen::VectorXd left =
+      moved - by_moments * by_moments.completeOrthogonalDecomposition().solve(moved);
+  const auto spread = [](const Eigen::VectorXd& values) {
+    return (values.array() - values.mean()).matrix().norm();
+  };
+  const double correlation =
+      std::sqrt(std::max(0.0, 1 - left.squaredNorm() / std::pow(spread(moved), 2)));
+  const double most =
+      kMassesOff * std::abs(compliance->coefficients.front().value) * spread(torques);
+  if (correlation < kSameProjection || spread(moved) > most) return std::nullopt;
+  Effect masses = found;
+  masses.name = "masses of the robot file";
+  masses.coefficients.clear();
+  return Rival{masses, correlation, 0, {}, "the weights of links and tool, or the motor torque",
+               true};
+}
+
 // Score that a curve without a known cause needs, without the charge for choices, to reject the
 // cause of an effect.
 double score_to_beat(EffectModel& model, int chosen) {
@@ -414,6 +467,8 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     const double p = at_gate ? *at_gate : model.chance_of(score);
     traced.evidence = {score, p, cv.gain, cv.error};
     list_rivals(model, k, in_place, traced);
+    if (const auto masses = masses_in_place_of(traced, result.fit.robot, campaign))
+      traced.indistinguishable.push_back(*masses);
     zeros.push_back(zero_in_place_of(model, k, in_place));
     traced.effect.may_be_instrument = fitted.may_be_instrument =
         may_be_instrument(traced, result.fit.robot);

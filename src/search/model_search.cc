@@ -25,7 +25,6 @@ constexpr size_t kMaxRanked = 20;
 // ratios among the members of a family that follow the weight of the tool against those of the
 // compliances in the model, at the likeliest mass.
 bool may_be_one_mass(const Robot& robot, const Effect& family) {
-  constexpr double kMassesOff = 0.3;  // of the masses of robot files, which the compliances share
   constexpr double kSurely = 1e-3;
   struct Axis {
     double load, load_std, compliance, compliance_std;
