@@ -424,6 +424,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.best_score = search.best_score;
   result.null_run = search.null_run;
   result.remaining_p = search.remaining_p;
+  result.pattern_remains = search.pattern_remains;
   result.shown_family = search.shown_family;
   if (shares.empty()) return result;
   if (options.progress) options.progress("searching for rivals of the effects");

@@ -79,9 +79,11 @@ void ModelSearch::run() {
   }
   do {
     find_effects();
+    const int found = model_.chosen_count();
     settle_inner_values();
     drop_idle();
     drop_by_refit();
+    if (model_.chosen_count() < found) note_rest();
   } while (drop_half_shown());
   split_families();
   hold_family_of_most_arms();
@@ -105,8 +107,7 @@ void ModelSearch::find_effects() {
     }
     if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
       if (details_) {
-        if (!failed_at_gate_) result_.remaining_p = model_.chance_of(result_.best_score);
-        result_.null_run = model_.null_run();
+        judge_rest();
         break;
       }
       details_ = true;
@@ -150,7 +151,6 @@ bool ModelSearch::step() {
   const std::vector<CandidateScore> scores = projected.scores();
   const std::vector<int> order = best_first(scores);
   rank(scores, order);
-  result_.best_score = scores[order.front()].score;
   failed_at_gate_ = false;
   int trials = 0;
   std::optional<CrossValidation> left_out;
@@ -179,7 +179,23 @@ bool ModelSearch::step() {
   return false;
 }
 
+// What the present model leaves, after effects were dropped at the end.
+void ModelSearch::note_rest() {
+  const std::vector<CandidateScore> scores = model_.view().projected.scores();
+  rank(scores, best_first(scores));
+  failed_at_gate_ = false;
+  judge_rest();
+}
+
+// Whether the best candidate that is left is more than chance.
+void ModelSearch::judge_rest() {
+  if (!failed_at_gate_) result_.remaining_p = model_.chance_of(result_.best_score);
+  result_.pattern_remains = result_.best_score > 0 && result_.remaining_p < model_.significance();
+  result_.null_run = model_.null_run();
+}
+
 void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order) {
+  result_.best_score = scores[order.front()].score;
   result_.ranking.clear();
   for (int candidate : order) {
     if (result_.ranking.size() == kMaxRanked) break;

@@ -123,6 +123,9 @@ struct TraceResult {
   double best_score = 0;  ///< of the last scan; 0 or less if nothing is left to explain
   NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
+  /// Whether that p is below the level for adding an effect: only another criterion kept the
+  /// candidate out.
+  bool pattern_remains = false;
   /// Name of a family that these readings show without showing any member: all members stay in the
   /// model by their common prior. Empty: none.
   std::string shown_family{};
