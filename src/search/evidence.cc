@@ -76,6 +76,14 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
+bool is_behind_joints(const KinematicChain& chain, const Parameter& parameter) {
+  const auto found = find_parameter(chain, parameter);
+  if (!found || !layout_of(chain).is_of_links(*found)) return false;
+  for (int link = link_of_parameter(*found); link < std::ssize(chain.links); ++link)
+    if (chain.links[link].joint != JointKind::fixed) return false;
+  return true;
+}
+
 // Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect
 // that occurs with others has none alone.
 void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPlace& in_place,
@@ -84,6 +92,7 @@ void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPl
   const Candidate& found = model.chosen()[chosen];
   if (found.only_together) return;
   const Linearization& fit = model.linear();
+  const KinematicChain& chain = model.fit().robot.chain;
   const std::vector<Candidate>& candidates = model.scan().candidates();
   const CandidateScore own = model.score_of({chosen});
   const auto& [scores, imitations] = in_place;
@@ -108,12 +117,12 @@ void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPl
     const Eigen::VectorXd imitation =
         model.view().projected.columns(k) * imitations[k].coefficients;
     for (int unknown : fit.most_refitted(effect, imitation, kRefitted))
-      refitted.push_back(parameter_name(model.fit().robot.chain, model.fit().set.kept[unknown]));
+      refitted.push_back(parameter_name(chain, model.fit().set.kept[unknown]));
     const double by_readings = behind - 2 * (other.log_choices - found.log_choices);
     const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
     (ruled_out ? traced.ruled_out : traced.indistinguishable)
         .push_back({other.effect, correlation, behind, refitted, other.separated_by,
-                    other.from_catalogue});
+                    other.from_catalogue, is_behind_joints(chain, other.effect.parameter)});
   }
 }
 
@@ -151,6 +160,59 @@ void list_zeros(const std::vector<Candidate>& chosen,
       all &= chosen[i].of_family != chosen[k].of_family || zeros[i].has_value();
     if (all) traced[k].indistinguishable.push_back(*zeros[k]);
   }
+}
+
+// Of a curve of a joint that gives way under gravity: the masses of the robot file, or their
+// centres, that are off by some share. The joint then errs by its compliance times their torque, so
+// no poses tell the two apart where the first moments of the links make such a curve.
+std::optional<Rival> masses_in_place_of(const TracedEffect& traced, const Robot& robot,
+                                        const Campaign& campaign) {
+  const Effect& found = traced.effect;
+  if (found.driver.kind != DriverKind::joint_angle || found.driver.factor || robot.bodies.empty())
+    return std::nullopt;
+  const auto compliance = std::ranges::find_if(robot.effects, [&](const Effect& other) {
+    return other.parameter == found.parameter && other.shape.kind == ShapeKind::linear &&
+           other.driver.kind == DriverKind::gravity_torque && !other.driver.factor &&
+           other.coefficients.size() == 1;
+  });
+  if (compliance == robot.effects.end()) return std::nullopt;
+  Robot of_moments = robot;
+  of_moments.bodies.clear();
+  const auto bound = [&](const Effect& effect, const Robot& loaded) {
+    return BoundEffect(effect, loaded, campaign.temperature_names);
+  };
+  const BoundEffect torque = bound(*compliance, robot), curve = bound(found, robot);
+  const BoundEffect moments = bound(*compliance, of_moments);
+  const ChainEvaluator chain(robot.chain);
+  Eigen::MatrixXd by_moments(campaign.rows(), 1 + moments.value_count());
+  Eigen::VectorXd moved(campaign.rows()), torques(campaign.rows()), shapes(curve.value_count());
+  Eigen::VectorXd of_row(moments.value_count());
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Context context = campaign.context(row);
+    const ArmFrames frames = chain.link_frames(context.q);
+    torque.values(context, &frames, nullptr, &torques[row]);
+    moments.values(context, &frames, nullptr, of_row.data());
+    by_moments.row(row) << 1, of_row.transpose();
+    curve.values(context, &frames, nullptr, shapes.data());
+    moved[row] = 0;
+    for (Eigen::Index k = 0; k < shapes.size(); ++k)
+      moved[row] += found.coefficients[k].value * shapes[k];
+  }
+  const Eigen::VectorXd left =
+      moved - by_moments * by_moments.completeOrthogonalDecomposition().solve(moved);
+  const auto spread = [](const Eigen::VectorXd& values) {
+    return (values.array() - values.mean()).matrix().norm();
+  };
+  const double correlation =
+      std::sqrt(std::max(0.0, 1 - left.squaredNorm() / std::pow(spread(moved), 2)));
+  const double most =
+      kMassesOff * std::abs(compliance->coefficients.front().value) * spread(torques);
+  if (correlation < kSameProjection || spread(moved) > most) return std::nullopt;
+  Effect masses = found;
+  masses.name = "masses of the robot file";
+  masses.coefficients.clear();
+  return Rival{masses, correlation, 0, {}, "the weights of links and tool, or the motor torque",
+               true};
 }
 
 // Score that a curve without a known cause needs, without the charge for choices, to reject the
@@ -362,6 +424,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.best_score = search.best_score;
   result.null_run = search.null_run;
   result.remaining_p = search.remaining_p;
+  result.pattern_remains = search.pattern_remains;
   result.shown_family = search.shown_family;
   if (shares.empty()) return result;
   if (options.progress) options.progress("searching for rivals of the effects");
@@ -405,6 +468,8 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     const double p = at_gate ? *at_gate : model.chance_of(score);
     traced.evidence = {score, p, cv.gain, cv.error};
     list_rivals(model, k, in_place, traced);
+    if (const auto masses = masses_in_place_of(traced, result.fit.robot, campaign))
+      traced.indistinguishable.push_back(*masses);
     zeros.push_back(zero_in_place_of(model, k, in_place));
     traced.effect.may_be_instrument = fitted.may_be_instrument =
         may_be_instrument(traced, result.fit.robot);
@@ -435,12 +500,16 @@ Moved moved_by(const Effect& effect) {
   return Moved::arm;
 }
 
+Moved moved_by(const Rival& rival) {
+  return rival.is_behind_joints ? Moved::fastened : moved_by(rival.effect);
+}
+
 bool is_other_cause(const Effect& effect, const Rival& rival) {
   const auto is_slow_or_sudden = [](const Driver& driver) {
     return !driver.factor && (driver.follows_course() || driver.kind == DriverKind::temperature);
   };
   if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
-      moved_by(effect) != moved_by(rival.effect))
+      moved_by(effect) != moved_by(rival))
     return true;
   // What follows one joint under one name is one cause, whichever parameter shows it.
   if (effect.driver.joint >= 0 && rival.effect.name == effect.name &&

@@ -14,6 +14,9 @@ namespace armtrue {
 TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                           const TraceOptions& options);
 
+/// By which share the masses of robot files are off.
+inline constexpr double kMassesOff = 0.3;
+
 /// Whether it is, or may be, an error of the instrument that does not change with time.
 bool is_of_instrument(const Effect& effect);
 

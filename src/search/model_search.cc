@@ -25,7 +25,6 @@ constexpr size_t kMaxRanked = 20;
 // ratios among the members of a family that follow the weight of the tool against those of the
 // compliances in the model, at the likeliest mass.
 bool may_be_one_mass(const Robot& robot, const Effect& family) {
-  constexpr double kMassesOff = 0.3;  // of the masses of robot files, which the compliances share
   constexpr double kSurely = 1e-3;
   struct Axis {
     double load, load_std, compliance, compliance_std;
@@ -80,9 +79,11 @@ void ModelSearch::run() {
   }
   do {
     find_effects();
+    const int found = model_.chosen_count();
     settle_inner_values();
     drop_idle();
     drop_by_refit();
+    if (model_.chosen_count() < found) note_rest();
   } while (drop_half_shown());
   split_families();
   hold_family_of_most_arms();
@@ -99,14 +100,14 @@ void ModelSearch::find_effects() {
   for (;;) {
     while (step()) {
       if (may_revise && model_.chosen().size() > 1) revise(KnownCauses::stay);
+      split_events();
       merge_into_spline(kMinPiecesOfCurve);
       may_revise &= is_new_model();
       result_.stages.push_back(model_.fit());
     }
     if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
       if (details_) {
-        if (!failed_at_gate_) result_.remaining_p = model_.chance_of(result_.best_score);
-        result_.null_run = model_.null_run();
+        judge_rest();
         break;
       }
       details_ = true;
@@ -150,7 +151,6 @@ bool ModelSearch::step() {
   const std::vector<CandidateScore> scores = projected.scores();
   const std::vector<int> order = best_first(scores);
   rank(scores, order);
-  result_.best_score = scores[order.front()].score;
   failed_at_gate_ = false;
   int trials = 0;
   std::optional<CrossValidation> left_out;
@@ -173,12 +173,29 @@ bool ModelSearch::step() {
     model_.add(model_.refined(candidates()[candidate], -1), p);
     barred_.clear();
     settle_place_of(model_.chosen_count() - 1);
+    split_events();
     return true;
   }
   return false;
 }
 
+// What the present model leaves, after effects were dropped at the end.
+void ModelSearch::note_rest() {
+  const std::vector<CandidateScore> scores = model_.view().projected.scores();
+  rank(scores, best_first(scores));
+  failed_at_gate_ = false;
+  judge_rest();
+}
+
+// Whether the best candidate that is left is more than chance.
+void ModelSearch::judge_rest() {
+  if (!failed_at_gate_) result_.remaining_p = model_.chance_of(result_.best_score);
+  result_.pattern_remains = result_.best_score > 0 && result_.remaining_p < model_.significance();
+  result_.null_run = model_.null_run();
+}
+
 void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order) {
+  result_.best_score = scores[order.front()].score;
   result_.ranking.clear();
   for (int candidate : order) {
     if (result_.ranking.size() == kMaxRanked) break;
@@ -211,6 +228,12 @@ void ModelSearch::begin_with(const Effect& effect) {
   if (score.degrees_of_freedom == 0) return;
   const double p = model_.chance_of(score.score);
   model_.add(model_.refined(*found, -1), p);
+}
+
+// Zeros that jump at once are as many events as there are zeros: each stands for itself from now
+// on, and what shows no jump has none. A link that was bent has to explain more than these few.
+void ModelSearch::split_events() {
+  if (model_.split_families(true)) drop_idle();
 }
 
 // False once a model comes back, or after kMaxModels (frequencies seldom come back to the last

@@ -14,7 +14,8 @@ struct SearchResult {
   std::vector<RankedCandidate> ranking;   ///< of the last scan, best first
   std::vector<RankedCandidate> not_separable;  ///< of the catalogue; see TraceResult
   double best_score = 0;                       ///< of the last scan
-  double remaining_p = 1;  ///< family-wise p of the best candidate that was not added
+  double remaining_p = 1;        ///< family-wise p of the best candidate that was not added
+  bool pattern_remains = false;  ///< see TraceResult
   NullRun null_run;
   std::string shown_family{};  ///< see TraceResult
 };

@@ -23,7 +23,7 @@ class ModelSearch {
               const TraceOptions& options)
       : options_(options),
         campaign_(campaign),
-        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, {}, {}},
+        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, false, {}, {}},
         model_(result_.model) {
     result_.stages.push_back(model_.fit());
   }
@@ -43,10 +43,13 @@ class ModelSearch {
   // Forward (model_search.cc).
   bool step();
   void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order);
+  void note_rest();
+  void judge_rest();
   void begin_with(const Effect& effect);
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   bool is_half_shown(int k);
+  void split_events();
   bool may_be_knock(int k);
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 

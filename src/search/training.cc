@@ -102,6 +102,7 @@ void fall_back_to_geometry(Training& training) {
   trace.stages.push_back(trace.fit);
   trace.effects.clear();
   trace.shown_family.clear();
+  trace.pattern_remains = false;
   trace.bootstrap_draws.resize(0, 0);
   training.quality = assess(trace.fit, *training.sound);
   training.errors = errors_of_stages(training);

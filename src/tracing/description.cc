@@ -136,8 +136,8 @@ std::string of_prediction(const HeldOutGain* gain) {
 }
 
 // Whose motion it is, where no cause is known.
-std::string moved_in_words(const Effect& effect) {
-  switch (moved_by(effect)) {
+std::string moved_in_words(const Rival& rival) {
+  switch (moved_by(rival)) {
     case Moved::arm:
       return "the arm itself";
     case Moved::station:
@@ -160,6 +160,19 @@ std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
   if (effect.indistinguishable.empty())
     return "cause shown: no other candidate explains these readings";
   return of_prediction(gain) + "; cause is one of the class under indistinguishable";
+}
+
+// The effects that may not be the arm's, in words, if no cause has a rival.
+std::string only_doubtful(const std::vector<TracedEffect>& effects) {
+  std::vector<std::string> doubtful;
+  for (const TracedEffect& traced : effects) {
+    if (std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
+          return is_other_cause(traced.effect, rival);
+        }))
+      return "";
+    if (traced.effect.may_be_instrument) doubtful.push_back(describe(traced.effect));
+  }
+  return listed(doubtful);
 }
 
 }  // namespace
@@ -243,11 +256,11 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
   std::set<std::string> told;
   for (const Rival& rival : traced.indistinguishable)
     if (is_other_cause(traced.effect, rival) && others.size() < 2 &&
-        told.insert(rival.from_catalogue ? rival.effect.name : moved_in_words(rival.effect)).second)
+        told.insert(rival.from_catalogue ? rival.effect.name : moved_in_words(rival)).second)
       others.push_back(rival.from_catalogue
                            ? "'" + rival.effect.name + "' of " + to_string(rival.effect.parameter)
-                           : moved_in_words(rival.effect) + " (" +
-                                 to_string(rival.effect.parameter) + ")");
+                           : moved_in_words(rival) + " (" + to_string(rival.effect.parameter) +
+                                 ")");
   for (const Rival& rival : traced.indistinguishable)
     if (!traced.in_words.empty() && others.empty() &&
         is_unlisted_cause(robot.chain, traced.effect, rival))
@@ -296,6 +309,9 @@ std::string verdict_in_words(const LoopResult& result) {
                           "; '{}' is there, but these poses cannot tell in which parts: all "
                           "of 'held_by_priors' share it",
                           result.trace.shown_family);
+      if (const std::string doubtful = only_doubtful(result.trace.effects); !doubtful.empty())
+        return text + "; these poses cannot tell whether it is the arm that moves where " +
+               doubtful + ": programs are not corrected by that";
       return text + "; the cause is one of several that these poses cannot distinguish";
     case Verdict::too_few_poses:
       return text + fmt::format("; too few poses to explain the rest: measure some {} more",
@@ -322,6 +338,9 @@ std::string verdict_in_words(const LoopResult& result) {
     return text +
            "; held-out poses lie beyond their predicted bounds: the model lacks something "
            "that the training poses do not show";
+  if (result.trace.pattern_remains)
+    return text + fmt::format("; what is left is no noise, p {:.2g}: {}", result.trace.remaining_p,
+                              result.pattern);
   return text + (by_replicates ? "; a rest remains that no listed cause explains"
                                : "; unexplained, or the instrument is noisier than stated");
 }

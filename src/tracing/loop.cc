@@ -319,7 +319,8 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                              .left_out_together = !result.left_out_together.empty(),
                              .is_explained = !result.explanation.empty(),
                              .angles_read_early = result.common_backlash.has_value(),
-                             .shown_family = !result.trace.shown_family.empty()});
+                             .shown_family = !result.trace.shown_family.empty(),
+                             .pattern_remains = result.trace.pattern_remains});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

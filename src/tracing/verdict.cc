@@ -12,9 +12,12 @@ namespace {
 constexpr double kSignificance = 0.01;
 constexpr double kMaxTimesFloor = 2.0;  // held-out errors of few poses scatter up to this
 
-bool has_other_cause(const TracedEffect& traced) {
-  return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
-                     [&](const Rival& rival) { return is_other_cause(traced.effect, rival); });
+// Whether these readings do not tell the cause of an effect, or not that the arm moves by it.
+bool is_undecided(const TracedEffect& traced) {
+  return traced.effect.may_be_instrument ||
+         std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
+           return is_other_cause(traced.effect, rival);
+         });
 }
 
 }  // namespace
@@ -70,13 +73,14 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 Verdict conclude(const Grounds& grounds) {
   if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
   if (grounds.outside_p < kSignificance) return Verdict::unexplained;
-  if (grounds.left_out_together || grounds.is_explained) return Verdict::unexplained;
+  if (grounds.left_out_together || grounds.is_explained || grounds.pattern_remains)
+    return Verdict::unexplained;
   const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
   if (beyond_floor && grounds.after > most) return Verdict::unexplained;
   if (grounds.angles_read_early || (grounds.effects.empty() && grounds.shown_family) ||
-      std::ranges::any_of(grounds.effects, has_other_cause))
+      std::ranges::any_of(grounds.effects, is_undecided))
     return Verdict::not_separable;
   if (!grounds.knows_noise) return Verdict::unknown_noise;
   if (beyond_floor) return Verdict::too_few_poses;

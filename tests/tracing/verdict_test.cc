@@ -47,6 +47,22 @@ TEST(Verdict, AFamilyOfWhichNoMemberIsShownIsNotNothing) {
   }
 }
 
+// The arm, or what reads it: programs are not corrected by such an effect.
+TEST(Verdict, AnEffectThatMayBeTheInstrumentClosesNothing) {
+  std::vector<TracedEffect> effects{kOne};
+  effects.front().effect.may_be_instrument = true;
+  EXPECT_EQ(conclude(at_the_floor(effects)), Verdict::not_separable);
+}
+
+// Below the floor, too: poses left out gain nothing by the pattern, and it is no chance.
+TEST(Verdict, APatternThatRemainsIsNoNoise) {
+  for (const auto& effects : {kNone, kOne}) {
+    Grounds grounds = at_the_floor(effects);
+    grounds.pattern_remains = true;
+    EXPECT_EQ(conclude(grounds), Verdict::unexplained);
+  }
+}
+
 TEST(Verdict, AnExplanationOfTheRestOverrulesAFloorHoweverLarge) {
   const std::vector<TracedEffect> rivals{with_a_rival()};
   for (const auto& effects : {kNone, kOne, rivals}) {

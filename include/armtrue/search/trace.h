@@ -24,12 +24,16 @@ struct Rival {
   std::vector<std::string> refitted;
   std::string separated_by;  ///< measurement that separates it from similar effects, if known
   bool from_catalogue = false;
+  /// It moves a link behind the last joint, to which the tool is fastened.
+  bool is_behind_joints = false;
 };
 
 /// What an effect moves: the arm, the station (instrument, base, anchor, contact, beam, board,
 /// camera) or what is fastened to the arm (tool, target).
 enum class Moved { arm, station, fastened };
 Moved moved_by(const Effect& effect);
+/// A link behind the last joint counts as fastened: it turns as a tool turns in its mount.
+Moved moved_by(const Rival& rival);
 
 /// Whether a rival is another cause: one of the catalogue with another name or parameter, but not
 /// one of the same name that follows the same driver of one joint. If both follow time, session or
@@ -119,6 +123,9 @@ struct TraceResult {
   double best_score = 0;  ///< of the last scan; 0 or less if nothing is left to explain
   NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
+  /// Whether that p is below the level for adding an effect: only another criterion kept the
+  /// candidate out.
+  bool pattern_remains = false;
   /// Name of a family that these readings show without showing any member: all members stay in the
   /// model by their common prior. Empty: none.
   std::string shown_family{};

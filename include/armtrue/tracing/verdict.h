@@ -43,6 +43,7 @@ struct Grounds {
   bool is_explained = false;       ///< the residual has a cause, see explanation_of_rest()
   bool angles_read_early = false;  ///< see common_backlash()
   bool shown_family = false;       ///< see TraceResult::shown_family
+  bool pattern_remains = false;    ///< see TraceResult::pattern_remains
 };
 
 /// The mean backlash of the joints [rad], if more than half of them, three at least, have backlash
@@ -54,10 +55,11 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
-/// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
-/// then the residual is no noise, however large replicates say that noise is. Otherwise
-/// `not_separable` if an effect has a rival with is_other_cause(), if no effect but a family is
-/// shown, or if `angles_read_early`. Otherwise `unknown_noise` without a known noise. Otherwise
+/// `complete_high`, if readings are left out together, if the diagnosis explains what is left, or
+/// if a pattern remains: then the residual is no noise, however large replicates say that noise is.
+/// Otherwise `not_separable` if an effect has a rival with is_other_cause() or may be the
+/// instrument's (programs are not corrected by it), if no effect but a family is shown, or if
+/// `angles_read_early`. Otherwise `unknown_noise` without a known noise. Otherwise
 /// `too_few_poses` if the held-out error exceeds `floor_high`: then something may be left.
 Verdict conclude(const Grounds& grounds);
 
