@@ -129,9 +129,6 @@ class RapidData {
   int displaced_point(const std::string& function, const Statement& argument, TargetKind kind,
                       int line, std::string& why_not);
   std::optional<double> constant_in(const Statement& argument);
-  std::optional<double> sum_at(TextCursor& cursor);
-  std::optional<double> product_at(TextCursor& cursor);
-  std::optional<double> factor_at(TextCursor& cursor);
   std::string name_of(const Statement& argument) const {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
   }
