@@ -502,6 +502,12 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
   ASSERT_THAT(lines_of(unused), ElementsAre(2, 5, 10));
   EXPECT_TRUE(unused.targets[2].never_runs);
   EXPECT_FALSE(unused.targets[1].never_runs);
+  // Nor do functions that only call one another.
+  const RobotProgram cycle =
+      parsed("p.script", "def prog():\n" + kJoints + "def one():\ntwo()\nmovel(p[1,2,3,0,0,0])\n" +
+                             "end\ndef two():\none()\nmovel(x)\nend\nend\n");
+  EXPECT_EQ(cycle.left_alone, 0);
+  EXPECT_FALSE(cycle.targets.at(0).never_runs);
 }
 
 TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
