@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
 #include "programs/insertion.h"
@@ -279,7 +280,7 @@ class Rewriter {
     }
   }
 
-  static std::vector<TextEdit> edits_of(const ProgramPoint& point, const Wanted& wanted) {
+  std::vector<TextEdit> edits_of(const ProgramPoint& point, const Wanted& wanted) const {
     std::vector<TextEdit> edits;
     const auto add = [&](const std::vector<ProgramNumber>& numbers,
                          const std::vector<std::string>& texts) {
@@ -291,7 +292,24 @@ class Rewriter {
     add(point.numbers, wanted.texts);
     if (!edits.empty()) add(point.configuration, wanted.configuration);
     add(point.external, wanted.external);
+    if (edits.empty()) return edits;
+    for (const StatedPose& stated : point.poses) add(stated.numbers, texts_of(stated, wanted));
     return edits;
+  }
+
+  // A text for each number of a pose that follows joint angles; empty where it stays.
+  std::vector<std::string> texts_of(const StatedPose& stated, const Wanted& wanted) const {
+    std::vector<double> written;
+    const Pose flange =
+        ChainEvaluator(*program_.stated_arm).pose(dialect_.joints_of_numbers(wanted.numbers));
+    for (const ProgramNumber& number : stated.numbers) written.push_back(number.value);
+    const std::vector<double> numbers =
+        dialect_.numbers_of_pose(stated.before * flange * stated.behind, written);
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < numbers.size(); ++i)
+      texts.push_back(text_of_number(stated.numbers[i], numbers[i],
+                                     dialect_.decimals(TargetKind::cartesian, i)));
+    return texts;
   }
 
   int decimals(const ProgramPoint& point, size_t i) const {

@@ -29,6 +29,7 @@ class TextCursor {
       : text_(text), at_(begin), end_(end) {}
 
   size_t at() const { return at_; }
+  size_t end() const { return end_; }
   /// Whether only blanks are left.
   bool done() {
     skip_blanks();

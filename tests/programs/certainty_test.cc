@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/robot_program.h"
 #include "armtrue/text/input_error.h"
@@ -324,16 +326,89 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
                                                "textmsg(c)\nend\n")),
               AllOf(HasSubstr("c = pose_trans(f, p[1,2,4,0,0,0])\n"),
                     HasSubstr("movel(pose_trans(f, p[1,2,4.001,0,0,0]))\n")));
-  // Not certain: behind a branch, in a loop that changes it, where a thread may, of one element,
-  // by itself, of the tool at another place, in a frame with several values.
+  // Not certain: behind a branch, in a loop that changes it, where a thread may, of one element
+  // that is not certain, by itself, of the tool at another place, in a frame with several values.
   for (const char* const lines :
        {"if x:\na = p[1,2,4,0,0,0]\nend\nmovel(a)\n",
         "while x:\nmovel(a)\na = p[1,2,4,0,0,0]\nend\n",
-        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nmovel(home)\n", "a[2] = 1\nmovel(a)\n",
-        "a = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\n", "a = g()\nmovel(a)\n",
-        "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
+        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nmovel(home)\n", "a[i] = 1\nmovel(a)\n",
+        "a[2] = g()\nmovel(a)\n", "while x:\na[2] = a[2] + 1\nmovel(a)\nend\n",
+        "if x:\na[2] = 1\nend\nmovel(a)\n", "a = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\n",
+        "a = g()\nmovel(a)\n", "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
         "f = p[0,0,2,0,0,0]\na = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\n"})
     EXPECT_EQ(parsed("p.script", head + lines + "end\n").left_alone, 1) << lines;
+}
+
+TEST(Certainty, UrNumbersMayBeSumsAndProducts) {
+  const auto x_of = [](const std::string& lines) {
+    const RobotProgram program = parsed("p.script", "def prog():\n" + kJoints + lines + "end\n");
+    return program.targets.size() < 2
+               ? -1.0
+               : static_cast<double>(std::lround(program.targets[1].pose.translation.x() * 1e6));
+  };
+  EXPECT_EQ(x_of("movel(p[0.1+0.05,0,0,0,0,0])\n"), 150000);
+  EXPECT_EQ(x_of("movel(p[-15/1000,0,0,0,0,0])\n"), -15000);
+  EXPECT_EQ(x_of("h = 0.2\nmovel(p[2*(h - 0.05),0,0,0,0,0])\n"), 300000);
+  EXPECT_EQ(x_of("h = 0.2\nk = h / 4\nh = 0.3\nmovel(p[h+k,0,0,0,0,0])\n"), 350000);
+  EXPECT_EQ(x_of("a = p[0.5,0,0,0,0,0]\nmovel(p[a[0]*2,0,0,0,0,0])\n"), 1000000);
+  for (const char* const unknown :
+       {"movel(p[h,0,0,0,0,0])\n", "h = g()\nmovel(p[h,0,0,0,0,0])\n",
+        "h = 1\nif x:\nh = 2\nend\nmovel(p[h,0,0,0,0,0])\n", "movel(p[1/0,0,0,0,0,0])\n",
+        "h = h + 1\nmovel(p[h,0,0,0,0,0])\n", "movel(p[sin(1),0,0,0,0,0])\n"})
+    EXPECT_EQ(x_of(unknown), -1.0) << unknown;
+  const RobotProgram joints =
+      parsed("p.script", "movej([d2r(90),-d2r(45),0,3.141592653589793/2,0,0])\n");
+  EXPECT_NEAR(joints.targets.at(0).q[0], std::acos(0.0), 1e-12);
+  EXPECT_NEAR(joints.targets.at(0).q[1], -std::acos(0.0) / 2, 1e-12);
+  EXPECT_THAT(raised(joints), HasSubstr("movej([1.5717963,-d2r(45),0,3.141592653589793/2,0,0])"));
+  // A tool is known by its text, which must mean one tool.
+  EXPECT_THAT(parsed("p.script", "def prog():\n" + kJoints +
+                                     "h = 1\nset_tcp(p[0,0,h,0,0,0])\nmovel(p[1,2,3,0,0,0])\n"
+                                     "h = 2\nset_tcp(p[0,0,h,0,0,0])\nend\n")
+                  .warnings,
+              ElementsAre(HasSubstr("its tool is not certain")));
+}
+
+TEST(Certainty, AnElementOfAUrPointMayBeGivenAnotherValue) {
+  const std::string head = "def prog():\n" + kJoints + "a = p[1,2,3,0,0,0]\nmovel(a)\n",
+                    up = "a[2] = a[2] + 0.5\n", end = "end\n";
+  const RobotProgram program =
+      parsed("p.script", head + up + "movel(a)\n" + up + "a[0] = 9\nb = a\nmovel(b)\n" + end);
+  ASSERT_EQ(program.targets.size(), 4u);
+  EXPECT_EQ(program.left_alone, 0);
+  EXPECT_NEAR(program.targets[1].pose.translation.z(), 3, 1e-12);
+  EXPECT_NEAR(program.targets[2].pose.translation.z(), 3.5, 1e-12);
+  EXPECT_NEAR(program.targets[3].pose.translation.x(), 9, 1e-12);
+  EXPECT_NEAR(program.targets[3].pose.translation.z(), 4, 1e-12);
+  // Written out in the moves; what is given stays.
+  EXPECT_EQ(raised(program).substr(raised(program).find("a =")),
+            "a = p[1,2,3,0,0,0]\nmovel(p[1,2,3.001,0,0,0])\n" + up +
+                "movel(p[1.0,2.0,3.501,0.0,0.0,0.0])\n" + up +
+                "a[0] = 9\nb = a\nmovel(p[9.0,2.0,4.001,0.0,0.0,0.0])\n" + end);
+  const RobotProgram unchanged = parsed("p.script", head + up + "movel(a)\n" + end);
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : unchanged.targets)
+    commands.push_back({true, target.q, target.q, target.pose});
+  EXPECT_EQ(rewrite(unchanged, commands).texts[0], unchanged.texts[0].text);
+}
+
+TEST(Certainty, AUrToolThatIsRestoredIsTheOneBefore) {
+  const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n",
+                    keep = "old = get_tcp_offset()\n", restore = "set_tcp(old)\n",
+                    move = "movel(p[1,2,3,0,0,0])\n";
+  const auto tool_behind = [&](const std::string& lines) -> std::string {
+    const RobotProgram program =
+        parsed("p.script", "def prog():\n" + kJoints + lines + move + "end\n");
+    return program.left_alone > 0 ? "?" : tool_of(program, program.targets.size() - 1);
+  };
+  const std::string look = "def look():\nif x:\n" + keep + t2 + restore + "end\nend\n";
+  EXPECT_EQ(tool_behind(t1 + look + "look()\n"), "p[0,0,0.1,0,0,0]");
+  EXPECT_EQ(tool_behind(look + t1 + "while y:\nlook()\n" + move + "end\n"), "p[0,0,0.1,0,0,0]");
+  EXPECT_EQ(tool_behind(keep + t2 + restore), "");  // of the caller
+  EXPECT_EQ(tool_behind(t1 + keep + t2), "p[0,0,0.2,0,0,0]");
+  // Another one in between, or several where it is kept.
+  EXPECT_EQ(tool_behind(t1 + look + "look()\n" + t2 + "look()\n"), "?");
+  EXPECT_EQ(tool_behind(t1 + "if y:\n" + t2 + "end\n" + keep + t2 + restore), "?");
 }
 
 // A bracket about an argument is an expression of one name.
@@ -427,6 +502,12 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
   ASSERT_THAT(lines_of(unused), ElementsAre(2, 5, 10));
   EXPECT_TRUE(unused.targets[2].never_runs);
   EXPECT_FALSE(unused.targets[1].never_runs);
+  // Nor do functions that only call one another.
+  const RobotProgram cycle =
+      parsed("p.script", "def prog():\n" + kJoints + "def one():\ntwo()\nmovel(p[1,2,3,0,0,0])\n" +
+                             "end\ndef two():\none()\nmovel(x)\nend\nend\n");
+  EXPECT_EQ(cycle.left_alone, 0);
+  EXPECT_FALSE(cycle.targets.at(0).never_runs);
 }
 
 TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {

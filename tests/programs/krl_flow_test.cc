@@ -177,8 +177,8 @@ TEST(KrlFlowTest, APointThatConstantsMakeIsKnownWhereItIsCertain) {
     EXPECT_THAT(computed(moves, "DECL FRAME FP1={X 1,Y 2,Z 3,A 4,B 5,C 6}\n"), IsEmpty()) << moves;
   // Products, of variables and as the value of a FRAME.
   const std::string frame = "DECL FRAME FZ={X 1,Y 2,Z 3,A 0,B 0,C 0}\n";
-  EXPECT_THAT(computed("DECL FRAME F\nF=$NULLFRAME\nF.Z=H\nLIN FZ:F\nF.Z=0\nLIN FZ:F:{X 1,Y 0,Z "
-                       "0,A 0,B 0,C 0}\n",
+  EXPECT_THAT(computed("DECL FRAME F\nF=$NULLFRAME\nF.Z=H\nLIN FZ:F C_DIS\nF.Z=0\nLIN FZ : "
+                       "F:{X 1,Y 0,Z 0,A 0,B 0,C 0} C_DIS\n",
                        frame),
               ElementsAre("8: 1 2 13", "10: 2 2 3"));
   EXPECT_THAT(computed("DECL FRAME F\nF=FZ:FZ\nLIN F\nPA=FZ:FZ\nLIN PA\nF.Z=a\nLIN FZ:F\n", frame),

@@ -439,6 +439,57 @@ TEST(RobotProgramTest, AFanucProgramOfOtherGroupsHasNoMoveOfTheArm) {
   EXPECT_EQ(left_of(program("*,*,*,*,*")).first, 1u);
 }
 
+// Words by 211 public programs that are listed in both languages.
+TEST(RobotProgramTest, AGermanListingOfFanucIsReadAsAnEnglishOne) {
+  const auto text = [](bool is_german) {
+    std::string listing =
+        "/PROG P\n/ATTR\nLINE_COUNT\t= 9;\n/MN\n 1:  UTOOL_NUM=2 ;\n 2:  UFRAME_NUM=1 ;\n"
+        " 3:J P[1] 100% CNT0 ;\n 4:  DO[16]=ON ;\n 5:L P[2] 90mm/sec CNT0 Tool_Offset,PR[2] ;\n"
+        " 6:L P[2] 90mm/sec CNT0 Skip,LBL[1] ;\n 7:L P[1] 90mm/sec CNT0 ;\n 8:  END ;\n"
+        " 9:L P[1] 90mm/sec CNT0 ;\n/POS\n";
+    for (const char* const name : {"P[1]", "P[2]"})
+      listing += std::string(name) +
+                 "{\n GP1:\n UF : F, UT : F, CONFIG : 'F U B, 0, 0, -1',\n X = 1.000 mm, Y = 0.0 "
+                 "mm, Z = 0.0 mm,\n W = 0.0 deg, P = 0.0 deg, R = 0.0 deg\n};\n";
+    listing += "/END\n";
+    const std::pair<const char*, const char*> words[] = {
+        {"LINE_COUNT", "ZEILEN"}, {"UTOOL_NUM", "WKZ_NUM"},       {"UFRAME_NUM", "BENUTZER_NUM"},
+        {"CONFIG", "KONFIG"},     {"DO[16]=ON", "A[16]=AN"},      {"Skip,LBL", "Interrupt,LABEL"},
+        {"sec", "sek"},           {"Tool_Offset", "WKZ_Offset "}, {"END ;", "ENDE ;"}};
+    for (const auto& [english, german] : words)
+      for (size_t at = 0; is_german && (at = listing.find(english, at)) != std::string::npos;)
+        listing.replace(at, std::string(english).size(), german);
+    return listing;
+  };
+  const KnownFrames frames{{"UF[1]", Pose{}}, {"UT[2]", Pose{}}};
+  const auto read = [&](bool is_german) {
+    return parse_program(*find_dialect("fanuc"), {{"p.ls", text(is_german)}}, frames);
+  };
+  const RobotProgram english = read(false), german = read(true);
+  EXPECT_EQ(german.why_left_alone, english.why_left_alone);
+  ASSERT_EQ(english.left_alone, 1);  // displaced by a register that is not given
+  ASSERT_EQ(german.targets.size(), english.targets.size());
+  ASSERT_EQ(german.targets.size(), 4u);
+  for (size_t k = 0; k < english.targets.size(); ++k) {
+    const ProgramTarget &a = german.targets[k], &b = english.targets[k];
+    EXPECT_EQ(a.configuration.sides, b.configuration.sides);
+    EXPECT_EQ(a.configuration.low, b.configuration.low);
+    EXPECT_EQ(a.follows_target, b.follows_target);
+    EXPECT_EQ(a.never_runs, b.never_runs);
+    EXPECT_EQ(german.frames[a.tool].name, english.frames[b.tool].name);
+  }
+  std::string marked = text(true);
+  mark_corrected(*find_dialect("fanuc"), Corrector::compensate, marked);
+  EXPECT_THAT(marked, HasSubstr("ZEILEN\t= 10;"));
+  // An option with a register that no manual here names; the register where a skip keeps a place.
+  for (const auto& [option, left] :
+       {std::pair("Versatz,PR[1]", 1), {"Skip,LBL[1],PR[1]=LPOS", 0}}) {
+    std::string listing = text(false);
+    listing.replace(listing.find("Tool_Offset,PR[2]"), 17, option);
+    EXPECT_EQ(parse_program(*find_dialect("fanuc"), {{"p.ls", listing}}, frames).left_alone, left);
+  }
+}
+
 TEST(RobotProgramTest, FanucJointThreeIsRelativeToTheHorizontal) {
   const RobotProgram program =
       parsed("p.ls",

@@ -30,6 +30,13 @@ struct ProgramNumber {
 
 enum class TargetKind { joints, cartesian };
 
+/// A pose that a program states beside the joint angles q of a point: before F(q) behind, where F
+/// is the flange of RobotProgram::stated_arm. It follows the joint angles.
+struct StatedPose {
+  std::vector<ProgramNumber> numbers;  ///< in the order of the dialect
+  Pose before, behind;
+};
+
 /// The numbers of a point: those of a declaration that several moves may use, or of one move.
 struct ProgramPoint {
   std::string name;           ///< for messages: `XP1`, or empty where a move has its own numbers
@@ -56,6 +63,7 @@ struct ProgramPoint {
   /// What a Cartesian point states about the branch, in the order of the dialect; empty if nothing.
   std::vector<ProgramNumber> configuration;
   std::vector<ProgramNumber> external;  ///< E1 to E6; empty if the dialect has none
+  std::vector<StatedPose> poses;        ///< of joint angles: what the program states beside them
 };
 
 /// A coordinate system that a program names.
@@ -109,7 +117,7 @@ struct ProgramTarget {
   int point = -1;
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
-  Pose pose;                     ///< Cartesian: base from TCP, as written
+  Pose pose;  ///< Cartesian: base from TCP, as written
   /// Where the move displaces its point, such as by Tool_Offset: `pose` is before * point * behind.
   Pose before, behind;
   bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
@@ -193,6 +201,7 @@ struct RobotProgram {
   std::vector<ProgramPoint> points;
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
+  std::optional<KinematicChain> stated_arm;  ///< if the program states it; see StatedPose
   std::vector<ProgramName> names;
   int own_model_line = 0;  ///< the first one that uses DialectFacts::own_model; 0: none does
   /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set

@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "programs/abb/rapid_values.h"
+#include "programs/arithmetic.h"
 #include "programs/dialects.h"
 #include "programs/frame_list.h"
 
@@ -446,51 +447,13 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
 // A number: sums and products of numbers and constants, in brackets or not.
 std::optional<double> RapidData::constant_in(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
-  const auto value = sum_at(cursor);
+  const auto value = take_sum(cursor, [&](TextCursor& rest) -> std::optional<double> {
+    const size_t at = rest.at();
+    const Datum* const datum = find(rest.take_name(), at);
+    if (!datum || datum->is_parameter || datum->values != 1) return std::nullopt;
+    return datum->number;
+  });
   return cursor.done() ? value : std::nullopt;
-}
-
-std::optional<double> RapidData::sum_at(TextCursor& cursor, int depth) {
-  std::optional<double> value = product_at(cursor, depth);
-  while (value) {
-    const bool adds = cursor.take('+');
-    if (!adds && !cursor.take('-')) break;
-    const auto other = product_at(cursor, depth);
-    if (!other) return std::nullopt;
-    value = adds ? *value + *other : *value - *other;
-  }
-  return value;
-}
-
-std::optional<double> RapidData::product_at(TextCursor& cursor, int depth) {
-  std::optional<double> value = factor_at(cursor, depth);
-  while (value) {
-    const bool multiplies = cursor.take('*');
-    if (!multiplies && !cursor.take('/')) break;
-    const auto other = factor_at(cursor, depth);
-    if (!other || (!multiplies && *other == 0)) return std::nullopt;
-    value = multiplies ? *value * *other : *value / *other;
-  }
-  return value;
-}
-
-std::optional<double> RapidData::factor_at(TextCursor& cursor, int depth) {
-  constexpr int kMostDepth = 50;  // no real program has as many; the stack suffices
-  if (depth > kMostDepth) return std::nullopt;
-  if (const auto number = cursor.take_number()) return number;
-  if (cursor.take('-')) {
-    const auto value = factor_at(cursor, depth + 1);
-    return value ? std::optional(-*value) : std::nullopt;
-  }
-  if (cursor.take('(')) {
-    const auto value = sum_at(cursor, depth + 1);
-    return cursor.take(')') ? value : std::nullopt;
-  }
-  cursor.next();
-  const size_t at = cursor.at();
-  const Datum* const datum = find(cursor.take_name(), at);
-  if (!datum || datum->is_parameter || datum->values != 1) return std::nullopt;
-  return datum->number;
 }
 
 int RapidData::add_point(const ListItem& list, TargetKind kind, const std::string& name, int line,

@@ -129,10 +129,6 @@ class RapidData {
   int displaced_point(const std::string& function, const Statement& argument, TargetKind kind,
                       int line, std::string& why_not);
   std::optional<double> constant_in(const Statement& argument);
-  // `depth`: of brackets and signs.
-  std::optional<double> sum_at(TextCursor& cursor, int depth = 0);
-  std::optional<double> product_at(TextCursor& cursor, int depth);
-  std::optional<double> factor_at(TextCursor& cursor, int depth);
   std::string name_of(const Statement& argument) const {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
   }

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "programs/fanuc/fanuc_words.h"
+
 namespace armtrue {
 namespace {
 
@@ -31,7 +33,7 @@ void FanucFrames::read_statement(std::string_view text, const Statement& stateme
   TextCursor words(text, statement.begin, statement.end);
   if (words.take_name() == "TOUCH" && words.take_name() == "OFFSET")
     displacements_.push_back({statement.begin, words.take_name() == "END" ? 0 : 1});
-  each_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+  each_fanuc_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
     const bool is_first = at == statement.begin;
     for (const bool is_tool : {false, true}) {
       Kind& of_word = is_tool ? tools_ : frames_;
@@ -69,7 +71,7 @@ void FanucFrames::read_setting(Kind& kind, bool is_number, size_t at, bool is_fi
 void FanucFrames::read_steps(std::string_view text, const Statement& statement) {
   bool is_block = false;
   std::string first;
-  each_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+  each_fanuc_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
     const bool is_first = first.empty();
     if (is_first) first = word;
     if (is_first && word == "LBL")

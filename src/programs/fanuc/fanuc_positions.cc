@@ -73,7 +73,7 @@ class FanucPositionReader {
       return;
     }
     if (!cursor.take(':')) return;
-    if (name == "CONFIG" && cursor.take('\'')) {
+    if (cursor.take('\'')) {  // CONFIG; in other languages it has another name
       const size_t begin = cursor.at();
       cursor.skip_to("'");
       position.configuration_place = ProgramNumber{0, begin, cursor.at(), 0, ""};

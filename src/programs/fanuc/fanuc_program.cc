@@ -16,6 +16,7 @@
 #include "programs/fanuc/fanuc_positions.h"
 #include "programs/fanuc/fanuc_registers.h"
 #include "programs/fanuc/fanuc_text.h"
+#include "programs/fanuc/fanuc_words.h"
 #include "programs/frame_list.h"
 #include "programs/move_reader.h"
 #include "programs/statement.h"
@@ -124,13 +125,15 @@ class FanucReader : MoveReader {
     return lines;
   }
 
+  // A[1] of a German listing is an output.
   static bool is_move(const std::string& word) {
     return word == "J" || word == "L" || word == "C" || word == "A" || word == "S";
   }
 
   // Positions in other statements than moves: P[1]=LPOS, PR[5]=P[1], P[R[1]]=PR[2].
   void read_uses(const std::string& part, const Statement& statement) {
-    if (is_move(TextCursor(part, statement.begin, statement.end).take_name())) return;
+    TextCursor first(part, statement.begin, statement.end);
+    if (is_move(take_fanuc_word(first))) return;
     each_word(part, statement, [&](const std::string& word, size_t, TextCursor cursor) {
       if (word != "P" || !cursor.take('[')) return;
       const auto number = cursor.take_number();
@@ -152,7 +155,7 @@ class FanucReader : MoveReader {
   // `L P[3] 250mm/sec FINE`
   void read_statement(const std::string& part, const Statement& statement) {
     TextCursor cursor(part, statement.begin, statement.end);
-    const std::string word = cursor.take_name();
+    const std::string word = take_fanuc_word(cursor);
     if (word == "JMP" || word == "END" || word == "ABORT")
       is_dead_ = true;
     else if (word == "LBL" || word == "ELSE" || word == "ENDIF" || word == "ENDFOR")
@@ -211,7 +214,9 @@ class FanucReader : MoveReader {
     };
     const size_t wanted = kind == "C" ? 2 : 1;
     if (frames_->is_displaced(statement.begin)) is_because("the move is displaced (Touch Offset)");
-    each_word(part, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+    std::string before;  // the word before this one
+    each_fanuc_word(part, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      const std::string option = std::exchange(before, word);
       if (word == "INC") is_because("a relative move (INC)");
       if (word == "RTCP") is_because("its tool stands in the room (RTCP)");
       if (word == "SKIP") ends_at_target_ = false;
@@ -233,7 +238,11 @@ class FanucReader : MoveReader {
       const auto id = cursor.take_number();
       cursor.skip_to("]");
       cursor.take(']');
-      if (points.size() >= wanted) return;
+      if (points.size() >= wanted) {
+        if (word == "PR" && text_before(part, at) == ',' && !takes_register(option))
+          is_because("what its option " + option + " does with a register is not known");
+        return;
+      }
       if (word == "P" && id) return points.push_back({*id, at, cursor.at()});
       is_any |= word == "P";
       if (word == "PR" && id && registers_->find(*id))
@@ -274,6 +283,18 @@ class FanucReader : MoveReader {
       target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
       if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
     }
+  }
+
+  // The last character before a place that is no blank.
+  static char text_before(const std::string& part, size_t at) {
+    while (at > 0 && is_blank(part[at - 1])) --at;
+    return at > 0 ? part[at - 1] : '\0';
+  }
+
+  // Whether what an option does with a register behind it is known: it displaces, or it keeps where
+  // the arm stops (Skip,LBL[1],PR[5]=LPOS).
+  static bool takes_register(const std::string& option) {
+    return option == "OFFSET" || option == "TOOL_OFFSET" || option == "VOFFSET" || option == "LBL";
   }
 
   // Why a move that is coordinated with a positioner (COORD) cannot be followed; empty if it can.
@@ -355,7 +376,7 @@ class FanucReader : MoveReader {
       return "it has more than one line";
     char before = ' ';
     for (TextCursor cursor(part, options.begin, options.end); !cursor.done();) {
-      std::string word = cursor.take_name();
+      std::string word = take_fanuc_word(cursor);
       if (word.empty()) {
         before = cursor.next();
         cursor.step();

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "programs/fanuc/fanuc_text.h"
+#include "programs/fanuc/fanuc_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 
@@ -86,7 +87,7 @@ void FanucRegisters::read_listing(const std::string& text) {
       }
     }
     while (!cursor.done()) {
-      const std::string name = cursor.take_name();
+      const std::string name = take_fanuc_word(cursor);
       if (name.empty()) {
         cursor.step();
         continue;

@@ -11,6 +11,7 @@
 
 #include "armtrue/text/input_error.h"
 #include "programs/fanuc/fanuc_text.h"
+#include "programs/fanuc/fanuc_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 
@@ -146,18 +147,9 @@ class FanucWriter : public MoveWriter {
     }
   }
 
-  // LINE_COUNT = 3;
   void count_lines() {
-    const size_t attributes = line_that_begins(text_, "/ATTR");
-    const size_t at = text_.find("LINE_COUNT", attributes);
-    if (attributes == std::string::npos || at == std::string::npos) return;
-    TextCursor cursor(text_, at + 10, std::min(text_.find('\n', at), text_.size()));
-    if (!cursor.take('=')) return;
-    cursor.next();
-    const size_t begin = cursor.at();
-    if (const auto count = cursor.take_number())
-      replace(begin, cursor.at(),
-              fmt::format("{}", *count + static_cast<double>(inserted_.size())));
+    if (const FanucLineCount count = fanuc_line_count(text_, inserted_.size()); count.end > 0)
+      replace(count.begin, count.end, count.text);
   }
 
   // Of the `{` of a declared position.
@@ -209,14 +201,8 @@ void add_fanuc_remark(const std::string& remark, std::string& text) {
   }
   if (place == 0 || place > text.size()) return;
   text.insert(place, fmt::format("{:>{}}:  {} ;{}", number + 1, width, remark, line_end(text, 0)));
-  const size_t count = text.find("LINE_COUNT", std::min(line_that_begins(text, "/ATTR"), first));
-  if (count >= first) return;
-  TextCursor cursor(text, count + 10, std::min(text.find('\n', count), text.size()));
-  if (!cursor.take('=')) return;
-  cursor.next();
-  const size_t begin = cursor.at();
-  if (const auto lines = cursor.take_number())
-    text.replace(begin, cursor.at() - begin, fmt::format("{}", *lines + 1));
+  if (const FanucLineCount count = fanuc_line_count(text, 1); count.end > 0)
+    text.replace(count.begin, count.end - count.begin, count.text);
 }
 
 }  // namespace armtrue

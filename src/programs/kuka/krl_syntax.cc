@@ -428,7 +428,8 @@ class KrlParser {
   bool read_factors(TextCursor& cursor, KrlTarget& target, bool auxiliary) {
     Product product{syntax_.moves.size(), auxiliary, target.begin, 0, {}};
     product.factors.push_back(factor_of(target));
-    while (cursor.take(':')) {
+    const size_t behind = target.end;
+    while (cursor.take(':')) {  // takes blanks, too
       if (cursor.next() == '{') {
         const KrlAggregate aggregate = take_krl_aggregate(cursor);
         if (aggregate.kind != KrlAggregateKind::frame) return false;
@@ -438,9 +439,9 @@ class KrlParser {
         if (name.empty()) return false;
         product.factors.push_back({-1, name});
       }
+      target.end = cursor.at();
     }
-    note_names(target.end, cursor.at(), true);
-    target.end = cursor.at();
+    note_names(behind, target.end, true);
     product.end = target.end;
     products_.push_back(std::move(product));
     return true;

@@ -29,6 +29,10 @@ class PolyscopeDialect : public Dialect {
   Pose pose_of_numbers(const std::vector<double>& numbers) const override {
     return urscript_dialect().pose_of_numbers(numbers);
   }
+  std::vector<double> numbers_of_pose(const Pose& pose,
+                                      const std::vector<double>& written) const override {
+    return urscript_dialect().numbers_of_pose(pose, written);
+  }
   int decimals(TargetKind kind, size_t component) const override {
     return urscript_dialect().decimals(kind, component);
   }

@@ -134,26 +134,60 @@ class UrReader : MoveReader {
 
   void find_tools(const std::vector<Statement>& statements, const ProgramFlow& flow) {
     std::vector<ProgramFlow::Setting> tools;
+    std::vector<Restored> restored;
     for (const Statement& statement : statements)
       each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
         if (word != "SET_TCP" || cursor.next() != '(') return;
         const size_t open = cursor.at(), close = values_.closing(open, statement.end);
-        tools.push_back({at, tool_of(values_.arguments_in(statement.line, open, close)[0])});
+        const Statement argument = values_.arguments_in(statement.line, open, close)[0];
+        if (const auto place = values_.place_of_tool(argument)) {
+          restored.push_back({tools.size(), *place});
+          tools.push_back({at, ProgramFlow::kUncertain});
+        } else {
+          tools.push_back({at, tool_of(argument)});
+        }
       });
-    tools_ = flow.follow(tools, -1);
+    tools_ = restored.empty() ? flow.follow(tools, kNoTool) : with_restored(tools, restored, flow);
+  }
+
+  // set_tcp(NAME) behind NAME=get_tcp_offset().
+  struct Restored {
+    size_t setting;
+    size_t place;  // where the name gets the tool
+  };
+
+  // If all restored tools were one and the same, and then it is the tool of all these places, it
+  // is.
+  static ProgramFlow::Values with_restored(std::vector<ProgramFlow::Setting> tools,
+                                           const std::vector<Restored>& restored,
+                                           const ProgramFlow& flow) {
+    std::set<int> candidates{kNoTool};
+    for (const ProgramFlow::Setting& tool : tools) candidates.insert(tool.value);
+    candidates.erase(ProgramFlow::kUncertain);
+    const auto follow_with = [&](int tool) {
+      for (const Restored& by : restored) tools[by.setting].value = tool;
+      return flow.follow(tools, kNoTool);
+    };
+    for (const int tool : candidates) {
+      const ProgramFlow::Values values = follow_with(tool);
+      if (std::ranges::all_of(restored,
+                              [&](const Restored& by) { return values.at(by.place) == tool; }))
+        return values;
+    }
+    return follow_with(ProgramFlow::kUncertain);
   }
 
   // In the frames.
   int tool_of(const Statement& argument) {
-    if (values_.is_local(argument)) return ProgramFlow::kUncertain;
+    if (values_.names_local(argument)) return ProgramFlow::kUncertain;
     std::optional<Pose> pose;
     if (const auto value = values_.value_of(argument);
         value && value->kind == TargetKind::cartesian && value->base < 0 &&
-        !values_.has_several_values(argument))
+        !values_.names_several(argument))
       pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
     const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
     const bool is_known = program_.frames[tool].is_known;
-    return !is_known && values_.has_several_values(argument) ? ProgramFlow::kUncertain : tool;
+    return !is_known && values_.names_several(argument) ? ProgramFlow::kUncertain : tool;
   }
 
   void read_move(const std::string& word, const Statement& statement, size_t open, size_t close) {
@@ -288,8 +322,10 @@ class UrReader : MoveReader {
                          const Options& options, const Statement& statement, size_t close) const {
     const std::string& original = program_.texts[0].text;
     const size_t line = line_begin(original, statement.begin);
-    for (const UrValue& value : values)
+    for (const UrValue& value : values) {
+      if (value.declared) target.obstacle = "its point is an expression";
       if (value.kind == TargetKind::joints) target.obstacle = "its point is joint angles";
+    }
     if (options.has_mode) target.obstacle = "its tool turns with the arc (mode)";
     if (options.has_time) target.obstacle = "its speed is a time (t)";
     if (!options.radius) target.obstacle = "its radius is no plain number";
@@ -329,6 +365,8 @@ class UrReader : MoveReader {
     target.configuration.continues = is_straight;
     return target;
   }
+
+  static constexpr int kNoTool = -1;  // that of the caller
 
   const KnownFrames& known_;
   const TargetParts parts_;

@@ -1,6 +1,7 @@
 #include "programs/ur/urscript_structure.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -25,8 +26,9 @@ class UrStructureReader {
       });
     if (const auto open = std::ranges::find(open_, true, &Open::is_function); open != open_.end())
       result_.open = open->at;
+    const std::set<std::string> begun = begun_from_outside();
     for (const auto& [name, range] : inner_)
-      if (!begun_.contains(name)) result_.never_called.push_back(range);
+      if (!begun.contains(name)) result_.never_called.push_back(range);
     return std::move(result_);
   }
 
@@ -74,11 +76,30 @@ class UrStructureReader {
     } else if (word == "RUN") {
       const std::string thread = cursor.take_name();
       flow.add(Step::start, at, thread);
-      begun_.insert(thread);
+      begun_by_[inner_function()].insert(thread);
     } else if (functions_.contains(word) && cursor.next() == '(') {
       flow.add(Step::call, at, word);
-      begun_.insert(word);
+      begun_by_[inner_function()].insert(word);
     }
+  }
+
+  // The innermost function that is open, if it stands within another one; else empty.
+  std::string inner_function() const {
+    const auto open = std::find_if(open_.rbegin(), open_.rend(), std::mem_fn(&Open::is_function));
+    return open == open_.rend() ? "" : open->name;
+  }
+
+  // What the outermost functions call or run, and what that does.
+  std::set<std::string> begun_from_outside() const {
+    std::set<std::string> begun;
+    for (std::vector<std::string> next{""}; !next.empty();) {
+      const auto by = begun_by_.find(next.back());
+      next.pop_back();
+      if (by == begun_by_.end()) continue;
+      for (const std::string& name : by->second)
+        if (begun.insert(name).second) next.push_back(name);
+    }
+    return begun;
   }
 
   // (pose, speed=0.1)
@@ -100,7 +121,7 @@ class UrStructureReader {
   std::set<std::string> functions_;
   std::vector<Open> open_;
   std::multimap<std::string, std::pair<size_t, size_t>> inner_;  // functions within others
-  std::set<std::string> begun_;                                  // that something calls or runs
+  std::map<std::string, std::set<std::string>> begun_by_;        // what inner functions call or run
   UrStructure result_;
 };
 

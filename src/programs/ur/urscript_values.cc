@@ -3,16 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
+#include "armtrue/kinematics/units.h"
+#include "programs/arithmetic.h"
 #include "programs/dialects.h"
 #include "programs/frame_list.h"
 
 namespace armtrue {
 namespace {
 
-constexpr int kDeepest = 2;  // calls in one another
+constexpr int kDeepest = 2;         // calls in one another
+constexpr int kDeepestNumber = 32;  // numbers that names stand for, in one another
+constexpr int kMostElements = 64;   // given a value one after the other
 
 }  // namespace
 
@@ -35,7 +40,8 @@ void UrValues::read_assignment(const Statement& statement) {
   std::string name = take_spelled(cursor);
   const bool is_local = upper(name) == "LOCAL";
   if (upper(name) == "GLOBAL" || is_local) name = take_spelled(cursor);
-  const bool is_element = cursor.take('[');
+  const bool is_element = cursor.next() == '[';
+  const std::optional<int> index = is_element ? take_index(cursor) : std::nullopt;
   if (is_element) cursor.skip_to("="), cursor.next();
   if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
   const int scope = scopes_.at(statement.begin);
@@ -49,7 +55,16 @@ void UrValues::read_assignment(const Statement& statement) {
       text_.substr(cursor.at(), statement.end - cursor.at()).find('(') != std::string::npos;
   size_t end = statement.end;
   while (end > cursor.at() && (is_blank(text_[end - 1]) || text_[end - 1] == ';')) --end;
-  variable.assignments.push_back({{statement.line, cursor.at(), end}, scope, is_element});
+  variable.assignments.push_back({{statement.line, cursor.at(), end}, scope, is_element, index});
+}
+
+// [2]
+std::optional<int> UrValues::take_index(TextCursor& cursor) const {
+  if (!cursor.take('[')) return std::nullopt;
+  const auto index = cursor.take_number();
+  constexpr double kElements = 6;
+  const bool is_one = index && *index >= 0 && *index < kElements && *index == std::floor(*index);
+  return cursor.take(']') && is_one ? std::optional(static_cast<int>(*index)) : std::nullopt;
 }
 
 const UrValues::Assignment* UrValues::assignment_at(Variable& variable, size_t at) {
@@ -59,9 +74,7 @@ const UrValues::Assignment* UrValues::assignment_at(Variable& variable, size_t a
     if (!variable.flow) {
       std::vector<ProgramFlow::Setting> settings;
       for (const Assignment& assignment : variable.assignments)
-        settings.push_back({assignment.value.end, assignment.is_element
-                                                      ? ProgramFlow::kUncertain
-                                                      : static_cast<int>(settings.size())});
+        settings.push_back({assignment.value.end, static_cast<int>(settings.size())});
       variable.flow = flow_->follow(std::move(settings));
     }
     const int value = variable.flow->at(at);
@@ -69,8 +82,109 @@ const UrValues::Assignment* UrValues::assignment_at(Variable& variable, size_t a
     index = static_cast<size_t>(value);
   }
   const Assignment& assignment = variable.assignments[index];
-  const bool is_visible = scopes_.contains(assignment.scope, scopes_.at(at));
-  return is_visible && !assignment.is_element ? &assignment : nullptr;
+  return scopes_.contains(assignment.scope, scopes_.at(at)) ? &assignment : nullptr;
+}
+
+// NAME=p[..], NAME[2]=0.1, NAME[3]=NAME[3]+0.2: the literal with other numbers.
+std::optional<UrValue> UrValues::with_elements(Variable& variable, const Assignment* assignment,
+                                               const std::string& name, int depth) {
+  std::vector<std::pair<int, double>> given;
+  while (assignment && assignment->is_element) {
+    if (!assignment->index || variable.assignments.size() == 1 || given.size() == kMostElements)
+      return std::nullopt;
+    const auto number = number_of(*assignment);
+    if (!number) return std::nullopt;
+    given.emplace_back(*assignment->index, *number);
+    assignment = assignment_at(variable, assignment->value.begin);
+  }
+  if (!assignment) return std::nullopt;
+  auto value = assigned_value(*assignment, name, depth);
+  if (!value || given.empty()) return value;
+  if (value->base >= 0 || value->near || value->literal + 1 < value->list.begin)
+    return std::nullopt;
+  if (!value->declared) value->declared = value->list;
+  for (auto element = given.rbegin(); element != given.rend(); ++element)
+    value->list.items[static_cast<size_t>(element->first)].value = element->second;
+  return value;
+}
+
+std::optional<size_t> UrValues::place_of_tool(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  Variable* const variable = find(take_spelled(cursor), argument.begin);
+  if (!variable || !cursor.done() || variable->parameter) return std::nullopt;
+  const Assignment* const assignment = assignment_at(*variable, argument.begin);
+  if (!assignment || assignment->is_element) return std::nullopt;
+  TextCursor value(text_, assignment->value.begin, assignment->value.end);
+  const bool is_tool = value.take_name() == "GET_TCP_OFFSET" && value.take('(') && value.take(')');
+  return is_tool && value.done() ? std::optional(assignment->value.begin) : std::nullopt;
+}
+
+// Sums, products and quotients of numbers, d2r(..), r2d(..), names of numbers and elements of
+// points whose values are certain.
+std::optional<double> UrValues::number_in(const Statement& part) {
+  if (numbers_in_one_another_ == kDeepestNumber) return std::nullopt;
+  ++numbers_in_one_another_;
+  TextCursor cursor(text_, part.begin, part.end);
+  const auto value = take_sum(cursor, [&](TextCursor& rest) { return take_named_number(rest); });
+  --numbers_in_one_another_;
+  return cursor.done() && value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+// Each is found once; one that depends on itself is not known.
+std::optional<double> UrValues::number_of(const Assignment& assignment) {
+  const auto [known, is_new] = numbers_.try_emplace(assignment.value.begin);
+  if (is_new) known->second = number_in(assignment.value);
+  return known->second;
+}
+
+std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
+  const size_t begin = cursor.at();
+  const std::string name = cursor.take_name();
+  const size_t end = cursor.at();
+  if (cursor.next() == '(') {
+    if (name != "D2R" && name != "R2D") return std::nullopt;
+    const size_t open = cursor.at(), close = closing(open, text_.size());
+    const auto angle = number_in({0, open + 1, std::max(close, open + 1)});
+    cursor = TextCursor(text_, std::min(close + 1, text_.size()), cursor.end());
+    if (!angle) return std::nullopt;
+    return name == "D2R" ? *angle * kDegree : *angle / kDegree;
+  }
+  if (cursor.next() == '[') {
+    const auto index = take_index(cursor);
+    const auto point = index ? value_of({0, begin, end}) : std::nullopt;
+    if (!point || point->base >= 0 || point->is_inverse) return std::nullopt;
+    return point->list.items[static_cast<size_t>(*index)].value;
+  }
+  Variable* const variable = find(text_.substr(begin, end - begin), begin);
+  if (!variable || variable->parameter) return std::nullopt;
+  const Assignment* const assignment = assignment_at(*variable, begin);
+  return assignment && !assignment->is_element ? number_of(*assignment) : std::nullopt;
+}
+
+// [p1[0]+0.1, ..]: elements with brackets of their own.
+std::optional<ListItem> UrValues::list_of_expressions(size_t begin, size_t end) const {
+  int depth = 0;
+  for (size_t at = begin; at < end; ++at) {
+    depth += text_[at] == '[' ? 1 : text_[at] == ']' ? -1 : 0;
+    if (depth == 0 && at + 1 < end) return std::nullopt;
+  }
+  if (depth != 0 || begin == end || text_[begin] != '[') return std::nullopt;
+  ListItem list{ListItem::Kind::list, begin, end, 0, {}};
+  for (const Statement& part : split_arguments(text_, begin + 1, end - 1, ","))
+    list.items.push_back({ListItem::Kind::other, part.begin, part.end, 0, {}});
+  return list;
+}
+
+// Elements that are no plain numbers.
+void UrValues::find_numbers(ListItem& list) {
+  if (list.kind != ListItem::Kind::list) return;
+  for (ListItem& item : list.items) {
+    if (item.kind != ListItem::Kind::other) continue;
+    const auto value = number_in({0, item.begin, item.end});
+    if (!value) return;
+    item.kind = ListItem::Kind::number;
+    item.value = *value;
+  }
 }
 
 // A literal, another name, or pose_trans and pose_add with the literal in it, which stand for the
@@ -104,13 +218,6 @@ bool UrValues::is_local(const Statement& argument) {
   return declared > 0 && cursor.done();
 }
 
-bool UrValues::has_several_values(const Statement& argument) {
-  TextCursor cursor(text_, argument.begin, argument.end);
-  const Variable* const variable =
-      variables_.find(scopes_, take_spelled(cursor), scopes_.at(argument.begin));
-  return cursor.done() && variable && variable->assignments.size() > 1;
-}
-
 // For a frame whose pose is not known: an expression, or a name without a unique value. A name that
 // this program never assigns may be a variable of the installation.
 bool UrValues::is_calculated(const Statement& frame) {
@@ -122,7 +229,7 @@ bool UrValues::is_calculated(const Statement& frame) {
 }
 
 // p[..] or [..]
-std::optional<UrValue> UrValues::literal_in(const Statement& part) const {
+std::optional<UrValue> UrValues::literal_in(const Statement& part) {
   TextCursor cursor(text_, part.begin, part.end);
   UrValue value;
   value.line = part.line;
@@ -136,7 +243,9 @@ std::optional<UrValue> UrValues::literal_in(const Statement& part) const {
   size_t end = part.end;
   while (end > cursor.at() && is_blank(text_[end - 1])) --end;
   if (end > cursor.at() && text_[end - 1] == ';') --end;
-  const auto list = list_in(text_, cursor.at(), end);
+  auto list = list_in(text_, cursor.at(), end);
+  if (!list) list = list_of_expressions(cursor.at(), end);
+  if (list) find_numbers(*list);
   if (!list || !list->numbers(6)) return std::nullopt;
   value.list = *list;
   value.literal_end = list->end;
@@ -188,7 +297,7 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
       return value_of(*variable->handed, depth + 1);
     const Assignment* const assignment = assignment_at(*variable, argument.begin);
     if (!assignment) return std::nullopt;
-    std::optional<UrValue> value = assigned_value(*assignment, as_spelled, depth + 1);
+    std::optional<UrValue> value = with_elements(*variable, assignment, as_spelled, depth + 1);
     if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
     return value;
   }
@@ -209,23 +318,30 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   return value;
 }
 
-// A frame is known by its text, which means the same everywhere only if no name of it is local.
+// Calls with(variable, scope in which it is declared); `p[..,..]` is no variable p.
+template <class With>
+void UrValues::each_variable(const Statement& argument, With with) {
+  each_word(text_, argument, [&](const std::string& word, size_t at, TextCursor cursor) {
+    if (word == "P" && cursor.next() == '[') {
+      cursor.skip_to(",]");
+      if (cursor.next() == ',') return;
+    }
+    int declared = 0;
+    const Variable* const variable =
+        variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at), &declared);
+    with(variable, declared);
+  });
+}
+
 bool UrValues::names_local(const Statement& argument) {
   bool found = false;
-  each_word(text_, argument, [&](const std::string& word, size_t at, const TextCursor&) {
-    int declared = 0;
-    variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at), &declared);
-    found |= declared > 0;
-  });
+  each_variable(argument, [&](const Variable*, int declared) { found |= declared > 0; });
   return found;
 }
 
-// A frame is known by its text, too, if its names have one value each.
 bool UrValues::names_several(const Statement& argument) {
   bool found = false;
-  each_word(text_, argument, [&](const std::string& word, size_t at, const TextCursor&) {
-    const Variable* const variable =
-        variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
+  each_variable(argument, [&](const Variable* variable, int) {
     found |= variable && variable->assignments.size() > 1;
   });
   return found;
@@ -291,6 +407,10 @@ std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& argume
 }
 
 int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
+  return value.declared ? computed_point_of(value, points) : point_of_literal(value, points);
+}
+
+int UrValues::point_of_literal(const UrValue& value, std::vector<ProgramPoint>& points) {
   const bool is_named = !value.variable.empty();
   if (is_named) moves_.insert(value.begin);
   if (const auto known = points_.find(value.literal); is_named && known != points_.end())
@@ -301,12 +421,26 @@ int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) 
   point.begin = value.literal;
   point.end = value.literal_end;
   point.kind = value.kind;
-  for (const ListItem& item : value.list.items)
+  for (const ListItem& item : (value.declared ? *value.declared : value.list).items)
     point.numbers.push_back({0, item.begin, item.end, item.value, ""});
   points.push_back(point);
   const int index = static_cast<int>(points.size()) - 1;
   if (is_named) points_[value.literal] = index;
   return index;
+}
+
+// Of a name whose elements were given other values: written out in the move.
+int UrValues::computed_point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
+  const int declared = point_of_literal(value, points);
+  ProgramPoint point = points[static_cast<size_t>(declared)];
+  point.begin = value.begin;
+  point.end = value.end;
+  point.is_expression = true;
+  point.starts_from = declared;
+  for (size_t i = 0; i < point.numbers.size(); ++i)
+    point.numbers[i] = {0, value.end, value.end, value.list.items[i].value, ""};
+  points.push_back(point);
+  return static_cast<int>(points.size()) - 1;
 }
 
 void UrValues::leave(const Statement& argument) {
@@ -364,6 +498,7 @@ std::optional<RoutineParameter> UrValues::parameter_in(const Statement& argument
 }
 
 void UrValues::hand_over(const std::string& function, const std::vector<Statement>& arguments) {
+  numbers_.clear();  // they may be those of parameters
   for (Variable* const variable : parameters_[function])
     if (variable->parameter->position < arguments.size())
       variable->handed = arguments[variable->parameter->position];

@@ -29,6 +29,8 @@ struct UrValue {
   size_t open = 0;            ///< the bracket of the call
   std::optional<JointVector> near;
   bool is_inverse = false;  ///< of get_inverse_kin
+  /// Where elements of the literal were given other values, NAME[2]=0.1: as it is written.
+  std::optional<ListItem> declared;
 };
 
 /// The values of a URScript program: p[..], [..], names whose value is certain where they stand,
@@ -46,8 +48,12 @@ class UrValues {
   std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
   /// Why it is none.
   std::string why_not(const Statement& argument);
-  /// Whether an argument is a name that is given several values.
-  bool has_several_values(const Statement& argument);
+  /// Whether an argument has a name that is given several values, or one of a function's own: its
+  /// text does not mean the same everywhere.
+  bool names_several(const Statement& argument);
+  bool names_local(const Statement& argument);
+  /// Where get_tcp_offset() gave a name its value, if that is certain: the tool there.
+  std::optional<size_t> place_of_tool(const Statement& argument);
   /// Whether it is a name that a function gives a value of its own: a parameter or a local name.
   bool is_local(const Statement& argument);
   /// The point of a value among `points`, where it is added by its first use.
@@ -80,15 +86,16 @@ class UrValues {
   struct Assignment {
     Statement value;
     int scope = 0;
-    bool is_element = false;  // of one element: the value is not followed
+    bool is_element = false;   // of one element
+    std::optional<int> index;  // of the element, if it is a plain number
   };
   struct Variable {
     std::vector<Assignment> assignments;
     std::optional<FlowOfVariables::Values> flow;  // which of them holds, once it was asked for
     bool is_calculated = false;                   // its value is that of a call
     std::optional<RoutineParameter> parameter;    // that it is
-    std::optional<Statement> handed;            // that stands for it
-    bool is_used = false;                       // a parameter, by other statements than moves
+    std::optional<Statement> handed;              // that stands for it
+    bool is_used = false;                         // a parameter, by other statements than moves
   };
 
   void read_assignment(const Statement& statement);
@@ -96,7 +103,18 @@ class UrValues {
   const Assignment* assignment_at(Variable& variable, size_t at);
   std::optional<UrValue> assigned_value(const Assignment& assignment, const std::string& name,
                                         int depth);
-  bool names_several(const Statement& argument);
+  std::optional<UrValue> with_elements(Variable& variable, const Assignment* assignment,
+                                       const std::string& name, int depth);
+  int point_of_literal(const UrValue& value, std::vector<ProgramPoint>& points);
+  int computed_point_of(const UrValue& value, std::vector<ProgramPoint>& points);
+  std::optional<int> take_index(TextCursor& cursor) const;
+  std::optional<double> number_of(const Assignment& assignment);
+  std::optional<double> number_in(const Statement& part);
+  std::optional<double> take_named_number(TextCursor& cursor);
+  void find_numbers(ListItem& list);
+  std::optional<ListItem> list_of_expressions(size_t begin, size_t end) const;
+  template <class With>
+  void each_variable(const Statement& argument, With with);
   // The variable of a name at a place; null if its value there is not certain.
   Variable* find(const std::string& name, size_t at);
   // A name that ends at `end`, as it is spelled: URScript tells capitals from small letters.
@@ -110,12 +128,11 @@ class UrValues {
   bool is_calculated(const Statement& frame);
   std::optional<Statement> point_in(const Statement& argument, int depth);
   std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements);
-  std::optional<UrValue> literal_in(const Statement& part) const;
+  std::optional<UrValue> literal_in(const Statement& part);
   std::optional<UrValue> value_of(const Statement& argument, int depth);
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
   std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
   std::optional<Pose> constant(const Statement& argument, int depth);
-  bool names_local(const Statement& argument);
 
   const std::string& text_;
   std::vector<ProgramFrame>& frames_;
@@ -123,7 +140,9 @@ class UrValues {
   Scopes scopes_;
   std::optional<FlowOfVariables> flow_;
   ScopedNames<Variable> variables_;
-  std::map<size_t, int> points_;  // of variables, by where their literals stand
+  std::map<size_t, std::optional<double>> numbers_;  // by where the expressions begin
+  int numbers_in_one_another_ = 0;                   // that are being found
+  std::map<size_t, int> points_;                     // of variables, by where their literals stand
   std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
   std::set<size_t> moves_;            // where a move, or the head of a function, names its point
   std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
