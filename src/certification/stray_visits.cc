@@ -15,6 +15,7 @@
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "certification/lone_distances.h"
 
 namespace armtrue {
 namespace {
@@ -57,7 +58,8 @@ class StraySearch {
       if (place.rows.size() > 2)
         distances.insert(distances.end(), place.off.begin(), place.off.end());
     }
-    const double least = least_that_stands_out(distances, kNoReturn);
+    const double least =
+        std::min(least_that_stands_out(distances, kNoReturn), least_lone_distance(distances));
     const Eigen::Vector3d common = common_error();
     for (VisitedPlace& place : places_) {
       if (place.rows.size() == 2 && place.off.front() >= least) {
@@ -193,6 +195,11 @@ std::string strays_in_words(const Campaign& campaign, const std::vector<StrayVis
       text += fmt::format(", and {:.2g} mm from pose {}", stray.beside / kMillimetre,
                           pose_of(*stray.fits));
   }
+  if (std::ranges::all_of(strays, [](const StrayVisit& stray) { return stray.off < kNoReturn; }))
+    return fmt::format(
+        "{} of {} visits stand farther aside than the scatter of the others explains{}{}. AP, RP "
+        "and U contain them; measure these visits again or leave their rows out",
+        strays.size(), campaign.rows(), text, strays.size() > kNamed ? "; ..." : "");
   return fmt::format(
       "{} of {} visits are not of their pose{}{}. AP, RP and U contain them; correct the column "
       "pose where another pose fits, else measure these visits again or leave their rows out",
