@@ -10,8 +10,8 @@
 namespace armtrue {
 namespace {
 
-constexpr int kFewest = 20, kMostShare = 20;  // one of
-constexpr double kNoChance = 3e-5;
+constexpr int kFewestDistances = 20, kOneOf = 20;  // of the distances, one of so many
+constexpr double kRareByLaw = 3e-5;
 
 // Of the k largest among `sorted`, longest first; the others tell the law.
 double chance_of_largest(const std::vector<double>& sorted, std::ptrdiff_t k) {
@@ -59,9 +59,9 @@ double least_lone_distance(std::vector<double> distances) {
   std::ranges::sort(distances, std::greater<>{});
   double least = std::numeric_limits<double>::infinity();
   const auto count = std::ssize(distances);
-  if (count < kFewest) return least;
-  double least_chance = kNoChance;
-  for (std::ptrdiff_t k = 1; k <= count / kMostShare; ++k) {
+  if (count < kFewestDistances) return least;
+  double least_chance = kRareByLaw;
+  for (std::ptrdiff_t k = 1; k <= count / kOneOf; ++k) {
     if (distances[k - 1] < kLeastGap * distances[k]) continue;  // no law has so sharp an end
     const double chance = kAllCounts * static_cast<double>(k * k) * chance_of_largest(distances, k);
     if (chance >= least_chance) continue;
