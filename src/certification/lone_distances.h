@@ -4,8 +4,9 @@
 
 namespace armtrue {
 
-/// The smallest of those distances of visits from their pose [m] that are too far for the law of
-/// the others; infinite if there are none. At most one in twenty, of 20 distances or more.
+/// The smallest of those distances of visits from the middle visit of their pose [m] that are too
+/// far for the law of the others; infinite if there are none. At most one in twenty, of 20
+/// distances or more.
 ///
 /// The law of a distance r is that of m independent axes with Student's t in common,
 ///     r^2 / (m s^2) ~ F(m, f),

@@ -52,14 +52,17 @@ class StraySearch {
 
   // Single visits, by the others of their pose.
   void find_single() {
-    std::vector<double> distances;
+    constexpr size_t kEnough = 5;  // visits; the middle one of fewer lies beside the place
+    std::vector<double> distances, of_many;
     for (const VisitedPlace& place : places_) {
+      if (place.rows.size() >= kEnough)
+        of_many.insert(of_many.end(), place.off.begin(), place.off.end());
       if (place.rows.size() == 2) distances.push_back(place.off.front());
       if (place.rows.size() > 2)
         distances.insert(distances.end(), place.off.begin(), place.off.end());
     }
-    const double least =
-        std::min(least_that_stands_out(distances, kNoReturn), least_lone_distance(distances));
+    const double least = least_that_stands_out(distances, kNoReturn);
+    const double least_of_many = std::min(least, least_lone_distance(of_many));
     const Eigen::Vector3d common = common_error();
     for (VisitedPlace& place : places_) {
       if (place.rows.size() == 2 && place.off.front() >= least) {
@@ -70,7 +73,8 @@ class StraySearch {
         place.off[0] = 0;
       }
       for (size_t k = 0; k < place.rows.size(); ++k)
-        if (place.off[k] >= least) strays_.push_back({place.rows[k], false, place.off[k], {}, 0});
+        if (place.off[k] >= (place.rows.size() >= kEnough ? least_of_many : least))
+          strays_.push_back({place.rows[k], false, place.off[k], {}, 0});
     }
   }
 
