@@ -9,10 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/calibration/identifiability.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/moved_positions.h"
 #include "calibration/pose_after_pose.h"
+#include "calibration/prior.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
@@ -179,14 +181,44 @@ std::vector<int> stated_unknowns(const CalibrationResult& fit) {
   return unknowns;
 }
 
-}  // namespace
-
-Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign) {
-  return uncertainty_of(fit, campaign, evaluate(fit.robot, campaign));
+// A parameter that these poses do not show, but others would, keeps its nominal value: it errs by
+// its prior, and those that imitate it at these poses err by their shares of that. Elsewhere they
+// do not imitate it.
+void add_lost(const CalibrationResult& fit, const Campaign& campaign, Uncertainty& uncertainty) {
+  Robot as_made = fit.robot;
+  if (as_made.nominal) as_made.chain.links = as_made.nominal->links;
+  const std::vector<int> lost = lost_to_poses(as_made, campaign, fit.set);
+  const std::vector<int> known = indices_of(fit.robot, uncertainty.parameters);
+  const Eigen::Index geometric = std::ssize(known), before = uncertainty.root.rows();
+  std::vector<Eigen::VectorXd> moved;  // of each lost one, what its prior moves
+  for (const AbsorbedParameter& absorbed : fit.set.absorbed) {
+    if (std::ranges::count(lost, absorbed.parameter) == 0) continue;
+    const double deviation = prior_deviation(as_made, absorbed.parameter, fit.prior_widths);
+    if (deviation <= 0) continue;
+    Eigen::VectorXd& column = moved.emplace_back(Eigen::VectorXd::Zero(before));
+    for (const auto& [parameter, share] : absorbed.absorbed_by)
+      if (const auto found = std::ranges::find(known, parameter); found != known.end())
+        column[found - known.begin()] = -share * deviation;
+    uncertainty.parameters.push_back(parameter_name(fit.robot.chain, absorbed.parameter));
+    column.conservativeResize(before + 1);
+    column[before] = deviation;
+  }
+  if (moved.empty()) return;
+  // Lost ones stand between the geometric parameters and the coefficients.
+  const Eigen::Index count = std::ssize(moved), after = before - geometric;
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(before + count, before + count);
+  root.topLeftCorner(geometric, before) = uncertainty.root.topRows(geometric);
+  root.bottomLeftCorner(after, before) = uncertainty.root.bottomRows(after);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    root.col(before + k).head(geometric) = moved[k].head(geometric);
+    root(geometric + k, before + k) = moved[k][before];
+  }
+  uncertainty.root = root_of(root * root.transpose());
 }
 
-Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
-                           const Evaluation& evaluation) {
+// Of the parameters that were identified.
+Uncertainty uncertainty_of_fit(const CalibrationResult& fit, const Campaign& campaign,
+                               const Evaluation& evaluation) {
   Uncertainty uncertainty;
   const std::vector<int> unknowns = stated_unknowns(fit);
   std::vector<int> geometric;
@@ -208,8 +240,21 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   return uncertainty;
 }
 
+}  // namespace
+
+Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign) {
+  return uncertainty_of(fit, campaign, evaluate(fit.robot, campaign));
+}
+
+Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
+                           const Evaluation& evaluation) {
+  Uncertainty uncertainty = uncertainty_of_fit(fit, campaign, evaluation);
+  add_lost(fit, campaign, uncertainty);
+  return uncertainty;
+}
+
 Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign) {
-  Uncertainty uncertainty = uncertainty_of(fit, campaign);
+  Uncertainty uncertainty = uncertainty_of_fit(fit, campaign, evaluate(fit.robot, campaign));
   const Eigen::MatrixXd root = fit.inverse_root(stated_unknowns(fit), Eigen::all);
   // Readings of a pose may err together: they scatter about the model as single ones do.
   const double scatter = std::max(1.0, uncertainty.reading.position / fit.sigma.position);

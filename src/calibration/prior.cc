@@ -214,6 +214,17 @@ Priors priors_of(const Robot& robot, const SessionModels& models) {
   return priors;
 }
 
+double prior_deviation(const Robot& robot, int parameter,
+                       const std::map<std::string, double>& widths) {
+  const auto stated = robot.priors.find(parameter_name(robot.chain, parameter));
+  if (stated != robot.priors.end()) return stated->second;
+  if (!layout_of(robot.chain).is_of_links(parameter) || places_positioner(robot, parameter))
+    return 0;
+  const PriorWidth typical = typical_widths()[class_of(robot.chain, parameter)];
+  const auto found = widths.find(typical.name);
+  return found == widths.end() ? typical.deviation : found->second;
+}
+
 Eigen::VectorXd prior_information(const std::vector<Prior>& priors, Eigen::Index unknowns) {
   Eigen::VectorXd information = Eigen::VectorXd::Zero(unknowns);
   for (const Prior& prior : priors)

@@ -60,6 +60,11 @@ struct Priors {
 ///   as it is.
 Priors priors_of(const Robot& robot, const SessionModels& models);
 
+/// The prior standard deviation of a parameter of the links that a fit did not identify [SI]; 0 of
+/// others, which have none. `widths`: as CalibrationResult::prior_widths.
+double prior_deviation(const Robot& robot, int parameter,
+                       const std::map<std::string, double>& widths);
+
 /// The information of the priors, 1 / deviation^2 on the diagonal, of `unknowns` unknowns.
 Eigen::VectorXd prior_information(const std::vector<Prior>& priors, Eigen::Index unknowns);
 

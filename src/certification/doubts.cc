@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -173,6 +174,55 @@ std::optional<std::string> find_rounded_copies(const Campaign& campaign,
       copies, visits, line, of_line);
 }
 
+constexpr double kMuchLess = 1.0 / 3;  // of a stated noise: no reading is as good
+
+// Visits that lie closer to an earlier one of their pose than two readings with the noise of the
+// instrument do, as copies do to which small numbers were added. Where the arm scatters, too, or
+// comes from two sides, readings lie farther apart.
+std::optional<std::string> find_near_copies(const Campaign& campaign,
+                                            const std::vector<std::vector<int>>& places,
+                                            double noise) {
+  constexpr int kAxes = 3;
+  struct Close {
+    double apart;
+    int row, of;
+  };
+  std::vector<Close> closest;  // of each visit but the first of its pose
+  int pairs = 0;
+  for (const std::vector<int>& rows : places)
+    for (size_t b = 1; b < rows.size(); ++b) {
+      Close close{std::numeric_limits<double>::infinity(), rows[b], 0};
+      for (size_t a = 0; a < b; ++a, ++pairs) {
+        const double apart = (campaign.position[rows[b]] - campaign.position[rows[a]]).norm();
+        if (apart < close.apart) close = {apart, rows[b], rows[a]};
+      }
+      closest.push_back(close);
+    }
+  std::ranges::sort(closest, {}, &Close::apart);
+  const double variance = 2 * std::pow(kMuchLess * noise, 2);
+  const double rounded = std::sqrt(1.0 * kAxes) * step_of(campaign);
+  const auto tried = static_cast<double>(closest.size());
+  int copies = 0;
+  double least_chance = kNoChance / tried;
+  for (int k = 1; k <= std::ssize(closest); ++k) {
+    const double apart = closest[k - 1].apart + rounded;
+    const double as_close = 1 - chi_squared_above(apart * apart / variance, kAxes);
+    const double chance = binomial_at_least(k, pairs, as_close);
+    if (chance >= least_chance) continue;
+    least_chance = chance;
+    copies = k;
+  }
+  if (copies == 0) return std::nullopt;
+  const auto named =
+      std::ranges::min_element(closest.begin(), closest.begin() + copies, {}, &Close::row);
+  return fmt::format(
+      "{} of {} visits lie within {:.2g} mm of an earlier visit of their pose (line {} of line "
+      "{}), closer than readings with a third of the stated noise_mm, {:.4g}, do: were they copied "
+      "with small changes, or averaged? Give each visit its own reading, or correct noise_mm",
+      copies, closest.size(), closest[copies - 1].apart / kMillimetre, campaign.line[named->row],
+      campaign.line[named->of], noise / kMillimetre);
+}
+
 // The difference of two visits of a pose, in the axes of the tool.
 struct Pair {
   int a, b;  // rows
@@ -269,7 +319,7 @@ std::optional<std::string> find_nests(const Robot& robot, const Campaign& campai
 }
 
 std::optional<std::string> contradiction_of_noise(double noise, const Scatter& scatter) {
-  constexpr double kMuchMore = 100, kMuchLess = 1.0 / 3;
+  constexpr double kMuchMore = 100;
   const double ratio = scatter.deviation / noise;
   const std::string seen = fmt::format(
       "the visits scatter by {:.3g} mm per axis, {:.3g} times the noise_mm that is stated for the "
@@ -299,8 +349,11 @@ std::vector<std::string> doubts_of_all(const Robot& robot, const Campaign& campa
   add(copies);
   add(find_nests(robot, campaign, evaluation, places));
   add(find_visit_step(robot, campaign, evaluation, places));
-  if (noise && !copies)
-    add(contradiction_of_noise(*noise, scatter_of(figures_of(campaign, evaluation).poses)));
+  if (!noise || copies) return doubts;
+  const auto contradiction =
+      contradiction_of_noise(*noise, scatter_of(figures_of(campaign, evaluation).poses));
+  add(contradiction);
+  if (!contradiction) add(find_near_copies(campaign, places, *noise));
   return doubts;
 }
 

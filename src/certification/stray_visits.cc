@@ -15,6 +15,7 @@
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "certification/lone_distances.h"
 
 namespace armtrue {
 namespace {
@@ -51,13 +52,17 @@ class StraySearch {
 
   // Single visits, by the others of their pose.
   void find_single() {
-    std::vector<double> distances;
+    constexpr size_t kEnough = 5;  // visits; the middle one of fewer lies beside the place
+    std::vector<double> distances, of_many;
     for (const VisitedPlace& place : places_) {
+      if (place.rows.size() >= kEnough)
+        of_many.insert(of_many.end(), place.off.begin(), place.off.end());
       if (place.rows.size() == 2) distances.push_back(place.off.front());
       if (place.rows.size() > 2)
         distances.insert(distances.end(), place.off.begin(), place.off.end());
     }
     const double least = least_that_stands_out(distances, kNoReturn);
+    const double least_of_many = std::min(least, least_lone_distance(of_many));
     const Eigen::Vector3d common = common_error();
     for (VisitedPlace& place : places_) {
       if (place.rows.size() == 2 && place.off.front() >= least) {
@@ -68,7 +73,8 @@ class StraySearch {
         place.off[0] = 0;
       }
       for (size_t k = 0; k < place.rows.size(); ++k)
-        if (place.off[k] >= least) strays_.push_back({place.rows[k], false, place.off[k], {}, 0});
+        if (place.off[k] >= (place.rows.size() >= kEnough ? least_of_many : least))
+          strays_.push_back({place.rows[k], false, place.off[k], {}, 0});
     }
   }
 
@@ -193,6 +199,11 @@ std::string strays_in_words(const Campaign& campaign, const std::vector<StrayVis
       text += fmt::format(", and {:.2g} mm from pose {}", stray.beside / kMillimetre,
                           pose_of(*stray.fits));
   }
+  if (std::ranges::all_of(strays, [](const StrayVisit& stray) { return stray.off < kNoReturn; }))
+    return fmt::format(
+        "{} of {} visits stand farther aside than the scatter of the others explains{}{}. AP, RP "
+        "and U contain them; measure these visits again or leave their rows out",
+        strays.size(), campaign.rows(), text, strays.size() > kNamed ? "; ..." : "");
   return fmt::format(
       "{} of {} visits are not of their pose{}{}. AP, RP and U contain them; correct the column "
       "pose where another pose fits, else measure these visits again or leave their rows out",

@@ -54,6 +54,7 @@ class Compensation {
         follows_motion(arms_[0].identified.robot()) || follows_motion(arms_[0].controller.robot());
     for (size_t row = 0; row < visits_.force_n.size(); ++row)
       visits_.force_n[row] = arms(row).options.base.rotation * visits_.force_n[row];
+    by_unknown_directions_.resize(visits_.q.size());
     visits_.arrival.resize(visits_.q.size(), Direction{});
     visits_.stroke.resize(
         visits_.q.size(),
@@ -118,6 +119,7 @@ class Compensation {
     visits_.arrival[row] = context.arrival;
     visits_.stroke[row] = context.stroke;
     finish(target, context, intended);
+    by_unknown_directions_[row] = by_unknown_directions(context, target.q);
     target.reached_q = target.programmed;
     if (!program_.is_cartesian(row))
       if (const JointCorrection there = joints_of_pose(
@@ -198,14 +200,21 @@ class Compensation {
               const ProgrammedWay& way) const {
     correct(target, context, intended);
     if (!motion_matters_) return;
+    Context assumed;
     for (int k = 0; k < kMostTries; ++k) {
-      const Context assumed = context;
+      assumed = context;
       motion_.arrive(context, commands_on(way, target));
       if (context.arrival == assumed.arrival &&
           (context.stroke - assumed.stroke).cwiseAbs().maxCoeff() < kSameStroke)
         return;
       correct(target, context, intended);
     }
+    // A command for the mean of both: half of their difference remains on either side.
+    for (int j = 0; j < static_cast<int>(context.q.size()); ++j)
+      if (context.arrival[j] != assumed.arrival[j]) context.arrival[j] = 0;
+    context.stroke = (context.stroke + assumed.stroke) / 2;
+    correct(target, context, intended);
+    motion_.arrive(context, commands_on(way, target));
     target.notes.push_back(CommandNote::arrival);
   }
 
@@ -288,6 +297,22 @@ class Compensation {
         target.is_corrected ? program_from_foot * controller().pose(context) : target.intended;
   }
 
+  // A direction of arrival that is not known counts as 0, the mean of both: the standard deviation
+  // of the position about it.
+  double by_unknown_directions(Context context, const JointVector& q) const {
+    if (!motion_matters_) return 0;
+    context.q = q;
+    double squares = 0;
+    for (int j = 0; j < static_cast<int>(context.q.size()); ++j) {
+      if (context.arrival[j] != 0) continue;
+      Context up = context, down = context;
+      up.arrival[j] = 1;
+      down.arrival[j] = -1;
+      squares += std::pow(difference(arm().pose(up), arm().pose(down)).position / 2, 2);
+    }
+    return std::sqrt(squares);
+  }
+
   // Rows with one frame and tool.
   void cover_rows_of(const Arms& own, const Robot& identified) {
     std::vector<int> rows;
@@ -297,7 +322,9 @@ class Compensation {
     const Coverage known = coverage(identified, own.options, visits_.select(rows));
     const double rest = std::sqrt(3.0) * identified.uncertainty->rest;
     for (size_t k = 0; k < rows.size(); ++k)
-      cover(rows[k], known.deviation[k], std::hypot(rest, known.not_applied[k]), known.leverage[k]);
+      cover(rows[k], known.deviation[k],
+            std::hypot(rest, known.not_applied[k], by_unknown_directions_[rows[k]]),
+            known.leverage[k]);
   }
 
   void cover(size_t row, double deviation, double rest, double leverage) {
@@ -321,6 +348,7 @@ class Compensation {
   const Arms* arms_now_ = nullptr;  // of the row
   bool motion_matters_ = false;
   CommandedMotion motion_, programmed_motion_;
+  std::vector<double> by_unknown_directions_;  // of each row [m]
   std::vector<CorrectedTarget> targets_;
   std::optional<JointVector> reached_;  // joint angles of the last row that is reached
   // Corrections of these joint angles, and of those before.
@@ -407,8 +435,10 @@ double turn_of_last_frame(const Robot& robot, const Robot& controller) {
 std::vector<std::string> parameters_of_station(const Robot& robot) {
   std::vector<int> identified;
   if (robot.uncertainty)
-    for (const std::string& name : robot.uncertainty->parameters)
-      identified.push_back(find_parameter(robot.chain, name).value_or(-1));
+    for (const std::string& name : robot.uncertainty->parameters) {
+      if (robot.std.empty() || robot.std.contains(name))  // else no pose shows it
+        identified.push_back(find_parameter(robot.chain, name).value_or(-1));
+    }
   else
     for (const auto& [name, deviation] : robot.std)
       identified.push_back(find_parameter(robot.chain, name).value_or(-1));

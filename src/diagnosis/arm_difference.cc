@@ -89,7 +89,8 @@ class UnknownsOfBoth {
     const auto take = [&](int unknown, Eigen::Index row, double std) {
       const double by_root = known.root.row(row).norm();
       // The standard deviations of a fit that leaves far more than noise are widened, its root not.
-      const double widened = std > 0 && by_root > 0 ? std / by_root : 1;
+      // The root contains what poses do not show, they do not.
+      const double widened = std > by_root && by_root > 0 ? std / by_root : 1;
       own.emplace_back(unknown,
                        (errors == ErrorsOf::all ? widened : of_noise) * known.root.row(row));
     };

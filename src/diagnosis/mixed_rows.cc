@@ -51,6 +51,13 @@ std::vector<RowMistake> row_mistakes(const KinematicChain& chain) {
         {names[j].column + " seems to have the wrong sign in them", "correct it", [j](Campaign& c) {
            for (auto q : c.q) q[j] = -q[j];
          }});
+    if (!names[j].is_length)
+      for (const auto& [factor, unit] :
+           {std::pair{1 / kDegree, "radians among degrees"}, {kDegree, "degrees among radians"}})
+        mistakes.push_back({names[j].column + " looks like " + unit + " in them", "convert it",
+                            [j, factor = factor](Campaign& c) {
+                              for (auto q : c.q) q[j] *= factor;
+                            }});
     for (int k = 0; k < j; ++k)
       if (names[j].is_length == names[k].is_length)
         mistakes.push_back(
@@ -163,8 +170,12 @@ std::optional<Robot> placed_by_most(const Robot& robot, const Campaign& campaign
   std::optional<Robot> best;
   long most = kPosesDrawn + kPosesThatProve;
   for (int draw = 0; draw < kDraws; ++draw) {
+    // A mistake of many poses begins with a new file or day: every second draw is of neighbours.
+    const size_t count = rows_of_pose.size();
+    const size_t window = draw % 2 == 0 ? count : std::max<size_t>(2 * kPosesDrawn, count / 4);
+    const size_t first = random() % (count - window + 1);
     std::set<size_t> poses;
-    while (poses.size() < kPosesDrawn) poses.insert(random() % rows_of_pose.size());
+    while (poses.size() < kPosesDrawn) poses.insert(first + random() % window);
     std::vector<int> rows;
     for (size_t pose : poses) rows.push_back(rows_of_pose[pose].front());
     const Campaign few = campaign.select(rows);

@@ -32,7 +32,8 @@ ChowUnknowns chow_unknowns(const Robot& before, const Robot& after) {
   const ParameterLayout layout = layout_of(before.chain);
   for (const Robot* robot : {&before, &after})
     for (const std::string& name : robot->uncertainty->parameters)
-      if (const auto parameter = find_parameter(before.chain, name)) {
+      if (const auto parameter = find_parameter(before.chain, name);
+          parameter && robot->std.contains(name)) {
         std::vector<int>& own = layout.is_of_links(*parameter) ? unknowns.arm : unknowns.set_up;
         if (std::ranges::count(own, *parameter) == 0) own.push_back(*parameter);
       }

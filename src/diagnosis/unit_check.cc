@@ -48,6 +48,77 @@ double extent_of(const Campaign& campaign) {
   return (high - low).norm();
 }
 
+std::string in_lines(const Campaign& campaign, const std::vector<int>& rows) {
+  const std::string first =
+      campaign.line.empty() ? "" : fmt::format(", the first in line {}", campaign.line[rows[0]]);
+  return fmt::format("{} of {} rows{}", rows.size(), campaign.rows(), first);
+}
+
+bool is_one_number(const Eigen::Vector3d& point) {
+  return point.x() == point.y() && point.y() == point.z();
+}
+
+// What instruments write where they measured nothing: 0, 0, 0 or -9999, -9999, -9999.
+std::string check_empty_points(const Campaign& campaign) {
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (is_one_number(campaign.position[row])) rows.push_back(row);
+  if (rows.empty()) return "";
+  return fmt::format(
+      "{}, have the same number in x, y and z, {:.10g} mm: was nothing measured there? Leave these "
+      "cells empty",
+      in_lines(campaign, rows), campaign.position[rows[0]].x() / kMillimetre);
+}
+
+// Points of one cell do not lie a hundred times nearer to the origin than all others, unless they
+// are in another unit.
+std::string check_mixed_lengths(const Campaign& campaign) {
+  constexpr double kFarApart = 100;
+  constexpr size_t kFewestMixed = 2;
+  std::vector<std::pair<double, int>> far;  // from the origin, and the row
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (!is_one_number(campaign.position[row]))
+      far.emplace_back(campaign.position[row].norm(), row);
+  std::ranges::sort(far);
+  size_t nearer = 0;
+  for (size_t k = 1; k < far.size(); ++k)
+    if (far[k].first > kFarApart * far[k - 1].first) nearer = k;
+  if (nearer < kFewestMixed || far.size() - nearer < kFewestMixed) return "";
+  std::vector<int> rows;
+  for (size_t k = 0; k < nearer; ++k) rows.push_back(far[k].second);
+  std::ranges::sort(rows);
+  return fmt::format(
+      "{}, lie within {:.3g} mm of the origin, and all others {:.3g} mm or more from it: are these "
+      "rows in m, or those in mm? Convert them to one unit",
+      in_lines(campaign, rows), far[nearer - 1].first / kMillimetre,
+      far[nearer].first / kMillimetre);
+}
+
+// Rows in which all joints stand within 6.3 deg of zero, at several places, among others.
+std::string check_mixed_angles(const Campaign& campaign, const std::vector<JointName>& joints,
+                               double most) {
+  constexpr size_t kFewestMixed = 3;
+  constexpr double kSamePlace = 0.1 * kDegree;
+  std::vector<int> rows, places;
+  const auto is_same = [&](int a, int b) {
+    return (campaign.q[a] - campaign.q[b]).cwiseAbs().maxCoeff() < kSamePlace;
+  };
+  for (int row = 0; row < campaign.rows(); ++row) {
+    double farthest = 0;
+    for (size_t j = 0; j < joints.size(); ++j)
+      if (!joints[j].is_length) farthest = std::max(farthest, std::abs(campaign.q[row][j]));
+    if (farthest > most) continue;
+    rows.push_back(row);
+    if (std::ranges::none_of(places, [&](int place) { return is_same(place, row); }))
+      places.push_back(row);
+  }
+  if (places.size() < kFewestMixed || std::ssize(rows) == campaign.rows()) return "";
+  return fmt::format(
+      "{}, have all joint angles within {:.3g} deg of zero, and the others do not: are these rows "
+      "in rad? Convert them",
+      in_lines(campaign, rows), most / kDegree);
+}
+
 }  // namespace
 
 std::vector<std::string> check_units(const Campaign& campaign,
@@ -68,7 +139,13 @@ std::vector<std::string> check_units(const Campaign& campaign,
   if (are_radians)
     doubts.push_back(fmt::format("all joint angles lie within {:.3g} deg of zero: are they in rad?",
                                  angles.farthest / kDegree));
+  const auto add = [&](const std::string& doubt) {
+    if (!doubt.empty()) doubts.push_back(doubt);
+  };
+  if (angles.turning >= kBent) add(check_mixed_angles(campaign, joints, kRadians));
   if (campaign.position.empty()) return doubts;
+  add(check_empty_points(campaign));
+  add(check_mixed_lengths(campaign));
   const double extent = extent_of(campaign);
   if (extent > kLargest)
     doubts.push_back(

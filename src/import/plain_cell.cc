@@ -116,9 +116,32 @@ std::optional<std::int64_t> take_date(std::string_view text, size_t& at, DateOrd
   return std::chrono::sys_days(date).time_since_epoch().count();
 }
 
+// AM, PM, a.m., p.m., behind blanks; nothing if something else stands there.
+enum class HalfOfDay { morning, afternoon };
+std::optional<HalfOfDay> take_half_of_day(std::string_view text, size_t& at) {
+  constexpr std::string_view kNarrowBlank = "\u202f", kFixedBlank = "\u00a0";
+  size_t next = at;
+  while (next < text.size()) {
+    if (text[next] == ' ')
+      ++next;
+    else if (text.substr(next).starts_with(kNarrowBlank))
+      next += kNarrowBlank.size();
+    else if (text.substr(next).starts_with(kFixedBlank))
+      next += kFixedBlank.size();
+    else
+      break;
+  }
+  const bool is_afternoon = next < text.size() && (text[next] == 'p' || text[next] == 'P');
+  if (!take(text, next, "apAP")) return std::nullopt;
+  const bool has_points = take(text, next, ".");
+  if (!take(text, next, "mM") || (has_points && !take(text, next, "."))) return std::nullopt;
+  at = next;
+  return is_afternoon ? HalfOfDay::afternoon : HalfOfDay::morning;
+}
+
 // [s] within the day.
 std::optional<double> take_time_of_day(std::string_view text, size_t& at) {
-  const auto hour = take_one_or_two(text, at);
+  auto hour = take_one_or_two(text, at);
   if (!hour || *hour > 23 || !take(text, at, ":")) return std::nullopt;
   const auto minute = take_digits(text, at, 2);
   if (!minute || *minute > 59 || !take(text, at, ":")) return std::nullopt;
@@ -131,6 +154,10 @@ std::optional<double> take_time_of_day(std::string_view text, size_t& at) {
     while (at < text.size() && std::isdigit(static_cast<unsigned char>(text[at]))) ++at;
     if (at == fraction) return std::nullopt;
     (seconds += '.') += text.substr(fraction, at - fraction);
+  }
+  if (const auto half = take_half_of_day(text, at)) {
+    if (*hour < 1 || *hour > 12) return std::nullopt;
+    hour = *hour % 12 + (half == HalfOfDay::afternoon ? 12 : 0);
   }
   return 3600.0 * *hour + 60.0 * *minute + *read_number(seconds);
 }

@@ -176,6 +176,19 @@ TEST(DoubtsOfVisits, RoundedCopiesAreNamed) {
   EXPECT_EQ(raised, 0);
 }
 
+// Three cycles that were measured, and three that are these with 2 um added.
+TEST(DoubtsOfVisits, CopiesWithSmallChangesAreNamed) {
+  std::mt19937 random(8);
+  Visits visits;
+  std::vector<Eigen::Vector3d> measured(3);
+  visits.add(random, 10, 6, 1e-8, [&](int visit, const Direction&) -> Eigen::Vector3d {
+    Eigen::Vector3d& own = measured[static_cast<size_t>(visit) % 3];
+    if (visit < 3) return own = normal3(random, Eigen::Vector3d::Constant(0.05 * kMilli));
+    return own + normal3(random, Eigen::Vector3d::Constant(0.001 * kMilli));
+  });
+  EXPECT_THAT(visits.doubts(0.03 * kMilli), ElementsAre(HasSubstr("of 50 visits lie within 0.00")));
+}
+
 // Student's t of three degrees of freedom, by 1 mm: visits some centimetres off are no strays
 // there.
 Eigen::Vector3d heavy3(std::mt19937& random, double scale) {
@@ -203,6 +216,34 @@ TEST(DoubtsOfVisits, VisitsOfAnArmThatScattersAreNoStrays) {
 }
 
 // One reading 300 mm off; the readings of two visits exchanged; those of all visits of two poses.
+// Below what no arm returns by, the scatter of the others decides: normal or Student's t of three
+// degrees of freedom, one visit of 150 by 2 mm aside.
+TEST(DoubtsOfVisits, OneVisitAsideIsNamedWhereTheOthersSayHowTheyScatter) {
+  std::mt19937 random(7);
+  std::student_t_distribution<double> long_tails(3);
+  constexpr double kNoise = 0.1 * kMilli;
+  const auto certificate = [&](bool is_normal, double aside) {
+    Visits visits;
+    visits.add(random, 5, 30, 1e-8, [&](int visit, const Direction&) -> Eigen::Vector3d {
+      const Eigen::Vector3d off = (visit == 4 && visits.campaign.rows() < 30)
+                                      ? Eigen::Vector3d(0, aside, 0)
+                                      : Eigen::Vector3d::Zero();
+      if (is_normal) return off + normal3(random, Eigen::Vector3d::Constant(kNoise));
+      const double x = long_tails(random), y = long_tails(random), z = long_tails(random);
+      return off + kNoise * Eigen::Vector3d(x, y, z);
+    });
+    return visits.doubts();
+  };
+  for (int k = 0; k < 5; ++k)
+    EXPECT_THAT(certificate(true, 1.95 * kMilli),
+                ElementsAre(testing::AllOf(HasSubstr("1 of 150 visits stand farther aside"),
+                                           HasSubstr("line 6 stands"), HasSubstr("of pose 0"))));
+  for (int k = 0; k < 40; ++k) {
+    EXPECT_THAT(certificate(true, 0), IsEmpty());
+    EXPECT_THAT(certificate(false, 0), IsEmpty());
+  }
+}
+
 TEST(DoubtsOfVisits, VisitsOfAnotherPoseAreNamedWithIt) {
   std::mt19937 random(6);
   const auto certificate = [&](int poses, int visits) {

@@ -360,6 +360,34 @@ TEST(Compensation, DirectionsOfArrivalFollowTheCommands) {
   const auto contrary =
       compensate(identified, nominal, joint_program({at(0.1), at(0.3), at(0.2999)}), {});
   EXPECT_TRUE(contrary[2].has(CommandNote::arrival));
+  // The command for the mean: the joint comes from below, and stands beside it.
+  EXPECT_NEAR(contrary[2].q[0], 0.2999, 1e-9);
+  const double half = metres_between(second_pose(second(nominal), {}, {}, at(0.2999), {}),
+                                     second_pose(second(nominal), {}, {}, at(0.2999 + 3e-4), {}));
+  EXPECT_NEAR(contrary[2].after.position, half, kNanometre);
+}
+
+// Of a joint that has not moved yet, nobody knows the side on which it stands.
+TEST(Compensation, AnUnknownDirectionOfArrivalIsInTheDeviation) {
+  const Robot nominal = nominal_arm();
+  Robot identified = nominal;
+  identified.effects = {effect_on("A1.theta", "arrival 1", "linear", {3e-4})};
+  Uncertainty& exact = identified.uncertainty.emplace();
+  exact.root = Eigen::MatrixXd::Zero(1, 1);
+  exact.poses = 40;
+  JointVector q(6), moved(6);
+  q << 0.1, -1.2, 1.5, 0.4, 0.7, -0.3;
+  moved = q;
+  moved[0] = 0.4;
+  const auto found = compensate(identified, nominal, joint_program({q, q, moved}), {});
+  JointVector beside = q;
+  beside[0] += 3e-4;
+  const double half = metres_between(second_pose(second(nominal), {}, {}, q, {}),
+                                     second_pose(second(nominal), {}, {}, beside, {}));
+  EXPECT_GT(half, 1e-4);
+  EXPECT_NEAR(found[0].deviation.value(), half, 1e-3 * half);
+  EXPECT_NEAR(found[1].deviation.value(), half, 1e-3 * half);
+  EXPECT_LT(found[2].deviation.value(), 1e-9);
 }
 
 // Where a joint with play reverses among close points, it moves less from point to point than the

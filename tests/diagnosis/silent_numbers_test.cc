@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,19 @@ Campaign with_poses_changed(int n, const RowChange& change) {
   Campaign campaign = tutorial();
   for (int row = 0; row < campaign.rows(); ++row)
     if (campaign.pose[row] % n == 0) change(campaign, row);
+  return campaign;
+}
+
+// One visit of each pose, and a change that begins at half of them.
+Campaign with_half_changed(bool first, const RowChange& change) {
+  std::vector<int> once;
+  std::set<int> seen;
+  const Campaign all = tutorial();
+  for (int row = 0; row < all.rows(); ++row)
+    if (seen.insert(all.pose[row]).second) once.push_back(row);
+  Campaign campaign = all.select(once);
+  for (int row = 0; row < campaign.rows(); ++row)
+    if ((2 * row < campaign.rows()) == first) change(campaign, row);
   return campaign;
 }
 
@@ -288,6 +302,15 @@ std::vector<Mistake> mistakes() {
   return {
       {"a tenth in metres", with_poses_changed(10, scaled(1e-3)), "metres among millimetres"},
       {"a third in metres", with_poses_changed(3, scaled(1e-3)), "metres among millimetres"},
+      {"the later half in metres", with_half_changed(false, scaled(1e-3)),
+       "30 rows of 30 poses, the first in line 32, do not fit the others: their positions look "
+       "like metres among millimetres"},
+      {"the first half of the angles in radians", with_half_changed(true, angles_in_radians),
+       "30 rows of 30 poses, the first in line 2, do not fit the others: their joint angles look "
+       "like radians among degrees"},
+      {"a third of joint 4 in radians",
+       with_poses_changed(3, [](Campaign& c, int row) { c.q[row][3] *= kDegree; }),
+       "q4 looks like radians among degrees in them"},
       {"a tenth in inches", with_poses_changed(10, scaled(1 / 25.4)), "inches among millimetres"},
       {"a third in inches", with_poses_changed(3, scaled(1 / 25.4)), "inches among millimetres"},
       {"a third in centimetres", with_poses_changed(3, scaled(0.1)), "centimetres among"},

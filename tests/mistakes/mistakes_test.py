@@ -356,10 +356,12 @@ def from_force(change, robot=ROUGHING):
     return arguments
 
 
-def imported(*units, robot=()):
-    """Points and joint angles of the campaign as tables without units."""
+def imported(*units, robot=(), change=lambda row, number: None):
+    """Points and joint angles of the campaign as tables without units; `change` alters a row."""
     def arguments():
         table = rows("once.csv")
+        for number, row in enumerate(table):
+            change(row, number)
         written("points.csv", [{"Time": row["t_s"], **{c[0].upper(): row[c] for c in POINT}} for row in table])
         written("joints.csv", [{"Time": row["t_s"], **{f"A{c[1]}": row[c] for c in JOINTS}} for row in table])
         return ("import-readings", "--points", "points.csv", "--joints", "joints.csv", "--join", "order", "--time-unit", "s",
@@ -606,6 +608,15 @@ TABLE = {
     "degrees imported as rad": (imported("mm", "rad"), 0, "is the unit of the joint angles right?"),
     "mm imported as m": (imported("m", "deg"), 0, "farther than arms reach"),
     "mm imported as um": (imported("um", "deg"), 0, "is the unit of their lengths right?"),
+    "later rows imported in m": (
+        imported("mm", "deg", change=lambda r, k: k > 34 and r.update({c: repr(float(r[c]) / 1000) for c in POINT})), 0,
+        "are these rows in m, or those in mm?"),
+    "later rows imported in rad": (
+        imported("mm", "deg", change=lambda r, k: k > 34 and r.update({c: repr(math.radians(float(r[c]))) for c in JOINTS})), 0,
+        "are these rows in rad?"),
+    "a failed reading imported": (
+        imported("mm", "deg", change=lambda r, k: k == 7 and r.update({c: "-9999" for c in POINT})), 0,
+        "1 of 60 rows, the first in line 9, have the same number in x, y and z, -9999 mm"),
     "mm imported as inches": (imported("in", "deg", robot=("--robot", ROBOT)), 0, "25.4 times too large"),
     # another arm
     "iiwa 14 in place of an iiwa 7": (
