@@ -232,7 +232,7 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
 
 void forget_measured(Robot& robot, int fitted_effects) {
   for (int e = 0; e < fitted_effects && e < std::ssize(robot.effects); ++e)
-    robot.effects[e].measured.reset();
+    robot.effects[e].driver_range.reset();
 }
 
 // Whether an effect must not be extrapolated beyond the covered values of its driver: a slope, a
@@ -264,7 +264,7 @@ void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
         fitted, [&](const Effect& effect) { return same_place(effect, ending); });
     if (!ends_at_readings(ending, high - low, alike == 1)) continue;
     for (Effect& effect : fitted)
-      if (same_place(effect, ending)) effect.measured = {low, high};
+      if (same_place(effect, ending)) effect.driver_range = {low, high};
   }
 }
 

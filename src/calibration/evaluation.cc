@@ -137,7 +137,7 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
 // make a point. `rows` increase.
 double share_of_points(const Campaign& campaign, const Evaluation& evaluation,
                        const std::vector<int>& rows) {
-  if (!campaign.has_distances()) return 1;
+  if (!campaign.reads_one_number()) return 1;
   // A pixel is two numbers: the mean length of its noise, sqrt(pi / 2) per deviation, lies between
   // those of three and of one, sqrt(8 / pi) and sqrt(2 / pi).
   constexpr double kShareOfPixel = std::numbers::pi / 2 - 1;
@@ -273,7 +273,7 @@ void for_each_residual(const SessionModels& models, const Campaign& campaign, co
           at.residuals(begin, part);
           for (int row = begin; row < end; ++row) {
             Eigen::Matrix<double, 6, 1>& residual = part[row - begin];
-            if (!campaign.has_distances()) {
+            if (!campaign.reads_one_number()) {
               residual.head<3>() = own_from_common * residual.head<3>();
               residual.tail<3>() = own_from_common * residual.tail<3>();
             }
@@ -323,7 +323,7 @@ std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign
   std::vector<AxisErrors> axes;
   for (int i = 0; i < campaign.reading_size().position; ++i) {
     const double first = evaluation.residuals.front()[i];
-    AxisErrors axis{campaign.has_distances() ? 'l' : "xyz"[i], 0, first, first};
+    AxisErrors axis{campaign.reads_one_number() ? 'l' : "xyz"[i], 0, first, first};
     for (const auto& residual : evaluation.residuals) {
       axis.mean += residual[i];
       axis.min = std::min(axis.min, residual[i]);

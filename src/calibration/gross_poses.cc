@@ -41,7 +41,7 @@ struct Reduced {
 };
 
 Eigen::Vector3d reading(const Campaign& campaign, int row) {
-  return campaign.has_distances() ? Eigen::Vector3d(campaign.length(row), 0, 0)
+  return campaign.reads_one_number() ? Eigen::Vector3d(campaign.length(row), 0, 0)
                                   : campaign.position[row];
 }
 
@@ -217,7 +217,7 @@ class Search {
       }
     }
     typical_miss_ =
-        fit_.sigma.position * (readings.has_distances() ? kMedianOfNorm1 : kMedianOfNorm3);
+        fit_.sigma.position * (readings.reads_one_number() ? kMedianOfNorm1 : kMedianOfNorm3);
     for (size_t pose = 0; pose < judged_.size(); ++pose) set_off(pose, errors);
   }
 

@@ -83,7 +83,7 @@ class ReadParameters {
         targets_end_(first_anchor_parameter(chain)),
         anchors_end_(first_contact_parameter(chain)),
         targets_(!campaign.target_names.empty()),
-        anchors_(campaign.has_distances() &&
+        anchors_(campaign.reads_one_number() &&
                  !(campaign.has_touches() && match_anchors(campaign, chain).empty())) {
     const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
     for (const Touch& touch : campaign.touch)

@@ -25,7 +25,7 @@ std::optional<LeftOut> left_out_but_shown(const Robot& robot, const Campaign& ca
       left_out.parameters.push_back(parameter);
   const auto count = static_cast<int>(left_out.parameters.size());
   const int poses = campaign.poses();
-  const int equations = poses * (campaign.has_distances() ? 1 : 3);
+  const int equations = poses * (campaign.reads_one_number() ? 1 : 3);
   if (count == 0 || equations <= std::ssize(wider.kept)) return std::nullopt;
   constexpr CalibrationOptions kPlain{.statistics = FitStatistics::weights};
   const CalibrationResult narrow = calibrate(robot, campaign, own, kPlain);

@@ -232,7 +232,7 @@ Uncertainty uncertainty_of_fit(const CalibrationResult& fit, const Campaign& cam
   uncertainty.poses = campaign.poses();
   uncertainty.largest_variance =
       largest_variance(MovedPositions(fit.robot, campaign, geometric, uncertainty.root));
-  if (campaign.has_distances()) {
+  if (campaign.reads_one_number()) {
     const Campaign points = as_points(campaign);
     uncertainty.largest_variance_of_point =
         largest_variance(MovedPositions(fit.robot, points, geometric, uncertainty.root));
@@ -308,7 +308,7 @@ std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
   const std::vector<int> geometric = indices_of(robot, known.parameters);
   const MovedPositions positions(robot, campaign, geometric, known.root);
   const bool points_after_lengths =
-      known.largest_variance_of_point > 0 && !campaign.has_distances();
+      known.largest_variance_of_point > 0 && !campaign.reads_one_number();
   const double largest =
       points_after_lengths ? known.largest_variance_of_point : known.largest_variance;
   std::vector<Prediction> predictions;

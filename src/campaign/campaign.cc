@@ -38,7 +38,7 @@ Context Campaign::context(int row) const {
 }
 
 ReadingKind Campaign::kind(int row) const {
-  if (!has_distances()) return ReadingKind::point;
+  if (!reads_one_number()) return ReadingKind::point;
   if (has_touches() && touch[row].contact >= 0)
     return touch[row].is_pixel ? ReadingKind::pixel : ReadingKind::touch;
   return has_coordinates() && coordinate[row] ? ReadingKind::coordinate : ReadingKind::distance;
@@ -114,7 +114,7 @@ PixelName::PixelName(const std::string& name) {
 }
 
 std::vector<int> Campaign::first_rows_of_readings() const {
-  if (!has_distances()) return {};
+  if (!reads_one_number()) return {};
   std::vector<int> first;
   for (int row = 0; row < rows(); ++row)
     if (row == 0 || !is_continued(*this, row - 1)) first.push_back(row);

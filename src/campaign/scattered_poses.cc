@@ -52,7 +52,7 @@ std::string scattered_poses(const Campaign& campaign) {
   constexpr double kApart = 5e-3;  // [m]: no arm returns worse
   constexpr double kTimesUsual = 10;
   constexpr size_t kFewest = 3, kTenth = 10;
-  if (campaign.position.empty() || campaign.has_distances()) return "";
+  if (campaign.position.empty() || campaign.reads_one_number()) return "";
   const std::vector<std::vector<int>> poses = standstills(campaign);
   struct Farthest {
     double off = 0;

@@ -36,7 +36,7 @@ std::uint32_t mark_of(const Campaign& campaign, int row) {
   Hash hash;
   const size_t k = row;
   for (const double joint : campaign.q[k]) hash.add(joint, kAngleStep);
-  if (campaign.has_distances())
+  if (campaign.reads_one_number())
     hash.add(campaign.length(row), kLengthStep);
   else
     for (const double coordinate : campaign.position[k]) hash.add(coordinate, kLengthStep);

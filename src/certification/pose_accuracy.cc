@@ -184,7 +184,7 @@ PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visi
 }
 
 CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluation) {
-  if (campaign.has_distances())
+  if (campaign.reads_one_number())
     throw std::invalid_argument("pose accuracy needs points, x_mm, y_mm and z_mm, in all rows");
   const std::vector<int> order = campaign.pose_by_id();
   std::map<Place, std::vector<Visit>> visits;

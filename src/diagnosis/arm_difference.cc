@@ -230,10 +230,10 @@ std::vector<bool> covered(const Robot& robot, const std::vector<JointVector>& po
 // To the angles that curves over a joint have seen.
 void clip_travel(const Robot& robot, KinematicChain& chain) {
   for (const Effect& effect : robot.effects) {
-    if (!effect.measured || !is_of_one_angle(effect)) continue;
+    if (!effect.driver_range || !is_of_one_angle(effect)) continue;
     Link& link = chain.links[link_of_joint(chain, effect.driver.joint)];
-    const double low = std::max(link.min, (*effect.measured)[0]),
-                 high = std::min(link.max, (*effect.measured)[1]);
+    const double low = std::max(link.min, (*effect.driver_range)[0]),
+                 high = std::min(link.max, (*effect.driver_range)[1]);
     if (low < high) {
       link.min = low;
       link.max = high;

@@ -193,9 +193,9 @@ std::vector<Move> with_rivals(const ChangeProblem& problem, Explanation& found,
 }
 
 double times_noisier(const NoiseFloor& noise, double spread) {
-  constexpr double kMatters = 1.5, kNoChance = 1e-3;
+  constexpr double kNoticeable = 1.5, kNoChance = 1e-3;
   const double times = noise.position / spread, freedom = noise.degrees_of_freedom;
-  return times > kMatters && chi_squared_above(freedom * times * times, freedom) < kNoChance ? times
+  return times > kNoticeable && chi_squared_above(freedom * times * times, freedom) < kNoChance ? times
                                                                                              : 1;
 }
 

@@ -51,7 +51,7 @@ std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) 
   for (int k = 0; k < first_contact_parameter(previous.chain); ++k)
     if (previous.std.contains(parameter_name(previous.chain, k)) ||
         std::ranges::count(own, k) > 0 || layout.is_of_tool(k) ||
-        (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
+        (campaign.reads_one_number() && is_place_of_anchor(previous.chain, k)))
       parameters.push_back(k);
   for (int c = 0; c < std::ssize(previous.chain.contacts); ++c) {
     const std::vector<int> touched = of_touched_contact(previous.chain, campaign, c);

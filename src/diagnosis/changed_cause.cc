@@ -89,7 +89,7 @@ Causes possible_causes(const PlainFit& fit, bool with_base) {
       causes.add(Cause::Kind::zero, parameter, 1);
   if (of_images) return causes;
   causes.add(Cause::Kind::scale, layout.instrument_scale, 1);
-  if (!fit.readings.has_distances()) causes.add(Cause::Kind::range, layout.instrument_range, 1);
+  if (!fit.readings.reads_one_number()) causes.add(Cause::Kind::range, layout.instrument_range, 1);
   return causes;
 }
 

@@ -65,7 +65,7 @@ bool is_calibrated(const Robot& robot) { return robot.uncertainty || !robot.std.
 
 std::optional<std::string> find_computed_points(const Robot& robot, const Campaign& campaign) {
   constexpr size_t kFewestPoses = 10;
-  if (campaign.has_distances() || campaign.has_touches()) return std::nullopt;
+  if (campaign.reads_one_number() || campaign.has_touches()) return std::nullopt;
   const auto pose_of = [&](size_t row) { return campaign.pose[row]; };
   if (!have_poses(campaign.pose.size(), pose_of, kFewestPoses)) return std::nullopt;
   const std::vector<int> rows = rows_of_some_sessions(campaign);

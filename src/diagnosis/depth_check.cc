@@ -69,7 +69,7 @@ Eigen::VectorXd stretch(const SightLine& line, const PlainFit& fit, int row_size
 std::optional<Suspicion> find_depth_scale(const PlainFit& fit) {
   constexpr double kLeastScale = 3e-3, kShareThatMatters = 0.25;
   const Campaign& readings = fit.readings;
-  if (readings.has_distances() || readings.has_touches()) return std::nullopt;
+  if (readings.reads_one_number() || readings.has_touches()) return std::nullopt;
   const std::vector<SightLine> lines = sight_lines(readings);
   const FitEquations equations = fit_equations(fit, {});
   const double poses = fit.poses();
@@ -93,7 +93,7 @@ std::optional<std::string> find_gross_depth_scale(
   constexpr double kShort = -0.2, kLong = 0.25, kTenth = 0.1;
   constexpr int kSteps = 18;  // of the golden section: to 0.01 % of the scale
   constexpr double kGolden = 0.61803398875;
-  if (campaign.has_distances() || campaign.has_touches()) return std::nullopt;
+  if (campaign.reads_one_number() || campaign.has_touches()) return std::nullopt;
   double least = kTenth * miss(campaign);
   std::optional<std::string> found;
   for (const SightLine& line : sight_lines(campaign)) {

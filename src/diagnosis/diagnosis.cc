@@ -49,7 +49,7 @@ double median_miss(Robot robot, const Campaign& campaign) {
   robot.chain.base = registered_base(robot, campaign);
   robot = with_contacts_fitted(std::move(robot), campaign, FitContacts::all);
   const double miss = median(evaluate(robot, campaign).position);
-  if (!campaign.has_distances() || miss <= kImplausibleMiss) return miss;
+  if (!campaign.reads_one_number() || miss <= kImplausibleMiss) return miss;
   robot.identify = {"base", "tool"};
   if (campaign.has_pixels()) robot.identify.push_back("camera *");
   robot.identify_per_session.clear();
@@ -149,7 +149,7 @@ std::vector<Hypothesis> unit_hypotheses(const KinematicChain& chain,
            std::to_string(revolute) + "_rad",
        [](Robot& r, Campaign& c) { scale_angles(c, r.chain, 1 / kDegree); }}};
   if (!campaign.has_pixels())
-    std::ranges::copy(length_hypotheses(chain, campaign.has_distances()),
+    std::ranges::copy(length_hypotheses(chain, campaign.reads_one_number()),
                       std::back_inserter(hypotheses));
   for (int j = 0; j < std::ssize(names); ++j)
     if (names[j].is_length)
@@ -207,7 +207,7 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, const C
              [j, sign](Robot&, Campaign& c) {
                for (auto q : c.q) q[j] += sign * q[j - 1];
              }});
-  if (!campaign.has_distances())
+  if (!campaign.reads_one_number())
     hypotheses.push_back(
         {"the positions look left-handed: an axis has the wrong sign, or two "
          "columns are exchanged",

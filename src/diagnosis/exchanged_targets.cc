@@ -109,7 +109,7 @@ std::string in_words(const Campaign& campaign, const Pair& pair, const std::vect
 
 std::optional<std::string> find_exchanged_targets(const Robot& robot, const Campaign& campaign) {
   const auto targets = static_cast<int>(campaign.target_names.size());
-  if (targets < 2 || campaign.target.empty() || campaign.has_distances()) return std::nullopt;
+  if (targets < 2 || campaign.target.empty() || campaign.reads_one_number()) return std::nullopt;
   const std::vector<Eigen::Vector3d> places = places_on_link(robot, campaign);
   if (places.empty()) return std::nullopt;
   std::vector<std::vector<int>> rows_of(targets);

@@ -39,7 +39,7 @@ auto reading(const Campaign& c, int row, Time time) {
   std::array<double, kMaxJoints + 3 + 1 + 4 + 1> numbers{};
   auto next = std::copy_n(c.q[row].data(), c.q[row].size(), numbers.begin());
   if (!c.position.empty()) next = std::copy_n(c.position[row].data(), 3, next);
-  if (c.has_distances()) *next++ = c.length(row);
+  if (c.reads_one_number()) *next++ = c.length(row);
   if (c.has_orientation()) next = std::copy_n(c.orientation[row].coeffs().data(), 4, next);
   if (time == Time::counts && !c.time_s.empty()) *next = c.time_s[row];
   return numbers;

@@ -39,7 +39,7 @@ std::optional<std::string> find_needless_calibration(const Robot& robot,
                                                      const Campaign& campaign) {
   constexpr double kAsNoArmIsMade = 2e-5;  // of its length: the best are made to ten times as much
   constexpr double kDeviations = 3;
-  if (is_calibrated(robot) || campaign.has_distances() || campaign.has_touches())
+  if (is_calibrated(robot) || campaign.reads_one_number() || campaign.has_touches())
     return std::nullopt;
   double length = 0;
   for (const Link& link : robot.chain.links) length += std::hypot(link.d, link.r);

@@ -242,7 +242,7 @@ std::optional<ReadingsDifference> readings_difference(const Robot& before, const
                                                       const Robot& after,
                                                       const MeasuredRun& second) {
   for (const MeasuredRun& run : {first, second})
-    if (!run.campaign || run.campaign->position.empty() || run.campaign->has_distances())
+    if (!run.campaign || run.campaign->position.empty() || run.campaign->reads_one_number())
       return std::nullopt;
   if (!before.uncertainty || !after.uncertainty || !before.sessions.empty() ||
       !after.sessions.empty())

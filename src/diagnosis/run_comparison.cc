@@ -172,7 +172,7 @@ double value_at(const Robot& robot, const std::string& parameter, int joint, dou
     if (!is_in_curve(effect, parameter, joint)) continue;
     std::vector<double> values(effect.coefficients.size());
     const double x =
-        effect.measured ? std::clamp(q, (*effect.measured)[0], (*effect.measured)[1]) : q;
+        effect.driver_range ? std::clamp(q, (*effect.driver_range)[0], (*effect.driver_range)[1]) : q;
     evaluate(effect.shape, x, values.data());
     for (size_t k = 0; k < values.size(); ++k) sum += values[k] * effect.coefficients[k].value;
   }
@@ -204,9 +204,9 @@ std::vector<RemainderCurve> compared_remainder(const Robot& before, const Robot&
       double low = link.min, high = link.max;
       for (const Robot* one : {&before, &after})
         for (const Effect& other : one->effects)
-          if (is_in_curve(other, parameter, joint) && other.measured) {
-            low = std::max(low, (*other.measured)[0]);
-            high = std::min(high, (*other.measured)[1]);
+          if (is_in_curve(other, parameter, joint) && other.driver_range) {
+            low = std::max(low, (*other.driver_range)[0]);
+            high = std::min(high, (*other.driver_range)[1]);
           }
       if (!(low < high) || !std::isfinite(high - low)) continue;
       RemainderCurve& curve = curves.emplace_back();

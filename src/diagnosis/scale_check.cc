@@ -12,7 +12,7 @@ namespace armtrue {
 std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
   constexpr double kShareThatMatters = 0.25, kLeastScale = 1e-3;
   const Campaign& readings = fit.readings;
-  if (!readings.has_distances() || readings.anchor_names.size() < 2) return std::nullopt;
+  if (!readings.reads_one_number() || readings.anchor_names.size() < 2) return std::nullopt;
   const KinematicChain& chain = fit.result.robot.chain;
   const FitEquations equations = fit_equations(fit, {layout_of(chain).instrument_scale});
   const double whole = equations.residual.squaredNorm();

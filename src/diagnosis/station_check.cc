@@ -90,7 +90,7 @@ double share_of_positions(const FitEquations& equations, const Campaign& reading
 std::optional<Suspicion> find_constant_of_range(const PlainFit& fit) {
   constexpr double kShareThatMatters = 0.5;
   const Campaign& readings = fit.readings;
-  if (readings.has_distances() || readings.has_touches()) return std::nullopt;
+  if (readings.reads_one_number() || readings.has_touches()) return std::nullopt;
   const int range = layout_of(fit.result.robot.chain).instrument_range;
   const FitEquations equations = fit_equations(fit, {range});
   const Explained found = explain(equations.columns, equations, poses_of(readings), 1,

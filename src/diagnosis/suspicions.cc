@@ -43,7 +43,7 @@ std::optional<std::string> find_change(PlainFit fit) {
 }
 
 std::optional<std::string> find_change_of_any(const PlainFit& fit) {
-  const bool has_points = !fit.readings.has_distances() || fit.readings.has_pixels_only();
+  const bool has_points = !fit.readings.reads_one_number() || fit.readings.has_pixels_only();
   return has_points ? find_change(fit) : find_scale_of_anchor(fit);
 }
 

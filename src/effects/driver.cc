@@ -23,7 +23,7 @@ constexpr Word kWords[] = {
     {DriverKind::payload, "payload", "kg", false},
     {DriverKind::force, "force", "N m", false},
     {DriverKind::moment, "moment", "N m", false},
-    {DriverKind::position, "position", "", false},
+    {DriverKind::constant, "position", "", false},
     {DriverKind::tool_weight, "tool-weight", "N m", true},
     {DriverKind::range, "range", "m", false},
     {DriverKind::azimuth, "azimuth", "rad", false},
@@ -77,7 +77,7 @@ std::optional<Driver> product(std::optional<Driver> first, const std::optional<D
 
 }  // namespace
 
-bool is_angle(DriverKind kind) {
+bool is_angle_or_travel(DriverKind kind) {
   return kind == DriverKind::joint_angle || kind == DriverKind::stroke ||
          kind == DriverKind::azimuth || kind == DriverKind::elevation ||
          kind == DriverKind::incidence;

@@ -96,7 +96,7 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
     return "two joint angles need the shape 'series'";
   if ((driver.kind == DriverKind::place) != is_polynomial(shape))
     return "'place' drives the shape 'series' in the basis 'polynomial', and it alone drives that";
-  if (driver.kind == DriverKind::position &&
+  if (driver.kind == DriverKind::constant &&
       (!of_instrument || is_group(parameter) ||
        is_instrument_parameter(parameter, InstrumentParameter::azimuth)))
     return "'position', the reading itself, drives instrument.scale, .range and .elevation alone, "
@@ -119,7 +119,7 @@ std::string why_invalid(const Parameter& parameter, const Driver& driver, const 
   if (driver.involves(DriverKind::session) &&
       (driver.kind != DriverKind::session || shape.kind != ShapeKind::step))
     return "'session' says since when something stands otherwise: it drives the shape 'step'";
-  if (has_at(shape.kind) && !driver.follows_course() && !is_angle(driver.kind))
+  if (has_at(shape.kind) && !driver.follows_course() && !is_angle_or_travel(driver.kind))
     return "the shape '" + to_string(shape) + "' needs a time or an angle as driver";
   return "";
 }

@@ -27,7 +27,7 @@ bool is_of_the_arm(DriverKind kind) {
     case DriverKind::time:
     case DriverKind::session:
     case DriverKind::temperature:
-    case DriverKind::position:
+    case DriverKind::constant:
     case DriverKind::range:
     case DriverKind::azimuth:
     case DriverKind::elevation:

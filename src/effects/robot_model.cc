@@ -57,7 +57,7 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
                          const std::vector<std::string>& temperature_names)
     : driver_(effect.driver),
       shape_(effect.shape),
-      measured_(effect.measured),
+      measured_(effect.driver_range),
       base_(robot.chain.base),
       tool_(robot.chain.tool),
       instrument_(origin_of_range(effect, robot)),
@@ -201,7 +201,7 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       return context.payload_kg;
     case DriverKind::force:
       return jacobian->col(parameters_[member]).head<3>().dot(context.force_n);
-    case DriverKind::position:
+    case DriverKind::constant:
       return 1.0;
     case DriverKind::range:
     case DriverKind::azimuth:

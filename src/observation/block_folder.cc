@@ -109,7 +109,7 @@ void BlockFolder::weigh(int prediction, Row&& of_row) {
   folded_.loss += law_.loss(squared_norm, size, variance);
   if (dof > 0) of_row *= std::sqrt(law_.weight(squared_norm, size, variance));
   // w' = -w^2 / ((nu + d) u), and the rows hold sqrt(w) J and sqrt(w) r.
-  bending_ = dof > 0 ? std::sqrt(2 / ((dof + size) * law_.counted(variance))) : 0;
+  bending_ = dof > 0 ? std::sqrt(2 / ((dof + size) * law_.counted_variance(variance))) : 0;
   bent_ = of_row.template rightCols<1>();
 }
 
@@ -129,7 +129,7 @@ void BlockFolder::weigh_replicates(int prediction, Row&& of_row) {
     sum += weight * r;
     squares += weight * squared_norm;
     if (folded_.bend.size() > 0)
-      bend += 2 * weight * weight / ((dof + size) * law_.counted(variance)) * (r * r.transpose());
+      bend += 2 * weight * weight / ((dof + size) * law_.counted_variance(variance)) * (r * r.transpose());
   }
   of_row.template rightCols<1>() = sum / weights;
   of_row *= std::sqrt(weights);

@@ -343,7 +343,7 @@ Robot with_cameras_placed(Robot robot, const Campaign& campaign, FitContacts whi
   std::ranges::stable_sort(pairs, [&](const Pair& a, const Pair& b) {
     return images.at(a).size() > images.at(b).size();
   });
-  if (which == FitContacts::unknown) {
+  if (which == FitContacts::unplaced) {
     const bool all_near = std::ranges::all_of(pairs, [&](const Pair& pair) {
       const Contact &camera = contacts[pair.camera], &board = contacts[pair.board];
       return camera.is_placed && board.is_placed &&

@@ -294,7 +294,7 @@ Robot with_beams_and_planes(Robot robot, const Campaign& campaign, FitContacts w
   for (const auto& [index, touches] : touches_by_contact(robot, campaign, By::beam)) {
     Contact& contact = robot.chain.contacts[index];
     if (known[index] && miss_of(touches, contact) >= kFarContact &&
-        which == FitContacts::unknown)  // the file has a wrong place, of a plane or a beam
+        which == FitContacts::unplaced)  // the file has a wrong place, of a plane or a beam
       return with_contacts_fitted(std::move(robot), campaign, FitContacts::all);
     if (!known[index]) place_contact(touches, contact);
   }
@@ -308,7 +308,7 @@ Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts wh
   if (campaign.has_pixels()) robot = with_cameras_placed(std::move(robot), campaign, which);
   std::vector<bool> known;  // of each contact, whether it has its place
   for (const Contact& contact : robot.chain.contacts)
-    known.push_back(which == FitContacts::unknown && contact.is_placed);
+    known.push_back(which == FitContacts::unplaced && contact.is_placed);
   for (const auto& [index, touches] : touches_by_contact(robot, campaign, By::tool)) {
     Contact& contact = robot.chain.contacts[index];
     if (!known[index] || miss_of(touches, contact) >= kFarContact) place_contact(touches, contact);

@@ -47,7 +47,7 @@ std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& c
 }
 
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain) {
-  if (!campaign.has_distances()) return {};
+  if (!campaign.reads_one_number()) return {};
   if (campaign.anchor_names.empty() && !has_kind(campaign, ReadingKind::distance)) return {};
   constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
   const auto the_only = [&] {

@@ -205,7 +205,7 @@ std::vector<Eigen::Matrix3d> turns_of_a_cube() {
 
 std::optional<BaseAndTool> place_base_and_tool(const Robot& robot, const Campaign& campaign,
                                                double good) {
-  if (campaign.has_distances() || campaign.position.empty()) return std::nullopt;
+  if (campaign.reads_one_number() || campaign.position.empty()) return std::nullopt;
   const Links links = links_of(robot, campaign);
   if (3 * campaign.rows() < 6 + 3 * links.targets + kSpareEquations) return std::nullopt;
   State state{registered_base(robot, campaign), Eigen::Matrix3Xd(3, links.targets)};

@@ -125,13 +125,13 @@ ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
 
 double ReadingLaw::weight(double squared_norm, int dimension, double row_variance) const {
   if (degrees_of_freedom <= 0) return 1.0;
-  return counted(row_variance) / row_variance * (degrees_of_freedom + dimension) /
+  return counted_variance(row_variance) / row_variance * (degrees_of_freedom + dimension) /
          (degrees_of_freedom + squared_norm / row_variance);
 }
 
 double ReadingLaw::loss(double squared_norm, int dimension, double row_variance) const {
   if (degrees_of_freedom <= 0) return squared_norm;
-  return counted(row_variance) * (degrees_of_freedom + dimension) *
+  return counted_variance(row_variance) * (degrees_of_freedom + dimension) *
          std::log1p(squared_norm / (row_variance * degrees_of_freedom));
 }
 

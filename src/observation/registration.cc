@@ -90,7 +90,7 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   Robot at_origin = robot;
   at_origin.chain.base = Pose{};
   const Eigen::Matrix3Xd own = own_points(at_origin, campaign);
-  if (!campaign.has_distances()) {
+  if (!campaign.reads_one_number()) {
     Eigen::Matrix3Xd measured(3, campaign.rows());
     for (int row = 0; row < campaign.rows(); ++row) measured.col(row) = campaign.position[row];
     return register_points(own, measured);
@@ -208,7 +208,7 @@ Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaig
   };
   const bool finds_contacts = std::ranges::any_of(kept, finds);
   const auto fitted = [&](const Robot& start) {
-    return finds_contacts ? with_contacts_fitted(start, campaign, FitContacts::unknown) : start;
+    return finds_contacts ? with_contacts_fitted(start, campaign, FitContacts::unplaced) : start;
   };
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row)
@@ -225,7 +225,7 @@ Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaig
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept) {
   if (campaign.has_touches()) return starting_robot_beside_contacts(robot, campaign, kept);
   // Fewer than three anchors do not show all rotations of the base.
-  const bool shows_turn = !campaign.has_distances() || campaign.has_coordinates() ||
+  const bool shows_turn = !campaign.reads_one_number() || campaign.has_coordinates() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;
   for (int k = 0; k < (shows_turn ? 6 : 3); ++k)

@@ -30,7 +30,7 @@ bool contains(const std::vector<int>& parameters, int parameter) {
 // line with two, for which the rotation about the axis nearest to that line is left out.
 std::vector<int> unobservable_rotations(const Campaign& readings, const KinematicChain& chain,
                                         const Pose& common_from_own) {
-  if (!readings.has_distances() || readings.has_touches()) return {};
+  if (!readings.reads_one_number() || readings.has_touches()) return {};
   const std::vector<int> matched = match_anchors(readings, chain);
   std::set<int> seen;
   for (int row = 0; row < readings.rows(); ++row) {

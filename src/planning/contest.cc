@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "armtrue/observation/session_models.h"
-#include "planning/exchange.h"
+#include "planning/choose_by_exchange.h"
 
 namespace armtrue {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "armtrue/observation/fold.h"
 #include "linear_algebra/decompositions.h"
-#include "planning/exchange.h"
+#include "planning/choose_by_exchange.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {

@@ -191,7 +191,7 @@ ReadingSigma sigma_of(const PoseCloud& cloud, const Campaign& campaign) {
   return sigma;
 }
 
-void raise_noise(PoseCloud& cloud, const ReadingSigma& spread) {
+void set_noise_by_spread(PoseCloud& cloud, const ReadingSigma& spread) {
   if (cloud.given.has_orientation() && spread.orientation > 0)
     cloud.noise.orientation = std::max(spread.orientation, cloud.robot.noise.orientation);
   if (!(spread.position > 0)) return;

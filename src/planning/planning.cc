@@ -11,7 +11,7 @@
 #include "armtrue/observation/fold.h"
 #include "armtrue/observation/session_models.h"
 #include "linear_algebra/decompositions.h"
-#include "planning/exchange.h"
+#include "planning/choose_by_exchange.h"
 #include "planning/information.h"
 
 namespace armtrue {

@@ -83,7 +83,7 @@ void find_places(PoseCloud& cloud) {
     throw std::invalid_argument(
         "a box limits poses in free space; where a contact is touched, a camera sees a board, or a "
         "beam or a scanner reads a plane, their places say where");
-  cloud.robot = with_contacts_fitted(std::move(cloud.robot), cloud.given, FitContacts::unknown);
+  cloud.robot = with_contacts_fitted(std::move(cloud.robot), cloud.given, FitContacts::unplaced);
   if (cloud.options.beams) state_ranges(cloud.given, cloud.robot.chain);
   if (cloud.options.touches)
     cloud.touches = cloud.given.rows() > 0 ? touches_of(cloud.given, cloud.robot.chain)

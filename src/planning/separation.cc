@@ -16,7 +16,7 @@
 #include "armtrue/tracing/loop.h"
 #include "linear_algebra/decompositions.h"
 #include "planning/contest.h"
-#include "planning/exchange.h"
+#include "planning/choose_by_exchange.h"
 
 namespace armtrue {
 namespace {
@@ -188,7 +188,7 @@ class Separation {
     if (std::cmp_less(given.rows() * given.reading_size().all(), 2 * unknowns)) return;
     const ReadingSigma spread =
         calibrate(robot, given, {.statistics = FitStatistics::weights}).spread;
-    raise_noise(cloud_, spread);
+    set_noise_by_spread(cloud_, spread);
   }
 
   // Standardised columns of cloud and given poses, and the sizes of the members.

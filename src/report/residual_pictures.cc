@@ -353,7 +353,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
 
 std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign,
                                    const Eigen::Vector3d& up) {
-  if (campaign.has_distances()) return {};
+  if (campaign.reads_one_number()) return {};
   const PlacedResiduals placed = by_pose(models, campaign);
   std::vector<VectorField> fields;
   for (size_t m = 0; m < models.size(); ++m)

@@ -100,13 +100,13 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
     return false;
   if (parameter.owner == Owner::target)
     return std::ranges::count(campaign.target_names, parameter.of) > 0;
-  if (parameter.owner == Owner::anchor) return campaign.has_distances();
+  if (parameter.owner == Owner::anchor) return campaign.reads_one_number();
   if (parameter.owner == Owner::instrument && is_group(parameter))
-    return !campaign.has_distances();
+    return !campaign.reads_one_number();
   const bool by_sight = parameter.owner == Owner::instrument &&
                         !is_instrument_parameter(parameter, InstrumentParameter::scale);
   return !by_sight ||
-         (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
+         (knows_instrument(robot) && (!campaign.reads_one_number() || campaign.has_coordinates()));
 }
 
 // The length of a link as it was built; 1 of the scale of all.

@@ -130,7 +130,7 @@ class Groups {
     RandomEffect random{{"", parameter_of(robot_.chain, parameter), driver, shape, {}}, {}};
     if (is_of_one_angle(random.effect)) {
       const auto [low, high] = travel_covered(driver.joint);
-      random.effect.measured = {low, high};
+      random.effect.driver_range = {low, high};
     }
     const BoundEffect bound(random.effect, robot_, campaign_.temperature_names);
     if (bound.value_count() == 0) return;

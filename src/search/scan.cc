@@ -75,7 +75,7 @@ CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Rob
                              const Campaign& campaign)
     : candidates_(candidates),
       layout_(layout_of(robot.chain)),
-      max_scale_(campaign.has_distances() ? kMaxVariation : 1e-3) {
+      max_scale_(campaign.reads_one_number() ? kMaxVariation : 1e-3) {
   std::vector<Source> sources;
   std::array<int, kParts> value_count{};
   std::map<std::string, size_t> source_of_key;

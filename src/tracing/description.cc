@@ -61,7 +61,7 @@ std::string step_text(const TracedEffect& step, const Robot& robot) {
       sized ? " of " + size_text(robot, step.effect.parameter, c.front().value) : "";
   const auto [low, high] = *step.step_ci95;
   const Driver& driver = step.effect.driver;
-  const bool angle = is_angle(driver.kind), travel = is_travel(driver, robot.chain);
+  const bool angle = is_angle_or_travel(driver.kind), travel = is_travel(driver, robot.chain);
   const double unit = travel ? kMillimetre : angle ? kDegree : 1.0;
   return fmt::format("a {}{} between {:.0f} and {:.0f} {}", to_string(step.effect.shape), size,
                      low / unit, high / unit,
@@ -289,10 +289,10 @@ std::string verdict_in_words(const LoopResult& result) {
     text += fmt::format("; {:.3g} mm without {} held-out {} that the others of {} contradict",
                         result.after_sound / kMillimetre, rows, rows == 1 ? "reading" : "readings",
                         rows == 1 ? "its pose" : "their poses");
-  if (result.after_arm && *result.after_arm > kMatters * result.after)
+  if (result.after_arm && *result.after_arm > kCountsAsWorse * result.after)
     text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
                         *result.after_arm / kMillimetre);
-  if (result.after_readings && kMatters * *result.after_readings < result.after)
+  if (result.after_readings && kCountsAsWorse * *result.after_readings < result.after)
     text += fmt::format(
         "; {:.3g} mm of the readings, if what follows the time or the ways of this campaign "
         "is taken off, too",

@@ -198,7 +198,7 @@ bool is_worse(const std::vector<double>& before, const std::vector<double>& afte
   constexpr double kErrorsIn95 = 3.92;
   const double gain = summarize(before).mean - summarize(after).mean;
   return gain < -(gain_ci95[1] - gain_ci95[0]) / kErrorsIn95 &&
-         summarize(after).mean > kMatters * summarize(before).mean;
+         summarize(after).mean > kCountsAsWorse * summarize(before).mean;
 }
 
 // The effects that were found, if held-out poses are predicted worse with them.
@@ -271,7 +271,7 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
         evaluate(judged.training.trace.fit.robot, held_out).reading_errors();
     const std::vector<double> after = evaluate(robot, held_out).reading_errors();
     // Beside random errors of the instrument the arm need not predict better than beside a law.
-    const double most = judged.instrument_errs ? kMatters : 1;
+    const double most = judged.instrument_errs ? kCountsAsWorse : 1;
     if (summarize(after).mean > most * summarize(before).mean) return;
     applied.stage.held_out = errors_of(robot, held_out);
   }
@@ -369,7 +369,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   LoopResult result;
   result.of_touches = given.has_touches();
   result.of_images = given.has_pixels_only();
-  result.of_distances = given.has_distances() && !result.of_touches;
+  result.of_distances = given.reads_one_number() && !result.of_touches;
   result.training_poses = count_poses(given);
   result.held_out_poses = count_poses(held_out);
   result.rows = given.readings() + held_out.readings();
@@ -441,7 +441,7 @@ FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign
   const auto mean = [&](const CalibrationResult& fit) {
     return errors_of(fit.robot, to_all.sound).position.mean;
   };
-  if (mean(applied) <= kMatters * mean(to_all.fit)) to_all.fit = std::move(applied);
+  if (mean(applied) <= kCountsAsWorse * mean(to_all.fit)) to_all.fit = std::move(applied);
   return to_all;
 }
 

@@ -171,23 +171,23 @@ TEST(Calibration, EffectsOfAnAngleEndWhereItsReadingsDo) {
       std::ranges::minmax(campaign.q, {}, [](const JointVector& q) { return q[0]; });
   const std::array<double, 2> ends{low[0], high[0]};
   robot.effects = {effect("A1.theta", 0, "harmonic 20")};
-  EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].measured);
+  EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].driver_range);
   robot.effects = {effect("A1.theta", 0, "linear")};
-  EXPECT_EQ(calibrate(robot, campaign).robot.effects[0].measured, ends);
+  EXPECT_EQ(calibrate(robot, campaign).robot.effects[0].driver_range, ends);
   robot.effects = {effect("A1.theta", 0, "harmonic 3")};
-  EXPECT_EQ(calibrate(robot, campaign).robot.effects[0].measured, ends);
+  EXPECT_EQ(calibrate(robot, campaign).robot.effects[0].driver_range, ends);
   robot.effects = {effect("A1.theta", 0, "harmonic 20"), effect("A1.theta", 0, "harmonic 3"),
                    effect("A2.theta", 0, "harmonic 20"), effect("A1.theta", 3, "harmonic 20")};
   const Robot found = calibrate(robot, campaign).robot;
-  EXPECT_EQ(found.effects[0].measured, ends);
-  EXPECT_EQ(found.effects[1].measured, ends);
-  EXPECT_FALSE(found.effects[2].measured);
-  EXPECT_FALSE(found.effects[3].measured);
+  EXPECT_EQ(found.effects[0].driver_range, ends);
+  EXPECT_EQ(found.effects[1].driver_range, ends);
+  EXPECT_FALSE(found.effects[2].driver_range);
+  EXPECT_FALSE(found.effects[3].driver_range);
   Effect growing = effect("A1.theta", 0, "linear");
   growing.driver.factor = DriverKind::payload;
   robot.effects = {growing};
   for (int row = 0; row < campaign.rows(); ++row) campaign.payload_kg.push_back(row % 2 * 50.0);
-  EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].measured);
+  EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].driver_range);
 }
 
 // A law of the time goes on after the readings. Beside a curve of the same parameter it does not:
@@ -205,13 +205,13 @@ TEST(Calibration, ASlopeOfTimeBesideACurveEndsWhereTheReadingsDo) {
   const Effect other{"e", "A2.theta", time, *parse_shape("linear"), {}};
   robot.effects = {slope, other};
   const Robot alone = calibrate(robot, campaign).robot;
-  EXPECT_FALSE(alone.effects[0].measured);
-  EXPECT_FALSE(alone.effects[1].measured);
+  EXPECT_FALSE(alone.effects[0].driver_range);
+  EXPECT_FALSE(alone.effects[1].driver_range);
   robot.effects = {slope, curve, other};
   const Robot beside = calibrate(robot, campaign).robot;
-  EXPECT_EQ(beside.effects[0].measured, ends);
-  EXPECT_EQ(beside.effects[1].measured, ends);
-  EXPECT_FALSE(beside.effects[2].measured);
+  EXPECT_EQ(beside.effects[0].driver_range, ends);
+  EXPECT_EQ(beside.effects[1].driver_range, ends);
+  EXPECT_FALSE(beside.effects[2].driver_range);
   Context at_end{.q = campaign.q[0]}, later = at_end;
   at_end.time_s = ends[1];
   later.time_s = 2 * ends[1];

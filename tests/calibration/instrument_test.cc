@@ -38,8 +38,8 @@ Robot with_errors_of_the_instrument() {
   Robot robot = shipped();
   robot.chain.targets = {{"a", {0.03, -0.02, 0.05}}, {"b", {-0.1, 0.07, 0.0}}};
   robot.effects = {
-      effect("instrument.scale", driver(DriverKind::position), ShapeKind::linear, {2e-5}),
-      effect("instrument.range", driver(DriverKind::position), ShapeKind::linear, {3e-4}),
+      effect("instrument.scale", driver(DriverKind::constant), ShapeKind::linear, {2e-5}),
+      effect("instrument.range", driver(DriverKind::constant), ShapeKind::linear, {3e-4}),
       effect("instrument.range", driver(DriverKind::incidence), ShapeKind::harmonic, {1e-4, 2e-4}),
       effect("instrument.elevation", driver(DriverKind::range), ShapeKind::linear, {2e-5}),
       effect("instrument.azimuth", driver(DriverKind::azimuth), ShapeKind::harmonic, {1e-4, 5e-5}),
@@ -102,7 +102,7 @@ TEST(Instrument, DerivativesOfWiresAreDifferences) {
   robot.effects = {
       effect("anchor 2.zero", driver(DriverKind::time), ShapeKind::step, {4e-4}),
       effect("anchor 1.x", driver(DriverKind::time), ShapeKind::step, {-3e-4}),
-      effect("instrument.scale", driver(DriverKind::position), ShapeKind::linear, {1e-5})};
+      effect("instrument.scale", driver(DriverKind::constant), ShapeKind::linear, {1e-5})};
   SimulationOptions options;
   options.poses = 12;
   options.repeats = 2;
@@ -135,7 +135,7 @@ TEST(Instrument, CircleIsFittedHoweverTheBaseTilts) {
 TEST(Instrument, GoesWithTheSession) {
   Robot robot = shipped();
   robot.effects = {
-      effect("instrument.range", driver(DriverKind::position), ShapeKind::linear, {5e-4})};
+      effect("instrument.range", driver(DriverKind::constant), ShapeKind::linear, {5e-4})};
   const RobotModel model(robot);
   const Pose second{rotation_exp({0, 0, 0.8}), {0.7, 0.4, -0.1}};  // its R_A from the first
   Campaign campaign;

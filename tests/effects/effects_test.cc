@@ -531,7 +531,7 @@ TEST(CurveOfAnAngle, KeepsItsEndsBeyondItsCalibration) {
     return RobotModel(robot).offsets(context)[link_parameter(1, LinkParameter::theta)];
   };
   const double inside = moved(0.3), end = moved(0.8), beyond = moved(1.5);
-  robot.effects[0].measured = {-0.5, 0.8};
+  robot.effects[0].driver_range = {-0.5, 0.8};
   EXPECT_EQ(moved(0.3), inside);
   EXPECT_EQ(moved(1.5), end);
   EXPECT_EQ(moved(-1.9), moved(-0.5));

@@ -127,7 +127,7 @@ TEST(Contacts, PlaneOfOneGaugeKeepsItsSide) {
     campaign.contact_names = {"table"};
     campaign.touch.assign(poses, {.contact = 0});
     campaign.distance.assign(poses, 3e-3);
-    const Robot placed = with_contacts_fitted(robot, campaign, FitContacts::unknown);
+    const Robot placed = with_contacts_fitted(robot, campaign, FitContacts::unplaced);
     EXPECT_GT(placed.chain.contacts[0].place.rotation(2, 2), 0) << poses;
   }
 }

@@ -10,7 +10,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/planning/pose_cloud.h"
 #include "linear_algebra/decompositions.h"
-#include "planning/exchange.h"
+#include "planning/choose_by_exchange.h"
 
 namespace armtrue::information_test {
 namespace {

@@ -123,7 +123,7 @@ TEST(Description, SaysWhereTheInstrumentMayErr) {
   traced.effect.may_be_instrument = said("A2.d", angle);
   EXPECT_THAT(for_the_cell(traced, nullptr, loop.trace.fit.robot),
               HasSubstr("; may be the instrument"));
-  Effect offset{"radial offset", "instrument.range", {DriverKind::position, -1, -1, ""}, {}, {}};
+  Effect offset{"radial offset", "instrument.range", {DriverKind::constant, -1, -1, ""}, {}, {}};
   traced.indistinguishable.push_back({.effect = offset, .from_catalogue = true});
   EXPECT_TRUE(said("A2.theta", angle));
 }

@@ -158,7 +158,7 @@ TEST_P(Family, IsNamedAddedAndGone) {
     EXPECT_LT(traced.evidence.p_value, 0.02);
     for (const Rival& rival : traced.indistinguishable)  // it would have to double every length
       EXPECT_FALSE(rival.effect.parameter == "instrument.scale" &&
-                   rival.effect.driver.kind == DriverKind::position);
+                   rival.effect.driver.kind == DriverKind::constant);
   }
 }
 

@@ -21,7 +21,7 @@ enum class DriverKind {
   payload,      ///< [kg]
   force,        ///< generalised force of the tool load on the parameter itself [N m or N]
   moment,       ///< generalised force of gravity on the parameter itself [N m or N]
-  position,     ///< constant 1: an error of every reading; only for parameters of the instrument
+  constant,     ///< 1: an error of every reading; only for parameters of the instrument
   tool_weight,  ///< torque of gravity about one joint by 1 kg at the measured frame [N m]
   range,        ///< distance of the measured frame from the instrument, of a wire its length [m]
   azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
@@ -56,7 +56,7 @@ struct Driver {
 };
 
 /// Whether a driver of this kind is an angle, or the travel of a prismatic joint.
-bool is_angle(DriverKind kind);
+bool is_angle_or_travel(DriverKind kind);
 
 /// Whether its value is the travel of a prismatic joint [m], not an angle.
 bool is_travel(const Driver& driver, const KinematicChain& chain);

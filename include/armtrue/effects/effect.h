@@ -56,7 +56,7 @@ struct Effect {
   double mean = 0;
   /// If it can be bounded: the lowest and highest value of the driver in its calibration [SI].
   /// Beyond this range the effect keeps its value at the nearer end: it does not extrapolate.
-  std::optional<std::array<double, 2>> measured{};
+  std::optional<std::array<double, 2>> driver_range{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
   /// the other, and `parameter` names the family. Occurs only during a search.
   std::vector<Effect> members{};
@@ -82,7 +82,7 @@ inline bool is_of_one_angle(const Effect& effect) {
   return driver.kind == DriverKind::joint_angle && !driver.is_pair() && !driver.factor;
 }
 
-/// Whether `measured` can bound the effect: a function of one joint angle, of the time or of one
+/// Whether `driver_range` can bound the effect: a function of one joint angle, of the time or of one
 /// temperature alone.
 inline bool can_be_bounded(const Effect& effect) {
   const Driver& driver = effect.driver;

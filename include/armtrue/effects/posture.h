@@ -22,7 +22,7 @@ inline bool is_of_posture(DriverKind kind) {
     case DriverKind::gravity_torque:
     case DriverKind::payload:
     case DriverKind::moment:
-    case DriverKind::position:
+    case DriverKind::constant:
     case DriverKind::tool_weight:
     case DriverKind::range:
     case DriverKind::azimuth:

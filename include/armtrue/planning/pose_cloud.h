@@ -83,7 +83,7 @@ ReadingSigma sigma_of(const PoseCloud& cloud, const Campaign& campaign);
 
 /// Raises the noise to the spread of the given readings. Where nothing states a noise, the spread
 /// replaces it, also if it is smaller.
-void raise_noise(PoseCloud& cloud, const ReadingSigma& spread);
+void set_noise_by_spread(PoseCloud& cloud, const ReadingSigma& spread);
 
 /// Rows of derivatives of readings(), equally many for each pose: rows of zeros are added to poses
 /// with fewer.

@@ -16,7 +16,7 @@
 namespace armtrue {
 
 /// A mean error counts as worse if it is higher by this factor.
-inline constexpr double kMatters = 1.05;
+inline constexpr double kCountsAsWorse = 1.05;
 
 /// One model of the sequence from the nominal robot to the final one.
 struct Stage {

@@ -48,7 +48,7 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
   text += csv_cell(campaign.pose_ids[campaign.pose[row]]) + "," +
           (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," + split[row];
   const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
-  const bool has_point = !campaign.has_distances();
+  const bool has_point = !campaign.reads_one_number();
   const int axis = axis_of(campaign, row);
   for (int i = 0; i < 3; ++i)
     if (i == axis)
@@ -66,7 +66,7 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
     add(residual.tail<3>().norm(), kMilliradian);
   else
     text += ",";
-  if (campaign.has_distances() && axis < 0)
+  if (campaign.reads_one_number() && axis < 0)
     add(residual[0], kMillimetre);
   else if (columns.of_distances)
     text += ",";
@@ -92,7 +92,7 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
 
 std::string write_residuals(const std::vector<Residuals>& campaigns) {
   const bool of_distances = std::ranges::any_of(campaigns, [](const Residuals& part) {
-    return part.campaign.has_distances() && !part.campaign.has_pixels_only();
+    return part.campaign.reads_one_number() && !part.campaign.has_pixels_only();
   });
   std::string text =
       "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"

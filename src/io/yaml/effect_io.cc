@@ -13,7 +13,7 @@ namespace armtrue {
 
 std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain) {
   if (is_travel(driver, chain)) return {"_mm", kMillimetre};
-  return is_angle(driver.kind) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
+  return is_angle_or_travel(driver.kind) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
 }
 
 const char* key_of_begin(const Effect& effect) {
@@ -210,7 +210,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
       map.fail("measured",
                "is the lowest and highest value of the driver of an effect of one joint angle, of "
                "the time or of one temperature");
-    effect.measured = {range[0], range[1]};
+    effect.driver_range = {range[0], range[1]};
   }
   std::vector<Entry> entries;
   for (YamlMap& entry : map.maps("coefficients")) {
