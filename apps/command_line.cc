@@ -362,7 +362,8 @@ void Command::check_outputs() const {
     if (is_device_or_pipe(path)) continue;
     const fs::file_type folder = fs::status(fs::absolute(path, none).parent_path(), none).type();
     if (folder != fs::file_type::directory && folder != fs::file_type::none)  // none: not told
-      throw CLI::ValidationError(option->get_name(), "'" + path + "': there is no such folder; make it first");
+      throw CLI::ValidationError(option->get_name(),
+                                 "'" + path + "': there is no such folder; make it first");
     check_writable(path);
   }
 }

@@ -151,9 +151,9 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "figures here take for noise",
         ratio, stated / kMillimetre);
   const double left_freedom = noise.axes * campaign.rows() - fit.determined[0];
-  // Beside readings that are off by far the width of their law is smaller than the scatter of the others.
-  const double scatter = std::max(fit.sigma.position, fit.spread.position),
-               less = scatter / stated;
+  // Beside readings that are off by far the width of their law is smaller than the scatter of the
+  // others.
+  const double scatter = std::max(fit.sigma.position, fit.spread.position), less = scatter / stated;
   if (noise.source == NoiseFloor::Source::instrument && scatter > kFinestReading &&
       less < kMuchLess && left_freedom > 1 &&
       1 - chi_squared_above(left_freedom * less * less, left_freedom) < kNoChance)

@@ -117,14 +117,13 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
     return campaign.whitening[row] * by_noise(residuals.at(row));
   };
   double ratio = 0, groups = 0;
-  for_each_replicates(campaign, residuals, rows,
-                      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
-                        const Eigen::Matrix<double, 6, 1> own =
-                            whitens ? mean_of(group, white) : by_noise(mean);
-                        ratio += static_cast<double>(group.size()) *
-                                 own.head(turns ? 6 : 3).squaredNorm();
-                        ++groups;
-                      });
+  for_each_replicates(
+      campaign, residuals, rows,
+      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+        const Eigen::Matrix<double, 6, 1> own = whitens ? mean_of(group, white) : by_noise(mean);
+        ratio += static_cast<double>(group.size()) * own.head(turns ? 6 : 3).squaredNorm();
+        ++groups;
+      });
   const double unknowns = determined[0] + (turns ? determined[1] : 0);
   const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - unknowns;
   if (freedom < 1) return std::nullopt;

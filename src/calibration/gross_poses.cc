@@ -42,7 +42,7 @@ struct Reduced {
 
 Eigen::Vector3d reading(const Campaign& campaign, int row) {
   return campaign.reads_one_number() ? Eigen::Vector3d(campaign.length(row), 0, 0)
-                                  : campaign.position[row];
+                                     : campaign.position[row];
 }
 
 int nearest_to_median(const Campaign& campaign, const std::vector<int>& rows) {

@@ -195,8 +195,9 @@ std::vector<Move> with_rivals(const ChangeProblem& problem, Explanation& found,
 double times_noisier(const NoiseFloor& noise, double spread) {
   constexpr double kNoticeable = 1.5, kNoChance = 1e-3;
   const double times = noise.position / spread, freedom = noise.degrees_of_freedom;
-  return times > kNoticeable && chi_squared_above(freedom * times * times, freedom) < kNoChance ? times
-                                                                                             : 1;
+  return times > kNoticeable && chi_squared_above(freedom * times * times, freedom) < kNoChance
+             ? times
+             : 1;
 }
 
 }  // namespace

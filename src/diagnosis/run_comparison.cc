@@ -171,8 +171,9 @@ double value_at(const Robot& robot, const std::string& parameter, int joint, dou
   for (const Effect& effect : robot.effects) {
     if (!is_in_curve(effect, parameter, joint)) continue;
     std::vector<double> values(effect.coefficients.size());
-    const double x =
-        effect.driver_range ? std::clamp(q, (*effect.driver_range)[0], (*effect.driver_range)[1]) : q;
+    const double x = effect.driver_range
+                         ? std::clamp(q, (*effect.driver_range)[0], (*effect.driver_range)[1])
+                         : q;
     evaluate(effect.shape, x, values.data());
     for (size_t k = 0; k < values.size(); ++k) sum += values[k] * effect.coefficients[k].value;
   }

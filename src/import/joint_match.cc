@@ -89,24 +89,25 @@ double median_period(const std::vector<double>& times) {
   return median(std::move(periods));
 }
 
-// Two records of the way, each with its own clock or start, have no order in common: row 100 of one was
-// taken at another time than row 100 of the other, however many rows they have.
+// Two records of the way, each with its own clock or start, have no order in common: row 100 of one
+// was taken at another time than row 100 of the other, however many rows they have.
 void refuse_records(const TableReader& points, const TableReader& joints) {
-  constexpr double kFastestVisit = 0.5;  // [s]: no arm drives to a pose and stands there in this time
+  constexpr double kFastestVisit =
+      0.5;  // [s]: no arm drives to a pose and stands there in this time
   if (!points.has("t") || !joints.has("t") || joints.rows() < 3) return;
   const TableReader::Clock a = points.clock(), b = joints.clock();
   const std::vector<double> of_points = times_of_lines(points, a),
                             of_joints = times_of_lines(joints, b);
   const double period = std::max(median_period(of_points), median_period(of_joints));
   if (!(period < kFastestVisit)) return;
-  const bool same_instants =
-      a.is_number == b.is_number &&
-      std::ranges::equal(of_points, of_joints, [&](double at, double other) {
-        return std::abs(at - other) <= period / 2;
-      });
+  const bool same_instants = a.is_number == b.is_number &&
+                             std::ranges::equal(of_points, of_joints, [&](double at, double other) {
+                               return std::abs(at - other) <= period / 2;
+                             });
   if (same_instants) return;
   throw InputError(fmt::format(
-      "{}: this table and {} are records with a row each {:.3g} s, and their rows have other times; "
+      "{}: this table and {} are records with a row each {:.3g} s, and their rows have other "
+      "times; "
       "say how they belong together: --join time if the clocks agree, --join stops if they differ, "
       "--join order if each row has the same visit in both",
       points.table().file, joints.table().file, period));

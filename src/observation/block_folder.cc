@@ -129,7 +129,8 @@ void BlockFolder::weigh_replicates(int prediction, Row&& of_row) {
     sum += weight * r;
     squares += weight * squared_norm;
     if (folded_.bend.size() > 0)
-      bend += 2 * weight * weight / ((dof + size) * law_.counted_variance(variance)) * (r * r.transpose());
+      bend += 2 * weight * weight / ((dof + size) * law_.counted_variance(variance)) *
+              (r * r.transpose());
   }
   of_row.template rightCols<1>() = sum / weights;
   of_row *= std::sqrt(weights);

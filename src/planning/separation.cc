@@ -15,8 +15,8 @@
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/tracing/loop.h"
 #include "linear_algebra/decompositions.h"
-#include "planning/contest.h"
 #include "planning/choose_by_exchange.h"
+#include "planning/contest.h"
 
 namespace armtrue {
 namespace {

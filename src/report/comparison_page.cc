@@ -184,13 +184,13 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
                                           : "nothing beyond chance",
                page.value("sentence"));
   if (found.arm) {
-    page.tiles({{"Mean", page.value("arm/mean_mm") + " mm",
-                 "distance of the arms at " + page.value("arm/poses") +
-                     " poses, base and tool placed"},
-                {"Largest", page.value("arm/max_mm") + " mm", "of these distances"},
-                {"RMS", page.value("arm/rms_mm") + " mm",
-                 found.arm->by_chance ? "by chance " + page.value("arm/by_chance_mm") + " mm"
-                                      : "of these distances; chance was not tested"}});
+    page.tiles(
+        {{"Mean", page.value("arm/mean_mm") + " mm",
+          "distance of the arms at " + page.value("arm/poses") + " poses, base and tool placed"},
+         {"Largest", page.value("arm/max_mm") + " mm", "of these distances"},
+         {"RMS", page.value("arm/rms_mm") + " mm",
+          found.arm->by_chance ? "by chance " + page.value("arm/by_chance_mm") + " mm"
+                               : "of these distances; chance was not tested"}});
   }
   page.section("What the runs are made of");
   std::vector<std::string> items = page.values("notes");

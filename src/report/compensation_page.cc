@@ -78,8 +78,8 @@ void add_between(Page& page, const BetweenPoints& between) {
   const BetweenPointsSummary summary = summarize(between);
   page.section("Between the points");
   const auto value = [&](const char* name) { return page.value(key + name); };
-  std::string text = "Straight and circular moves: " + value("moves") + "; divided: " +
-                     value("divided") + "; moves inserted: " + value("inserted") +
+  std::string text = "Straight and circular moves: " + value("moves") +
+                     "; divided: " + value("divided") + "; moves inserted: " + value("inserted") +
                      ". The predicted error between two points is then below " +
                      value("tolerance_mm") + " mm.";
   if (value("unknown") != "0")

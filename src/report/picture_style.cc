@@ -54,8 +54,8 @@ std::string light_value(std::string_view variable) {
   return std::string(light.substr(begin, light.find_first_of(";}", begin) - begin));
 }
 
-// The classes with the light colour before each variable: `fill:#fff;fill:var(--paper)`. Programs that
-// draw SVG and know no variables, such as librsvg, leave the second out.
+// The classes with the light colour before each variable: `fill:#fff;fill:var(--paper)`. Programs
+// that draw SVG and know no variables, such as librsvg, leave the second out.
 std::string classes_with_light_values() {
   constexpr std::string_view kUse = "var(";
   const std::string_view classes = kClasses;

@@ -27,8 +27,8 @@ bool is_about_positioner(DriverKind kind, int joint, const Robot& robot) {
          is_of_positioner(robot, zero_offset(robot.chain, joint));
 }
 
-// Which joints gravity turns. About an axis along it the torque is rounding, or what a tilt of the base of
-// microradians makes of it: such a driver takes a coefficient that no gear has.
+// Which joints gravity turns. About an axis along it the torque is rounding, or what a tilt of the
+// base of microradians makes of it: such a driver takes a coefficient that no gear has.
 class GravityTurns {
  public:
   explicit GravityTurns(const Robot& robot) : robot_(robot) {}
@@ -42,8 +42,8 @@ class GravityTurns {
   }
 
  private:
-  // Of the torque on each joint over the travel, by the masses or by 1 kg at the measured frame [N m, or N]. A
-  // positioner does not carry them.
+  // Of the torque on each joint over the travel, by the masses or by 1 kg at the measured frame [N
+  // m, or N]. A positioner does not carry them.
   std::vector<double> torque_ranges(Effect effect, DriverKind kind) const {
     constexpr int kPoses = 128;
     effect.shape = Shape{};

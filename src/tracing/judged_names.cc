@@ -61,9 +61,10 @@ bool has_better_rival(const TracedEffect& traced) {
   });
 }
 
-// Whether the geometry beside random errors of the instrument explains the readings better than what was
-// found, with and without such errors beside it: then axes of the instrument that have different scales, or
-// another distortion, were taken for effects of the arm. All under the law of readings of what was found.
+// Whether the geometry beside random errors of the instrument explains the readings better than
+// what was found, with and without such errors beside it: then axes of the instrument that have
+// different scales, or another distortion, were taken for effects of the arm. All under the law of
+// readings of what was found.
 bool is_error_of_instrument(const TraceResult& trace, const Campaign& timed,
                             const Catalogue& catalogue, double found, double found_beside) {
   if (trace.effects.empty()) return false;
@@ -184,7 +185,8 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   }
   if (is_error_of_instrument(trace, timed, catalogue, judged.random.evidence, erring.evidence)) {
     fall_back_to_geometry(judged.training);
-    judged.random = beside_groups(judged.training.trace.fit, timed, judged.training.trace.fit, &catalogue);
+    judged.random =
+        beside_groups(judged.training.trace.fit, timed, judged.training.trace.fit, &catalogue);
     judged.instrument_errs = true;
     return judged;
   }

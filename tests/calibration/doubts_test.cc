@@ -100,9 +100,9 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   CalibrationResult narrow;  // a law beside a few readings that are off by far
   narrow.sigma.position = 1e-5;
   narrow.spread.position = 9e-5;
-  EXPECT_THAT(contradiction_of_noise(robot, campaign, narrow,
-                                     {.source = kInstrument, .position = 1e-4}),
-              IsEmpty());
+  EXPECT_THAT(
+      contradiction_of_noise(robot, campaign, narrow, {.source = kInstrument, .position = 1e-4}),
+      IsEmpty());
   robot.noise.position = 0;
   EXPECT_THAT(said(kReplicates, 3e-4, 3e-4, 30), IsEmpty());
 }

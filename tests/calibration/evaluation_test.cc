@@ -10,12 +10,12 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
-#include "armtrue/calibration/unseen_scale.h"
 #include "support/oracle.h"
 
 namespace armtrue::evaluation_test {

@@ -90,7 +90,8 @@ TEST(Coverage, ContainsWhatMayBeTheArmsAndIsNotApplied) {
     EXPECT_NEAR(deviation_at(q), std::hypot(without, 3e-3 * q[1] - 1e-3), 0.02 * without);
     const ErrorMap map = map_errors(robot, nominal, joint_program({q}), options);
     EXPECT_NEAR(*map.points.front().deviation, deviation_at(q), 1e-12);
-    EXPECT_NEAR(*map.points.front().after, std::hypot(deviation_at(q), std::sqrt(3.0) * 1e-4), 1e-12);
+    EXPECT_NEAR(*map.points.front().after, std::hypot(deviation_at(q), std::sqrt(3.0) * 1e-4),
+                1e-12);
     // The drift of the instrument is none of the arm, whatever it may be.
     robot.effects.back() = effect_on("base.x", "time", "linear", {1e-3});
     robot.effects.back().may_be_instrument = true;

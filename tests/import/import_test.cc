@@ -402,7 +402,8 @@ TEST(ImportJoin, NamesInAnotherWritingAreNotJoinedInAnotherOrder) {
   EXPECT_NO_THROW(import_two(points, joints("a", "b"), kMmDeg));
 }
 
-// As many rows say nothing of two records with clocks of their own; of two tables with a row for each visit, they do.
+// As many rows say nothing of two records with clocks of their own; of two tables with a row for
+// each visit, they do.
 TEST(ImportJoin, RecordsOfTheWayAreNotJoinedByTheOrderOfTheirRows) {
   const auto error = [&](double period, double offset) {
     std::string points = "t_s,X,Y,Z\n", joints = "t_s," + kJoints + "\n";

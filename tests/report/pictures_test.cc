@@ -121,19 +121,18 @@ TEST(Palette, BeforeIsOrangeAndAfterIsBlue) {
   }
   for (const char* kind : {".line", ".shaft", ".rule", ".point"})
     for (const char* look : {"nominal", "before", "after"})
-      EXPECT_TRUE(
-          std::regex_search(picture_style(), std::regex(std::string("\\") + kind + "\\." + look +
-                                                        "[^{}]*\\{stroke:#[0-9a-f]+;stroke:var\\(--" +
-                                                        look + "\\)")))
+      EXPECT_TRUE(std::regex_search(
+          picture_style(), std::regex(std::string("\\") + kind + "\\." + look +
+                                      "[^{}]*\\{stroke:#[0-9a-f]+;stroke:var\\(--" + look + "\\)")))
           << kind << look;
 }
 
-// librsvg and other programs know no variables: before each stands the property with the light colour.
+// librsvg and other programs know no variables: before each stands the property with the light
+// colour.
 TEST(Palette, EachColourIsSaidWithoutAVariableToo) {
   const auto light = colours(picture_style().substr(0, picture_style().find("@media")));
   const auto uses = all_of(picture_style(), "([a-z]+):var\\(--([a-z0-9]+)\\)");
-  const auto both =
-      all_of(picture_style(), "([a-z]+):(#[0-9a-f]{3,6});\\1:var\\(--([a-z0-9]+)\\)");
+  const auto both = all_of(picture_style(), "([a-z]+):(#[0-9a-f]{3,6});\\1:var\\(--([a-z0-9]+)\\)");
   ASSERT_GT(uses.size(), 30u);
   ASSERT_EQ(both.size(), uses.size());
   for (const auto& use : both)

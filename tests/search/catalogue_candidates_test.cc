@@ -1,5 +1,3 @@
-#include "search/candidates.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -12,6 +10,7 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "search/candidates.h"
 
 namespace armtrue {
 namespace {
@@ -80,8 +79,11 @@ TEST(CatalogueCandidates, EachWireFollowsItsOwnLength) {
   for (const Anchor& anchor : robot.chain.anchors) {
     constexpr int kZero = 3;
     Candidate& scale = scales.emplace_back();
-    scale.effect = {"wire scale", Parameter(Owner::anchor, anchor.name, kZero),
-                    {DriverKind::range, -1, -1, ""}, Shape{}, {}};
+    scale.effect = {"wire scale",
+                    Parameter(Owner::anchor, anchor.name, kZero),
+                    {DriverKind::range, -1, -1, ""},
+                    Shape{},
+                    {}};
   }
   const auto scatter_of = [&](const std::vector<Candidate>& scanned, int k) {
     return CandidateScan(scanned, robot, campaign)
@@ -159,10 +161,12 @@ TEST(CatalogueCandidates, OnlyWhatNeedsTheMassesIsLeftOutWithoutThem) {
   }
 }
 
-// About an upright axis the torque is rounding, also behind the base of an earlier calibration; on a wall it is not.
+// About an upright axis the torque is rounding, also behind the base of an earlier calibration; on
+// a wall it is not.
 TEST(CatalogueCandidates, AnAxisAlongGravityGivesWayToNone) {
   Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
-  for (const char* driver : {"gravity-torque own", "tool-weight own", "time * gravity-torque own"}) {
+  for (const char* driver :
+       {"gravity-torque own", "tool-weight own", "time * gravity-torque own"}) {
     const std::string entry = std::string("parameter: theta, shape: linear, driver: ") + driver;
     for (const double tilt : {0.0, 4e-8, 1.5}) {
       robot.chain.base.rotation =

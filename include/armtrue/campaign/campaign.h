@@ -170,12 +170,14 @@ struct Campaign {
   /// Whether all readings are of beams.
   bool has_beams_only() const;
   ReadingKind kind(int row) const;
-  /// The reading of a row if reads_one_number(): the distance, the coordinate, or the gauge of a touch
-  /// [m].
+  /// The reading of a row if reads_one_number(): the distance, the coordinate, or the gauge of a
+  /// touch [m].
   double length(int row) const {
     return kind(row) == ReadingKind::coordinate ? coordinate[row]->value : distance[row];
   }
-  ReadingSize reading_size() const { return {reads_one_number() ? 1 : 3, has_orientation() ? 3 : 0}; }
+  ReadingSize reading_size() const {
+    return {reads_one_number() ? 1 : 3, has_orientation() ? 3 : 0};
+  }
   /// Number of the quantity that a row reads of its target: 0 for a point, the index of the anchor
   /// for a distance. In a campaign of points and distances: the axis (0 to 2) for a coordinate, 3 +
   /// the index of the anchor for a distance. Then come three numbers for each contact. Equal

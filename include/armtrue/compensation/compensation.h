@@ -170,8 +170,8 @@ std::vector<int> worst_targets(const std::vector<CorrectedTarget>& targets, int 
 /// How many targets have a note.
 int count_of(const std::vector<CorrectedTarget>& targets, CommandNote note);
 
-/// Whether the arm reaches every target without a correction, to 1e-9 m and rad: the controller runs
-/// its model.
+/// Whether the arm reaches every target without a correction, to 1e-9 m and rad: the controller
+/// runs its model.
 bool need_no_correction(const std::vector<CorrectedTarget>& targets);
 
 /// A summary in one or two sentences: how many targets are corrected, the expected error, and what

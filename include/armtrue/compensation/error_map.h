@@ -38,8 +38,8 @@ struct MapPoint {
   double turn = 0;  ///< angle of the rotation between the two [rad]
   /// Remaining error if the controller gets the identified constants, but no effects [m].
   double left_by_constants = 0;
-  /// As CorrectedTarget::deviation, without what the model lacks [m], and ::leverage; nothing if the
-  /// robot does not state its uncertainty.
+  /// As CorrectedTarget::deviation, without what the model lacks [m], and ::leverage; nothing if
+  /// the robot does not state its uncertainty.
   std::optional<double> deviation, leverage;
   /// Root mean square of the remaining error if constants and effects are corrected [m]:
   /// sqrt(deviation^2 + 3 s^2 + rest^2), with s = Uncertainty::reading, which contains the lack of

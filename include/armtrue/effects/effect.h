@@ -82,8 +82,8 @@ inline bool is_of_one_angle(const Effect& effect) {
   return driver.kind == DriverKind::joint_angle && !driver.is_pair() && !driver.factor;
 }
 
-/// Whether `driver_range` can bound the effect: a function of one joint angle, of the time or of one
-/// temperature alone.
+/// Whether `driver_range` can bound the effect: a function of one joint angle, of the time or of
+/// one temperature alone.
 inline bool can_be_bounded(const Effect& effect) {
   const Driver& driver = effect.driver;
   return is_of_one_angle(effect) ||

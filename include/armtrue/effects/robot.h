@@ -36,9 +36,9 @@ struct Session {
 
 /// Uncertainty of the parameters of a calibrated robot.
 struct Uncertainty {
-  /// Names of the geometric parameters: those that were identified, which Robot::std names too, then
-  /// those of the links that the poses do not show, though others would (lost_to_poses()). After
-  /// them come the coefficients of all effects, in their order.
+  /// Names of the geometric parameters: those that were identified, which Robot::std names too,
+  /// then those of the links that the poses do not show, though others would (lost_to_poses()).
+  /// After them come the coefficients of all effects, in their order.
   std::vector<std::string> parameters;
   Eigen::MatrixXd root;  ///< G with G G^T = covariance of all these [SI]; lower triangular
   /// Standard deviation of a reading about the model, per axis, in the region of the calibration.

@@ -10,10 +10,10 @@ inline constexpr double kFarContact = 0.02;
 
 /// Which contacts with_contacts_fitted() places.
 enum class FitContacts {
-  all,      ///< each contact that is touched, read by a beam or seen in an image
-  unplaced,  ///< of these, contacts without a place in the robot file, and those with a median error
-            ///< of kFarContact or more. All cameras and boards are placed anew if one pair of them
-            ///< is such; all contacts, if a beam on a plane with a place is
+  all,       ///< each contact that is touched, read by a beam or seen in an image
+  unplaced,  ///< of these, contacts without a place in the robot file, and those with a median
+             ///< error of kFarContact or more. All cameras and boards are placed anew if one pair
+             ///< of them is such; all contacts, if a beam on a plane with a place is
 };
 
 /// The robot with contacts placed where its own points p, without effects, touch them:

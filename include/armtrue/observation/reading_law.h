@@ -36,7 +36,9 @@ struct ReadingLaw {
 
   bool operator==(const ReadingLaw&) const = default;
   double variance_of(int row) const { return variance.empty() ? 1.0 : variance[row]; }
-  double counted_variance(double row_variance) const { return std::min(row_variance, most_counted); }  ///< u
+  double counted_variance(double row_variance) const {
+    return std::min(row_variance, most_counted);
+  }  ///< u
   double weight(double squared_norm, int dimension, double row_variance = 1.0) const;
   double loss(double squared_norm, int dimension, double row_variance = 1.0) const;
 };

@@ -54,9 +54,7 @@ bool YamlMap::has(const std::string& key) {
   return values_.contains(key);
 }
 
-bool YamlMap::has_value(const std::string& key) {
-  return has(key) && !values_.at(key).IsNull();
-}
+bool YamlMap::has_value(const std::string& key) { return has(key) && !values_.at(key).IsNull(); }
 
 YAML::Node YamlMap::need(const std::string& key) {
   if (!has(key)) fail(key, "is missing" + instead_of(key));

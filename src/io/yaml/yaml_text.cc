@@ -159,7 +159,8 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
 
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
   YAML::Node node = effect_form_node(effect, chain);
-  if (effect.driver_range) node["measured"] = flow_list({(*effect.driver_range)[0], (*effect.driver_range)[1]});
+  if (effect.driver_range)
+    node["measured"] = flow_list({(*effect.driver_range)[0], (*effect.driver_range)[1]});
   for (size_t k = 0; k < effect.coefficients.size(); ++k) {
     const Coefficient& c = effect.coefficients[k];
     YAML::Node coefficient;

@@ -14,7 +14,8 @@ const char* reason_of(KrlTargetKind kind) {
       return "its point is declared neither here nor in the .dat of the program; give the data "
              "list that declares it, or a folder with it: --with FILE";
     case KrlTargetKind::home:
-      return "HOME, which $config.dat declares and other programs use; give it: --with '$config.dat'";
+      return "HOME, which $config.dat declares and other programs use; give it: --with "
+             "'$config.dat'";
     case KrlTargetKind::here:
       return "it goes where the arm stands";
     case KrlTargetKind::reassigned:
