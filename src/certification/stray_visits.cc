@@ -52,7 +52,7 @@ class StraySearch {
 
   // Single visits, by the others of their pose.
   void find_single() {
-    constexpr size_t kEnough = 5;  // visits; the middle one of fewer lies beside the place
+    constexpr size_t kEnough = 10;  // visits; the middle one of fewer lies beside the place
     std::vector<double> distances, of_many;
     for (const VisitedPlace& place : places_) {
       if (place.rows.size() >= kEnough)

@@ -88,7 +88,7 @@ std::string check_mixed_lengths(const Campaign& campaign) {
   for (size_t k = 0; k < nearer; ++k) rows.push_back(far[k].second);
   std::ranges::sort(rows);
   return fmt::format(
-      "{}, lie within {:.3g} mm of the origin, and all others {:.3g} mm or more from it: are these "
+      "{}, lie within {:.4g} mm of the origin, and all others {:.4g} mm or more from it: are these "
       "rows in m, or those in mm? Convert them to one unit",
       in_lines(campaign, rows), far[nearer - 1].first / kMillimetre,
       far[nearer].first / kMillimetre);
