@@ -274,15 +274,12 @@ double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) con
   return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
 }
 
-bool EffectModel::split_families(bool events) {
+bool EffectModel::split_families() {
   std::vector<Effect> start = fit_.robot.effects;
   bool found = false;
   for (;;) {
-    const auto family = std::ranges::find_if(chosen_, [&](const Candidate& candidate) {
-      const bool is_event =
-          !candidate.only_together && candidate.effect.shape.kind == ShapeKind::step;
-      return !candidate.effect.members.empty() && (is_event || !events);
-    });
+    const auto family = std::ranges::find_if(
+        chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
     if (family == chosen_.end()) break;
     found = true;
     const int k = static_cast<int>(family - chosen_.begin());

@@ -51,9 +51,8 @@ class EffectModel {
   void exchange(int k, const Candidate& candidate);
   void drop(const std::vector<int>& ascending);
   /// Replaces chosen families by their members, each as a chosen candidate of its own; they still
-  /// share their prior deviation. False if there is none. With `events` only families of steps
-  /// whose members may occur alone.
-  bool split_families(bool events = false);
+  /// share their prior deviation. False if there is none.
+  bool split_families();
   /// Keeps chosen candidates in the model, but not among the chosen ones: only their prior holds
   /// them.
   void hold(const std::vector<int>& ascending);

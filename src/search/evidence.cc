@@ -76,6 +76,7 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
+// Whether a parameter is of a link behind the last joint, to which the tool is fastened.
 bool is_behind_joints(const KinematicChain& chain, const Parameter& parameter) {
   const auto found = find_parameter(chain, parameter);
   if (!found || !layout_of(chain).is_of_links(*found)) return false;

@@ -100,7 +100,6 @@ void ModelSearch::find_effects() {
   for (;;) {
     while (step()) {
       if (may_revise && model_.chosen().size() > 1) revise(KnownCauses::stay);
-      split_events();
       merge_into_spline(kMinPiecesOfCurve);
       may_revise &= is_new_model();
       result_.stages.push_back(model_.fit());
@@ -173,7 +172,6 @@ bool ModelSearch::step() {
     model_.add(model_.refined(candidates()[candidate], -1), p);
     barred_.clear();
     settle_place_of(model_.chosen_count() - 1);
-    split_events();
     return true;
   }
   return false;
@@ -228,12 +226,6 @@ void ModelSearch::begin_with(const Effect& effect) {
   if (score.degrees_of_freedom == 0) return;
   const double p = model_.chance_of(score.score);
   model_.add(model_.refined(*found, -1), p);
-}
-
-// Zeros that jump at once are as many events as there are zeros: each stands for itself from now
-// on, and what shows no jump has none. A link that was bent has to explain more than these few.
-void ModelSearch::split_events() {
-  if (model_.split_families(true)) drop_idle();
 }
 
 // False once a model comes back, or after kMaxModels (frequencies seldom come back to the last

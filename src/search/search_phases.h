@@ -49,7 +49,6 @@ class ModelSearch {
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   bool is_half_shown(int k);
-  void split_events();
   bool may_be_knock(int k);
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 
