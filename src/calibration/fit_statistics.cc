@@ -130,7 +130,7 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
   for (int i = 0; i < std::ssize(norms); ++i) {
     const double variance = law.variance_of(i);
     result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
-    result.weights_in_pose[i] = result.weights[i] * variance / law.counted(variance);
+    result.weights_in_pose[i] = result.weights[i] * variance / law.counted_variance(variance);
     weighted += result.weights[i] * norms[i].array();
     all += result.weights_in_pose[i] * norms[i].array();
     within_poses += result.weights_in_pose[i] / variance * norms[i].array();
