@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/effects/posture.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
 #include "search/candidates.h"
@@ -67,7 +68,9 @@ bool has_better_rival(const TracedEffect& traced) {
 // readings of what was found.
 bool is_error_of_instrument(const TraceResult& trace, const Campaign& timed,
                             const Catalogue& catalogue, double found, double found_beside) {
-  if (trace.effects.empty()) return false;
+  const bool of_posture = std::ranges::all_of(
+      trace.effects, [](const TracedEffect& traced) { return is_of_posture(traced.effect); });
+  if (trace.effects.empty() || !of_posture) return false;  // a distortion of space knows no time
   const double geometry =
       beside_groups(trace.stages.front(), timed, trace.fit, &catalogue).evidence;
   return geometry - found > kRuledOut && geometry > found_beside;
