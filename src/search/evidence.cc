@@ -512,6 +512,13 @@ bool is_other_cause(const Effect& effect, const Rival& rival) {
   if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
       moved_by(effect) != moved_by(rival))
     return true;
+  const auto is_of_heat = [](const Driver& driver) {
+    return driver.kind == DriverKind::temperature;
+  };
+  if (is_slow_or_sudden(effect.driver) && is_slow_or_sudden(rival.effect.driver) &&
+      is_of_heat(effect.driver) != is_of_heat(rival.effect.driver) &&
+      rival.delta_ebic <= kSameEvidence)
+    return true;
   // What follows one joint under one name is one cause, whichever parameter shows it.
   if (effect.driver.joint >= 0 && rival.effect.name == effect.name &&
       rival.effect.driver == effect.driver)

@@ -82,7 +82,7 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   const Campaign campaign = sixty_poses();
   const auto said = [&](NoiseFloor::Source source, double floor, double sigma, double determined) {
     CalibrationResult fit;
-    fit.sigma.position = sigma;
+    fit.sigma.position = fit.spread.position = sigma;
     fit.determined[0] = determined;
     const NoiseFloor noise{.source = source, .position = floor, .degrees_of_freedom = 180};
     return contradiction_of_noise(robot, campaign, fit, noise);

@@ -354,8 +354,10 @@ TEST(Certainty, UrNumbersMayBeSumsAndProducts) {
   for (const char* const unknown :
        {"movel(p[h,0,0,0,0,0])\n", "h = g()\nmovel(p[h,0,0,0,0,0])\n",
         "h = 1\nif x:\nh = 2\nend\nmovel(p[h,0,0,0,0,0])\n", "movel(p[1/0,0,0,0,0,0])\n",
-        "h = h + 1\nmovel(p[h,0,0,0,0,0])\n", "movel(p[sin(1),0,0,0,0,0])\n"})
+        "h = h + 1\nmovel(p[h,0,0,0,0,0])\n", "movel(p[sin(1),0,0,0,0,0])\n",
+        "movel(p[-\n0.5,0,0,0,0,0])\n"})  // a number in its place would take the line, too
     EXPECT_EQ(x_of(unknown), -1.0) << unknown;
+  EXPECT_EQ(x_of("movel(p[\n0.25+0.25\n,0,0,0,0,0])\n"), 500000);
   const RobotProgram joints =
       parsed("p.script", "movej([d2r(90),-d2r(45),0,3.141592653589793/2,0,0])\n");
   EXPECT_NEAR(joints.targets.at(0).q[0], std::acos(0.0), 1e-12);

@@ -186,6 +186,16 @@ TEST(Verdict, OfWhatMovesSomethingElseInTimeNeedsNoName) {
   EXPECT_FALSE(is_other("A6.theta", "tool.rz", angle));  // no tool follows an axis of the arm
 }
 
+// A cell that only gets warmer does not tell its temperature from time.
+TEST(Verdict, OfATemperatureThatGrowsWithTimeNeitherIsTheCause) {
+  const Effect drift{"zero drift", "A2.theta", {DriverKind::time, -1, -1, ""}, {}, {}};
+  Rival warmth{.effect = {"unexplained", "A2.theta", {DriverKind::temperature, -1, -1, "arm"}, {}, {}}};
+  warmth.delta_ebic = 2;
+  EXPECT_TRUE(is_other_cause(drift, warmth));
+  warmth.delta_ebic = 20;
+  EXPECT_FALSE(is_other_cause(drift, warmth));
+}
+
 // Of two parameters that show one cause neither is a rival: the axis that shifts is the same.
 TEST(Verdict, OfOneCauseThatTwoParametersShowIsClosed) {
   const Driver driver{DriverKind::joint_angle, 2, -1, ""};

@@ -38,7 +38,8 @@ Moved moved_by(const Rival& rival);
 /// Whether a rival is another cause: one of the catalogue with another name or parameter, but not
 /// one of the same name that follows the same driver of one joint. If both follow time, session or
 /// temperature alone, any rival with another moved_by() is another cause, with or without a name: a
-/// sinking stand moves readings as a growing column does.
+/// sinking stand moves readings as a growing column does. So is one that follows a temperature in
+/// place of time, or the other way round, if the readings do not exclude it (odds below 20 to 1).
 bool is_other_cause(const Effect& effect, const Rival& rival);
 
 /// Whether a rival without a name could take the place of a named effect: the zero offset of

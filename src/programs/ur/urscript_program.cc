@@ -52,7 +52,7 @@ class UrReader : MoveReader {
         parts_(parts),
         text_(masked(program.texts[0].text, '#', "\"'")),
         statements_(split_statements(text_, '\n')),
-        values_(text_, program.frames, known) {}
+        values_(text_, program.texts[0].text, program.frames, known) {}
 
   void read() {
     const std::vector<Statement>& statements = statements_;

@@ -123,6 +123,12 @@ std::optional<size_t> UrValues::place_of_tool(const Statement& argument) {
 // points whose values are certain.
 std::optional<double> UrValues::number_in(const Statement& part) {
   if (numbers_in_one_another_ == kDeepestNumber) return std::nullopt;
+  const std::string_view text =
+      std::string_view(original_).substr(part.begin, part.end - part.begin);
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  // A number that takes the place of a sum over several lines would take the lines, too.
+  if (first != text.npos && text.find('\n', first) < text.find_last_not_of(" \t\r\n"))
+    return std::nullopt;
   ++numbers_in_one_another_;
   TextCursor cursor(text_, part.begin, part.end);
   const auto value = take_sum(cursor, [&](TextCursor& rest) { return take_named_number(rest); });

@@ -37,9 +37,10 @@ struct UrValue {
 /// and get_inverse_kin(pose, qnear) and pose_trans(frame, pose) of them.
 class UrValues {
  public:
-  /// `text`: the program by masked(), whose line ends are blanks. All must outlive it.
-  UrValues(const std::string& text, std::vector<ProgramFrame>& frames, const KnownFrames& known)
-      : text_(text), frames_(frames), known_(known) {}
+  /// `text`: the program, `original`, by masked(), its line ends are blanks. All must outlive it.
+  UrValues(const std::string& text, const std::string& original,
+           std::vector<ProgramFrame>& frames, const KnownFrames& known)
+      : text_(text), original_(original), frames_(frames), known_(known) {}
 
   /// Reads the assignments, [global|local] NAME = VALUE. `structure`: of these statements; it must
   /// outlive this.
@@ -135,6 +136,7 @@ class UrValues {
   std::optional<Pose> constant(const Statement& argument, int depth);
 
   const std::string& text_;
+  const std::string& original_;
   std::vector<ProgramFrame>& frames_;
   const KnownFrames& known_;
   Scopes scopes_;
