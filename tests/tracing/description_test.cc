@@ -189,7 +189,8 @@ TEST(Verdict, OfWhatMovesSomethingElseInTimeNeedsNoName) {
 // A cell that only gets warmer does not tell its temperature from time.
 TEST(Verdict, OfATemperatureThatGrowsWithTimeNeitherIsTheCause) {
   const Effect drift{"zero drift", "A2.theta", {DriverKind::time, -1, -1, ""}, {}, {}};
-  Rival warmth{.effect = {"unexplained", "A2.theta", {DriverKind::temperature, -1, -1, "arm"}, {}, {}}};
+  Rival warmth{
+      .effect = {"unexplained", "A2.theta", {DriverKind::temperature, -1, -1, "arm"}, {}, {}}};
   warmth.delta_ebic = 2;
   EXPECT_TRUE(is_other_cause(drift, warmth));
   warmth.delta_ebic = 20;

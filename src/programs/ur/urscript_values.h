@@ -38,8 +38,8 @@ struct UrValue {
 class UrValues {
  public:
   /// `text`: the program, `original`, by masked(), its line ends are blanks. All must outlive it.
-  UrValues(const std::string& text, const std::string& original,
-           std::vector<ProgramFrame>& frames, const KnownFrames& known)
+  UrValues(const std::string& text, const std::string& original, std::vector<ProgramFrame>& frames,
+           const KnownFrames& known)
       : text_(text), original_(original), frames_(frames), known_(known) {}
 
   /// Reads the assignments, [global|local] NAME = VALUE. `structure`: of these statements; it must
