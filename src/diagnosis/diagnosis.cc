@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -362,6 +363,10 @@ struct SessionFindings {
 // What is wrong with the readings of one session.
 SessionFindings diagnose_session(const Robot& given, const Campaign& all,
                                  const std::vector<int>& rows) {
+  // A copy of a million rows takes as much memory as the rest of a calibration.
+  std::optional<Campaign> some;
+  const Campaign& session =
+      std::ssize(rows) == all.rows() ? all : some.emplace(all.select(rows));
   const Campaign campaign = all.select(readings_evenly_chosen(all, rows, kRowsLookedAt));
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
@@ -369,7 +374,7 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   if (poses < 4) return {};  // a base fits any three points
   const bool few = poses < kFewestPoses;
   if (!few)
-    if (const auto exchanged = find_exchanged_targets(robot, all.select(rows)))
+    if (const auto exchanged = find_exchanged_targets(robot, session))
       return {{*exchanged}, true};
   const double miss = median_miss(robot, campaign);
   const bool fits = miss <= kImplausibleMiss;
@@ -377,7 +382,7 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   const bool turns_fit = !has_turns || median_turn(robot, campaign) <= kImplausibleTurn;
   // First of all: readings in two frames fit no arm, whatever is changed in all of them.
   if (!fits || !turns_fit)
-    if (const auto moved = find_far_set_up_change(robot, all.select(rows))) return {{*moved}, fits};
+    if (const auto moved = find_far_set_up_change(robot, session)) return {{*moved}, fits};
   if (!fits) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
