@@ -3,16 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
-#include <optional>
-#include <ranges>
 #include <span>
 #include <string>
 
-#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
 
@@ -153,39 +148,6 @@ void check_calls(const RobotProgram& program, std::vector<std::string>& doubts) 
       facts.tool));
 }
 
-constexpr double kSamePlace = 1e-3;                // m
-constexpr double kSameTurn = 0.1 * kDegree;
-constexpr double kElsewhere = 5e-3;                // m: hints that are no more than hints
-
-bool is_same_place(const Pose& a, const Pose& b) {
-  return (a.translation - b.translation).norm() < kSamePlace;
-}
-
-bool is_same_turn(const Pose& a, const Pose& b) {
-  return rotation_log(a.rotation.transpose() * b.rotation).norm() < kSameTurn;
-}
-
-// The displacement that is the same in all rows; nothing if it differs.
-std::optional<Pose> common(size_t rows, const std::function<Pose(size_t)>& of_row) {
-  const Pose first = of_row(0);
-  for (size_t row = 1; row < rows; ++row)
-    if (const Pose other = of_row(row); !is_same_place(first, other) || !is_same_turn(first, other))
-      return std::nullopt;
-  return first;
-}
-
-std::string numbers_of(const Pose& pose) {
-  const Eigen::Vector3d mm = pose.translation / kMillimetre;
-  const Eigen::Vector3d abc = abc_from_rotation(pose.rotation) / kDegree;
-  std::string text;
-  for (const double number : {mm[0], mm[1], mm[2], abc[0], abc[1], abc[2]}) {
-    constexpr double kDigits = 1000;  // mm and deg, as people enter them
-    const double rounded = std::round(number * kDigits) / kDigits;
-    text += fmt::format("{}{:.10g}", text.empty() ? "" : ",", rounded == 0 ? 0.0 : rounded);
-  }
-  return text;
-}
-
 // People write quarters and eighths of a turn: 1.5708 as a number of degrees is one of them in rad.
 std::string doubt_of_turn(const std::string& name, const Pose& pose) {
   constexpr double kEighth = std::numbers::pi / 4, kRounding = 5e-3;  // 1.57
@@ -235,83 +197,6 @@ std::string doubt_of_table(const std::string& file, const Program& program) {
   if (program.poses.size() < 2 || farthest == 0 || farthest >= kSmallestPart) return "";
   return doubt_of_metres(file, program.visits.line.front(),
                          static_cast<int>(program.poses.size()), farthest);
-}
-
-std::string contradiction_of_hints(const Program& program, const Robot& controller,
-                                   const CompensationOptions& options) {
-  constexpr size_t kFewestRows = 4;
-  const size_t rows = program.rows();
-  if (!program.is_cartesian() || rows < kFewestRows || !program.set_up.empty() ||
-      options.tool_is_measured || !std::ranges::all_of(program.hinted, std::identity()))
-    return "";
-  KinematicChain chain = controller.chain;
-  chain.base = chain.tool = {};
-  const ChainEvaluator evaluator(chain);
-  std::vector<Pose> last, hinted;  // of each row in R_0: R_7, and the TCP
-  for (const JointVector& q : program.visits.q) {
-    last.push_back(evaluator.pose(q));
-    hinted.push_back(last.back() * options.tool);
-  }
-  const auto target = [&](size_t row) { return options.base * program.poses[row]; };
-  // The largest distance of a place from its hint, with factors on its coordinates.
-  const auto farthest = [&](const Eigen::Vector3d& factors) {
-    double most = 0;
-    for (size_t row = 0; row < rows; ++row) {
-      const Pose changed{program.poses[row].rotation,
-                         factors.cwiseProduct(program.poses[row].translation)};
-      most = std::max(most, ((options.base * changed).translation - hinted[row].translation).norm());
-    }
-    return most;
-  };
-  if (farthest({1, 1, 1}) < kSamePlace) {
-    size_t turned = 0;
-    for (size_t row = 0; row < rows; ++row)
-      turned += rotation_log(target(row).rotation.transpose() * hinted[row].rotation).norm() >
-                10 * kSameTurn;
-    return 2 * turned < rows
-               ? ""
-               : fmt::format("the joint angles of {} of {} targets reach their places, but not "
-                             "with their a_deg, b_deg, c_deg: R = Rz(a) Ry(b) Rx(c) in deg; check their "
-                             "order, sign and unit, and --tool",
-                             turned, rows);
-  }
-  std::vector<double> apart;
-  for (size_t row = 0; row < rows; ++row)
-    apart.push_back((target(row).translation - hinted[row].translation).norm());
-  std::ranges::nth_element(apart, apart.begin() + static_cast<std::ptrdiff_t>(rows / 2));
-  if (apart[rows / 2] < kElsewhere) return "";
-  const std::string contradict = fmt::format(
-      "the joint angles of the targets stand {:.4g} mm from their poses (median)",
-      apart[rows / 2] / kMillimetre);
-  if (const auto base = common(
-          rows, [&](size_t row) { return hinted[row] * inverse(program.poses[row]); }))
-    return contradict + ", and at each of them with --base=" + numbers_of(*base) +
-           ": is the base that one?";
-  if (const auto tool =
-          common(rows, [&](size_t row) { return inverse(last[row]) * target(row); }))
-    return contradict +
-           ", and at each of them with --tool=" + numbers_of(inverse(options.flange) * *tool) +
-           ": is the tool that one?";
-  struct Factors {
-    Eigen::Vector3d factors;
-    const char* words;
-  };
-  for (const Factors& other : {Factors{{-1, 1, 1}, "x_mm with the other sign"},
-                               Factors{{1, -1, 1}, "y_mm with the other sign"},
-                               Factors{{1, 1, -1}, "z_mm with the other sign"},
-                               Factors{{1000, 1000, 1000}, "x_mm, y_mm, z_mm in m"},
-                               Factors{{25.4, 25.4, 25.4}, "x_mm, y_mm, z_mm in inches"}})
-    if (const double left = farthest(other.factors); left < kElsewhere)
-      return contradict +
-             fmt::format(", and within {:.2g} mm at each of them if the file gives {}: correct it",
-                         left / kMillimetre, other.words);
-  for (const size_t late : {size_t{1}, rows - 1})
-    if (std::ranges::count_if(std::views::iota(size_t{0}, rows), [&](size_t row) {
-          return is_same_place(target(row), hinted[(row + late) % rows]);
-        }) + 1 >= static_cast<std::ptrdiff_t>(rows))
-      return contradict + ", and at those of the row " + (late == 1 ? "behind" : "before") +
-             ": move the columns by one row";
-  return "";
 }
 
 }  // namespace armtrue

@@ -92,7 +92,7 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
       for (const std::string& name : written) names[name] = {quantity, kind};
     };
     for (int joint = 1; joint <= kMaxJoints; ++joint)
-      for (const char* family : {"a", "j", "q", "joint", "axis"})
+      for (const char* family : {"a", "j", "q", "joint", "axis", "achse", "gelenk", "axe"})
         add("q" + std::to_string(joint), UnitKind::encoder, {family + std::to_string(joint)});
     for (int axis = 1; axis <= kMostExternal; ++axis)
       add("e" + std::to_string(axis), UnitKind::encoder, {"e" + std::to_string(axis)});
@@ -118,14 +118,16 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
     for (const char* name : {"a", "b", "c", "roll", "pitch", "yaw"})
       add(name, UnitKind::angle, {name});
     add("pose", UnitKind::none,
-        {"pose", "poseid", "posename", "point", "pointid", "pointname", "name", "id"});
-    add("image", UnitKind::none, {"image", "imagefile", "imagename", "filename"});
-    add("repeat", UnitKind::none, {"repeat"});
+        {"pose", "poseid", "posename", "point", "pointid", "pointname", "name", "id", "punkt",
+         "punktid", "punktname", "punktnummer", "punktnr"});
+    add("image", UnitKind::none, {"image", "imagefile", "imagename", "filename", "bild"});
+    add("repeat", UnitKind::none, {"repeat", "wiederholung"});
     add("session", UnitKind::none, {"session"});
-    add("target", UnitKind::none, {"target", "reflector"});
-    add("t", UnitKind::time, {"t", "time", "timestamp", "datetime", "date/time"});
-    add("date", UnitKind::none, {"date"});
-    add("payload", UnitKind::mass, {"payload"});
+    add("target", UnitKind::none, {"target", "reflector", "reflektor"});
+    add("t", UnitKind::time,
+        {"t", "time", "timestamp", "datetime", "date/time", "zeit", "zeitstempel", "temps"});
+    add("date", UnitKind::none, {"date", "datum"});
+    add("payload", UnitKind::mass, {"payload", "nutzlast"});
     return names;
   }();
   return kNames;

@@ -238,46 +238,87 @@ double Information::variance(const std::vector<Block>& blocks, const Eigen::Matr
   return variance + Eigen::LLT<Eigen::MatrixXd>(schur).solve(common).trace();
 }
 
-Eigen::VectorXd Information::values_of_adding() const {
+// The values of the candidates, from decompositions of the information that all of them share.
+class Information::Values {
+ public:
+  explicit Values(const Information& information)
+      : of_(information), own_(of_.blocks_.size()), schur_(of_.common_) {
+    for (size_t g = 0; g < own_.size(); ++g) {
+      const Block& block = of_.blocks_[g];
+      if (block.own.size() == 0) continue;
+      has_own_ = true;
+      own_[g].llt.compute(block.own);
+      own_[g].shared = own_[g].llt.solve(block.shared).transpose();
+      schur_ -= own_[g].shared * block.shared;
+    }
+    llt_.compute(schur_);
+    before_adding_ = log_determinant(llt_);
+    if (!is_aimed()) return;
+    // If no group has unknowns of its own, the fall is tr((I + P^T P)^-1 P^T V P) (Woodbury).
+    if (has_own_)
+      variance_before_ = of_.variance(of_.blocks_, schur_);
+    else
+      aimed_ = llt_.matrixL().solve(llt_.matrixL().solve(of_.aim_.common).transpose());
+  }
+
+  // Of the candidates from `begin` on.
+  void write(int begin, Eigen::Ref<Eigen::VectorXd> values) const {
+    values.setZero();
+    Some some{begin, {0}, {}};
+    for (Eigen::Index k = 0; k < values.size(); ++k) {
+      Eigen::Index rows = some.first.back();
+      for (size_t g = 0; g < own_.size(); ++g)
+        rows += of_.columns_of(of_.candidates_[g].common, g, begin + static_cast<int>(k)).cols();
+      some.first.push_back(rows);
+    }
+    some.all.resize(of_.common_.cols(), some.first.back());
+    write_beside_own(some, values);
+    if (is_aimed() && has_own_)
+      write_falls_of_variance(some, values);
+    else
+      write_by_common(some, values);
+  }
+
+ private:
   struct Own {
     Eigen::LLT<Eigen::MatrixXd> llt;
     Eigen::MatrixXd shared;  // F^T D^-1
   };
-  std::vector<Own> own(blocks_.size());
-  Eigen::MatrixXd schur = common_;
-  for (size_t g = 0; g < blocks_.size(); ++g) {
-    if (blocks_[g].own.size() == 0) continue;
-    own[g].llt.compute(blocks_[g].own);
-    own[g].shared = own[g].llt.solve(blocks_[g].shared).transpose();
-    schur -= own[g].shared * blocks_[g].shared;
-  }
-  const Eigen::LLT<Eigen::MatrixXd> llt(schur);
-  const double before_adding = log_determinant(llt);
-  const bool is_aimed = !aim_.blocks.empty();
-  // Writes G^T of the candidates from `begin` on, each from its column `first` on, its groups side
-  // by side. Adds log det(I + E D^-1 E^T) of each group to `determinants`.
-  const auto write_beside_own = [&](int begin, std::vector<Eigen::Index> first,
-                                    Eigen::Ref<Eigen::MatrixXd> out,
-                                    Eigen::Ref<Eigen::VectorXd> determinants) {
-    const auto count = static_cast<int>(determinants.size());
+  // Some candidates: G^T of each, its groups side by side.
+  struct Some {
+    int begin;                        // number of the first one
+    std::vector<Eigen::Index> first;  // column of each, and one past
+    Eigen::MatrixXd all;
+
+    int count() const { return static_cast<int>(first.size()) - 1; }
+    Eigen::Index size(int k) const { return first[k + 1] - first[k]; }
+    auto of(int k) const { return all.middleCols(first[k], size(k)); }
+  };
+
+  bool is_aimed() const { return !of_.aim_.blocks.empty(); }
+
+  // Writes G^T, and adds log det(I + E D^-1 E^T) of each group to `determinants`.
+  void write_beside_own(Some& some, Eigen::Ref<Eigen::VectorXd> determinants) const {
+    std::vector<Eigen::Index> next = some.first;
     Eigen::MatrixXd beside, p, gram, inverse;
     Eigen::LLT<Eigen::MatrixXd> root;
-    for (size_t g = 0; g < blocks_.size(); ++g) {
-      const Eigen::Index start = first_[g][begin];
-      const Eigen::Index columns = first_[g][begin + count] - start;
-      beside = candidates_[g].common.middleCols(start, columns);
-      const bool has_own = blocks_[g].own.size() > 0;
+    for (size_t g = 0; g < own_.size(); ++g) {
+      const std::vector<Eigen::Index>& first = of_.first_[g];
+      const Eigen::Index start = first[some.begin];
+      const Eigen::Index columns = first[some.begin + some.count()] - start;
+      beside = of_.candidates_[g].common.middleCols(start, columns);
+      const bool has_own = of_.blocks_[g].own.size() > 0;
       if (has_own) {
-        const auto of_own = candidates_[g].own.middleCols(start, columns);
-        beside.noalias() -= own[g].shared.lazyProduct(of_own);
-        p = own[g].llt.matrixL().solve(of_own);
+        const auto of_own = of_.candidates_[g].own.middleCols(start, columns);
+        beside.noalias() -= own_[g].shared.lazyProduct(of_own);
+        p = own_[g].llt.matrixL().solve(of_own);
       }
-      for (int k = 0; k < count; ++k) {
-        const Eigen::Index at = first_[g][begin + k] - start;
-        const Eigen::Index rows = first_[g][begin + k + 1] - start - at;
+      for (int k = 0; k < some.count(); ++k) {
+        const Eigen::Index at = first[some.begin + k] - start;
+        const Eigen::Index rows = first[some.begin + k + 1] - start - at;
         if (rows == 0) continue;
-        auto part = out.middleCols(first[k], rows);
-        first[k] += rows;
+        auto part = some.all.middleCols(next[k], rows);
+        next[k] += rows;
         if (!has_own) {
           part = beside.middleCols(at, rows);
           continue;
@@ -291,77 +332,71 @@ Eigen::VectorXd Information::values_of_adding() const {
         determinants[k] += log_determinant(root);
       }
     }
-  };
-  // The information with a candidate, whose G^T is known.
-  const auto variance_with = [&](int candidate, const Eigen::MatrixXd& beside_own,
-                                 std::vector<Block>& after) {
-    after = blocks_;
-    for (size_t g = 0; g < blocks_.size(); ++g) {
-      const auto e = columns_of(candidates_[g].own, g, candidate);
-      const auto c = columns_of(candidates_[g].common, g, candidate);
-      after[g].own += e * e.transpose();
-      after[g].shared += e * c.transpose();
-    }
-    return variance(after, schur + beside_own * beside_own.transpose());
-  };
-  // If no group has unknowns of its own, the fall is tr((I + P^T P)^-1 P^T V P) (Woodbury).
-  const bool has_own =
-      std::ranges::any_of(blocks_, [](const Block& block) { return block.own.size() > 0; });
-  Eigen::MatrixXd aimed;  // V = L^-1 A^T A L^-T
-  if (is_aimed && !has_own)
-    aimed = llt.matrixL().solve(llt.matrixL().solve(aim_.common).transpose());
-  const double before = is_aimed && has_own ? variance(blocks_, schur) : 0;
+  }
 
+  void write_falls_of_variance(const Some& some, Eigen::Ref<Eigen::VectorXd> values) const {
+    std::vector<Block> after;
+    for (int k = 0; k < some.count(); ++k) {
+      after = of_.blocks_;
+      for (size_t g = 0; g < own_.size(); ++g) {
+        const auto e = of_.columns_of(of_.candidates_[g].own, g, some.begin + k);
+        const auto c = of_.columns_of(of_.candidates_[g].common, g, some.begin + k);
+        after[g].own += e * e.transpose();
+        after[g].shared += e * c.transpose();
+      }
+      const auto beside_own = some.of(k);
+      values[k] =
+          variance_before_ - of_.variance(after, schur_ + beside_own * beside_own.transpose());
+    }
+  }
+
+  // For a candidate of many rows log det(S + G^T G), whose time is linear in them, is cheaper than
+  // log det(I + G S^-1 G^T). With an aim all take the latter.
+  void write_by_common(Some& some, Eigen::Ref<Eigen::VectorXd> values) const {
+    Eigen::MatrixXd gram;
+    Eigen::LLT<Eigen::MatrixXd> root;
+    std::vector<int> of_few_rows;
+    for (int k = 0; k < some.count(); ++k) {
+      if (is_aimed() || 3 * some.size(k) <= some.all.rows()) {
+        of_few_rows.push_back(k);
+        continue;
+      }
+      gram = schur_;
+      gram.selfadjointView<Eigen::Lower>().rankUpdate(some.of(k));
+      root.compute(gram);
+      values[k] += log_determinant(root) - before_adding_;
+    }
+    if (of_few_rows.empty()) return;
+    llt_.matrixL().solveInPlace(some.all);
+    Eigen::MatrixXd seen;
+    if (is_aimed()) seen = aimed_ * some.all;
+    for (const int k : of_few_rows) {
+      const auto one = some.of(k);
+      gram = with_identity(one.transpose().lazyProduct(one));
+      root.compute(gram);
+      values[k] =
+          is_aimed()
+              ? root.solve(one.transpose() * seen.middleCols(some.first[k], some.size(k))).trace()
+              : values[k] + log_determinant(root);
+    }
+  }
+
+  const Information& of_;
+  std::vector<Own> own_;
+  bool has_own_ = false;
+  Eigen::MatrixXd schur_;
+  Eigen::LLT<Eigen::MatrixXd> llt_;
+  double before_adding_ = 0, variance_before_ = 0;
+  Eigen::MatrixXd aimed_;  // V = L^-1 A^T A L^-T
+};
+
+Eigen::VectorXd Information::values_of_adding() const {
+  const Values of_candidates(*this);
   Eigen::VectorXd values(poses_);
   for_ordered_blocks<int>(
       poses_, kCandidatesPerBlock,
       [&](int begin, int end) {
-        std::vector<Eigen::Index> first{0};
-        for (int candidate = begin; candidate < end; ++candidate) {
-          Eigen::Index rows = first.back();
-          for (size_t g = 0; g < blocks_.size(); ++g)
-            rows += columns_of(candidates_[g].common, g, candidate).cols();
-          first.push_back(rows);
-        }
-        const auto size_of = [&](int k) { return first[k + 1] - first[k]; };
-        Eigen::MatrixXd all(common_.cols(), first.back());
-        auto of_block = values.segment(begin, end - begin);
-        of_block.setZero();
-        write_beside_own(begin, first, all, of_block);
-        if (is_aimed && has_own) {
-          std::vector<Block> after;
-          for (int k = 0; k < end - begin; ++k)
-            of_block[k] =
-                before - variance_with(begin + k, all.middleCols(first[k], size_of(k)), after);
-          return 0;
-        }
-        // For a candidate of many rows log det(S + G^T G), whose time is linear in them, is cheaper
-        // than log det(I + G S^-1 G^T). With an aim all take the latter.
-        Eigen::MatrixXd gram;
-        Eigen::LLT<Eigen::MatrixXd> root;
-        std::vector<int> of_few_rows;
-        for (int k = 0; k < end - begin; ++k) {
-          if (is_aimed || 3 * size_of(k) <= all.rows()) {
-            of_few_rows.push_back(k);
-            continue;
-          }
-          gram = schur;
-          gram.selfadjointView<Eigen::Lower>().rankUpdate(all.middleCols(first[k], size_of(k)));
-          root.compute(gram);
-          of_block[k] += log_determinant(root) - before_adding;
-        }
-        if (of_few_rows.empty()) return 0;
-        llt.matrixL().solveInPlace(all);
-        Eigen::MatrixXd seen;
-        if (is_aimed) seen = aimed * all;
-        for (const int k : of_few_rows) {
-          const auto one = all.middleCols(first[k], size_of(k));
-          gram = with_identity(one.transpose().lazyProduct(one));
-          root.compute(gram);
-          of_block[k] =
-              is_aimed ? root.solve(one.transpose() * seen.middleCols(first[k], size_of(k))).trace()
-                       : of_block[k] + log_determinant(root);
-        }
+        of_candidates.write(begin, values.segment(begin, end - begin));
         return 0;
       },
       [](int) {});

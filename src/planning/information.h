@@ -90,6 +90,7 @@ class Information {
   Eigen::VectorXd values_of_adding() const;
 
  private:
+  class Values;
   struct Block {
     Eigen::MatrixXd own, shared;  // D, F
   };

@@ -4,7 +4,6 @@
 
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "armtrue/text/input_error.h"
@@ -57,9 +56,8 @@ NumberText number_text(double si, double unit) {
   const double value = si / unit;
   require_finite(value);
   for (int digits = 15; digits <= 17; ++digits) {
-    const std::string text = fmt::format("{:.{}g}", value, digits);
-    const double parsed = std::strtod(text.c_str(), nullptr);
-    if (parsed * unit == si) return number_text(parsed);
+    const auto rounded = read_number(fmt::format("{:.{}g}", value, digits));
+    if (rounded && *rounded * unit == si) return number_text(*rounded);
   }
   double neighbour = value;
   for (int step = 0; step < 4; ++step) {

@@ -115,12 +115,15 @@ TEST(ImportCell, DatesHaveTheDayFirstBehindPointsAndInTheStatedOrderBehindSlashe
 }
 
 TEST(ImportCell, AUnitIsFoundInTheUsualWritings) {
-  for (const char* header : {"A1 [rad]", "A1 (rad)", "A1_rad", "a1 rad", "A1/rad", "A1, rad",
-                             "A1[RAD]", "A1_[rad]", "A1 in rad", "Joint 1 (rad)", "axis_1.rad"}) {
+  for (const char* header :
+       {"A1 [rad]", "A1 (rad)", "A1_rad", "a1 rad", "A1/rad", "A1, rad", "A1[RAD]", "A1_[rad]",
+        "A1 in rad", "Joint 1 (rad)", "axis_1.rad", "Achse 1 [rad]", "Axe 1 (rad)"}) {
     EXPECT_EQ(column_name(header).unit.size(), 3u) << header;
     ASSERT_TRUE(known_quantity(header)) << header;
     EXPECT_EQ(known_quantity(header)->name, "q1") << header;
   }
+  EXPECT_EQ(known_quantity("Zeit [ms]")->name, "t");
+  EXPECT_EQ(known_quantity("Punktname")->name, "pose");
   EXPECT_EQ(column_name("X").unit, "");
   EXPECT_EQ(column_name("x_m").unit, "m");
   EXPECT_EQ(known_quantity("X Pos"), std::nullopt);

@@ -173,6 +173,143 @@ std::string remedy(const std::string& record) {
          "ahead of the instrument's";
 }
 
+const double kCertain = 2 * std::log(1000.0);  // of odds of a thousand
+
+// How far the tool deviates across the path while it moves, in the samples of the instrument.
+class MovingDeviation {
+ public:
+  MovingDeviation(const Path& executed, const Path& pass, const ClockFit& clock,
+                  const Span& moves) {
+    constexpr double kAir = 1;  // [s] of standstill before and after the motion
+    const Path part = at_columns(pass, within(pass, {moves.begin - kAir, moves.end + kAir}));
+    time_ = part.time;
+    deviation_ = deviation_across(executed, part, clock);
+    period_ = median_period(part);
+  }
+
+  Eigen::Index samples() const { return time_.size(); }
+  double period() const { return period_; }  // s
+
+  // Only samples that the force record covers count: a force that is assumed beyond its ends would
+  // be a step.
+  OffsetFit fit(const Span& covered, Eigen::Index stride) const {
+    std::vector<Eigen::Index> some;
+    for (Eigen::Index i = 0; i < samples(); i += stride)
+      if (time_[i] >= covered.begin && time_[i] <= covered.end) some.push_back(i);
+    return OffsetFit(time_(some), deviation_(Eigen::all, some));
+  }
+
+ private:
+  Eigen::VectorXd time_;
+  Eigen::Matrix3Xd deviation_;
+  double period_ = 0;
+};
+
+// All offsets, with the force averaged over a step.
+struct CoarseSearch {
+  double first = 0, step = 0;  // s
+  Eigen::Index stride = 1;     // of the samples
+  Eigen::VectorXd gain;        // n ln(S without force / S) of samples as if all were independent
+  Eigen::Index best = 0;
+
+  double offset(Eigen::Index k) const { return first + step * static_cast<double>(k); }
+};
+
+CoarseSearch search_all(const MovingDeviation& deviation, const Path& force, const Span& known,
+                        const Span& offsets) {
+  constexpr double kMostSteps = 4000, kMostSamples = 2000;
+  CoarseSearch search;
+  search.first = offsets.begin;
+  search.step = std::max(deviation.period() / 2, offsets.length() / kMostSteps);
+  search.stride =
+      static_cast<Eigen::Index>(std::ceil(static_cast<double>(deviation.samples()) / kMostSamples));
+  const Path slow = smoothed(force, std::max(deviation.period(), search.step));
+  search.gain.resize(static_cast<Eigen::Index>(std::floor(offsets.length() / search.step)) + 1);
+  for (Eigen::Index k = 0; k < search.gain.size(); ++k) {
+    const double at = search.offset(k);
+    const OffsetFit fit = deviation.fit({known.begin - at, known.end - at}, search.stride);
+    search.gain[k] = fit.numbers() * std::log(fit.unforced() / fit.left(slow, at));
+  }
+  search.gain.maxCoeff(&search.best);
+  return search;
+}
+
+// Offsets about the best of a coarse search.
+struct FineSearch {
+  double about = 0, step = 0;  // s
+  int side = 0;                // steps on either side
+  Eigen::MatrixXd of_blocks;   // sum of squares of each block, at each offset [m^2]
+  Eigen::VectorXd rest;        // of all blocks
+  Eigen::Index best = 0;
+  double unforced = 0;  // sum of squares without force [m^2]
+  double independent_share = 1;
+  double independent = 0;  // number of independent residuals
+
+  double offset(Eigen::Index k) const { return about + step * static_cast<double>(k - side); }
+  // Twice the fall of the log likelihood is n ln S's rise, with the independent n.
+  double fall(double more) const { return independent * std::log(more / rest[best]); }
+};
+
+FineSearch search_about(const CoarseSearch& coarse, const MovingDeviation& deviation,
+                        const Path& force, const Span& known) {
+  constexpr double kStepsOfPeriod = 16;
+  FineSearch search;
+  search.step = deviation.period() / kStepsOfPeriod;
+  search.about = coarse.offset(coarse.best);
+  search.side = static_cast<int>(std::ceil(2 * coarse.step / search.step));
+  const double reach = search.step * search.side;
+  const OffsetFit fit =
+      deviation.fit({known.begin - search.about + reach, known.end - search.about - reach}, 1);
+  const Path mean = smoothed(force, deviation.period());
+  search.of_blocks.resize(kBlocks, 2 * search.side + 1);
+  for (Eigen::Index k = 0; k < search.of_blocks.cols(); ++k)
+    search.of_blocks.col(k) = sums_of_blocks(fit.residuals(mean, search.offset(k)));
+  search.rest = search.of_blocks.colwise().sum().transpose();
+  search.rest.minCoeff(&search.best);
+  search.unforced = fit.unforced();
+  search.independent_share = independent_share(fit.residuals(mean, search.offset(search.best)));
+  search.independent = search.independent_share * fit.numbers();
+  return search;
+}
+
+// Throws where an offset beyond the valley of the best is a thousandth as likely or more.
+void require_one_valley(const CoarseSearch& coarse, const FineSearch& fine) {
+  const auto behind = [&](Eigen::Index k) {
+    return fine.independent_share * static_cast<double>(coarse.stride) *
+           (coarse.gain[coarse.best] - coarse.gain[k]);
+  };
+  const Eigen::Index steps = coarse.gain.size();
+  Eigen::Index first = coarse.best, last = coarse.best;
+  while (first > 0 && behind(first) < 2 * kCertain) --first;
+  while (last + 1 < steps && behind(last) < 2 * kCertain) ++last;
+  for (Eigen::Index k = 0; k < steps; ++k)
+    if ((k < first || k > last) && behind(k) < kCertain)
+      throw std::invalid_argument(
+          "the force record explains the deviation as well " +
+          formatted("%.3f s", fine.offset(fine.best)) + " ahead of the instrument as " +
+          formatted("%.3f s: ", coarse.offset(k)) +
+          remedy("take a pass in which the force changes otherwise each time"));
+}
+
+// Standard deviation of the best offset [s].
+double deviation_of_best(const FineSearch& search) {
+  // By the noise: n ln S rises by 1.
+  Eigen::Index low = search.best, high = search.best;
+  while (low > 0 && search.fall(search.rest[low]) < 1) --low;
+  while (high + 1 < search.rest.size() && search.fall(search.rest[high]) < 1) ++high;
+  const double by_noise = (search.offset(high) - search.offset(low)) / 2;
+  // Jackknife: the offset without each block. What force and drift do not explain, such as
+  // backlash, moves the offset too, and the noise of the samples says nothing of it.
+  Eigen::VectorXd others(kBlocks);
+  for (Eigen::Index block = 0; block < kBlocks; ++block) {
+    Eigen::Index k = 0;
+    (search.rest - search.of_blocks.row(block).transpose()).minCoeff(&k);
+    others[block] = search.offset(k);
+  }
+  const double scatter = (others.array() - others.mean()).square().sum() * (kBlocks - 1) / kBlocks;
+  return std::max(by_noise, std::sqrt(scatter));
+}
+
 }  // namespace
 
 ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& force,
@@ -185,93 +322,16 @@ ForceClock fit_force_clock(const Path& executed, const Path& pass, const Path& f
     throw std::invalid_argument("the force record lasts " + formatted("%.3g s", known.length()) +
                                 ", and the tool moves for " + formatted("%.3g s", moves.length()) +
                                 ": take the record of this pass, from air to air");
-  constexpr double kAir = 1;  // [s] of standstill before and after the motion
-  const std::vector<Eigen::Index> kept = within(pass, {moves.begin - kAir, moves.end + kAir});
-  const Path part = at_columns(pass, kept);
-  const Eigen::Matrix3Xd deviation = deviation_across(executed, part, clock);
-  const double period = median_period(part);
-  // Only samples that the force record covers count: a force that is assumed beyond its ends would
-  // be a step.
-  const auto fit_of = [&](const Span& covered, Eigen::Index stride) {
-    std::vector<Eigen::Index> some;
-    for (Eigen::Index i = 0; i < part.samples(); i += stride)
-      if (part.time[i] >= covered.begin && part.time[i] <= covered.end) some.push_back(i);
-    return OffsetFit(part.time(some), deviation(Eigen::all, some));
-  };
-
-  // A coarse search over all offsets, with the force averaged over a step of it.
-  constexpr double kMostSteps = 4000, kMostSamples = 2000;
-  const double step = std::max(period / 2, offsets.length() / kMostSteps);
-  const auto stride = static_cast<Eigen::Index>(std::ceil(part.samples() / kMostSamples));
-  const Path slow = smoothed(force, std::max(period, step));
-  const auto steps = static_cast<Eigen::Index>(std::floor(offsets.length() / step)) + 1;
-  const auto coarse_offset = [&](Eigen::Index k) {
-    return offsets.begin + step * static_cast<double>(k);
-  };
-  Eigen::VectorXd gain(steps);  // n ln(S without force / S) of samples as if all were independent
-  for (Eigen::Index k = 0; k < steps; ++k) {
-    const double at = coarse_offset(k);
-    const OffsetFit fit = fit_of({known.begin - at, known.end - at}, stride);
-    gain[k] = fit.numbers() * std::log(fit.unforced() / fit.left(slow, at));
-  }
-  Eigen::Index best = 0;
-  gain.maxCoeff(&best);
-
-  // Fine, about the best.
-  const Path mean = smoothed(force, period);
-  const double fine = period / 16;
-  const double about = coarse_offset(best);
-  const auto side = static_cast<int>(std::ceil(2 * step / fine));
-  const OffsetFit fit =
-      fit_of({known.begin - about + fine * side, known.end - about - fine * side}, 1);
-  Eigen::MatrixXd of_blocks(kBlocks, 2 * side + 1);  // of each block, at each fine offset
-  for (int k = -side; k <= side; ++k)
-    of_blocks.col(k + side) = sums_of_blocks(fit.residuals(mean, about + fine * k));
-  const Eigen::VectorXd rest = of_blocks.colwise().sum().transpose();
-  Eigen::Index at = 0;
-  const double least = rest.minCoeff(&at);
-  const auto offset = [&](Eigen::Index k) { return about + fine * static_cast<double>(k - side); };
-
-  // Twice the fall of the log likelihood is n ln S's rise, with the independent n.
-  const double independent = independent_share(fit.residuals(mean, offset(at)));
-  const auto fall = [&](double more) {
-    return independent * fit.numbers() * std::log(more / least);
-  };
-  const double kCertain = 2 * std::log(1000.0);  // odds of a thousand
-  constexpr double kOfUnknowns = 2 * 9;          // the compliance explains some of any noise
-  if (!(fall(fit.unforced()) >= kCertain + kOfUnknowns))  // nor where the tool does not deviate
+  const MovingDeviation deviation(executed, pass, clock, moves);
+  const CoarseSearch coarse = search_all(deviation, force, known, offsets);
+  const FineSearch fine = search_about(coarse, deviation, force, known);
+  constexpr double kOfUnknowns = 2 * 9;  // the compliance explains some of any noise
+  if (!(fine.fall(fine.unforced) >= kCertain + kOfUnknowns))  // nor where the tool does not deviate
     throw std::invalid_argument("the tool does not deviate by the force of the record: " +
                                 remedy("check that it is of this pass"));
-  // Beyond the valley of this offset, another that is a thousandth as likely or more.
-  const auto behind = [&](Eigen::Index k) {
-    return independent * static_cast<double>(stride) * (gain[best] - gain[k]);
-  };
-  Eigen::Index first = best, last = best;
-  while (first > 0 && behind(first) < 2 * kCertain) --first;
-  while (last + 1 < steps && behind(last) < 2 * kCertain) ++last;
-  for (Eigen::Index k = 0; k < steps; ++k)
-    if ((k < first || k > last) && behind(k) < kCertain)
-      throw std::invalid_argument(
-          "the force record explains the deviation as well " + formatted("%.3f s", offset(at)) +
-          " ahead of the instrument as " + formatted("%.3f s: ", coarse_offset(k)) +
-          remedy("take a pass in which the force changes otherwise each time"));
-
-  // By the noise: n ln S rises by 1.
-  Eigen::Index low = at, high = at;
-  while (low > 0 && fall(rest[low]) < 1) --low;
-  while (high + 1 < rest.size() && fall(rest[high]) < 1) ++high;
-  const double by_noise = (offset(high) - offset(low)) / 2;
-  // Jackknife: the offset without each block. What force and drift do not explain, such as
-  // backlash, moves the offset too, and the noise of the samples says nothing of it.
-  Eigen::VectorXd others(kBlocks);
-  for (Eigen::Index block = 0; block < kBlocks; ++block) {
-    Eigen::Index k = 0;
-    (rest - of_blocks.row(block).transpose()).minCoeff(&k);
-    others[block] = offset(k);
-  }
-  const double scatter = (others.array() - others.mean()).square().sum() * (kBlocks - 1) / kBlocks;
-  const ForceClock found{offset(at), std::max(by_noise, std::sqrt(scatter))};
-  if (at == 0 || at + 1 == rest.size() || found.deviation >= kMaxOffsetSigma)
+  require_one_valley(coarse, fine);
+  const ForceClock found{fine.offset(fine.best), deviation_of_best(fine)};
+  if (fine.best == 0 || fine.best + 1 == fine.rest.size() || found.deviation >= kMaxOffsetSigma)
     throw std::invalid_argument(
         "the deviation of the pass does not show the clock of the force record: " +
         remedy("take a pass whose force changes, from air to air"));
