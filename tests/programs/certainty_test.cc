@@ -331,7 +331,7 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
   for (const char* const lines :
        {"if x:\na = p[1,2,4,0,0,0]\nend\nmovel(a)\n",
         "while x:\nmovel(a)\na = p[1,2,4,0,0,0]\nend\n",
-        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nmovel(home)\n", "a[i] = 1\nmovel(a)\n",
+        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nrun t()\nmovel(home)\n", "a[i] = 1\nmovel(a)\n",
         "a[2] = g()\nmovel(a)\n", "while x:\na[2] = a[2] + 1\nmovel(a)\nend\n",
         "if x:\na[2] = 1\nend\nmovel(a)\n", "a = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\n",
         "a = g()\nmovel(a)\n", "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
@@ -495,6 +495,11 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
   EXPECT_EQ(left(t1 + thread + run + "def later():\n" + t2 + "end\nlater()\n"), 1);
   EXPECT_EQ(left(thread + "if x:\n" + t1 + "else:\n" + t2 + "end\n" + run), 1);
   EXPECT_EQ(left(t1 + thread + "thread U():\n" + t2 + "end\n" + run + "u = run U()\n"), 1);
+  // A function that a thread calls runs at any time, too.
+  const std::string move = "movel(p[1,2,4,0,0,0])\n",
+                    calls = "def two():\n" + t2 + "end\nthread U():\ntwo()\nend\n";
+  EXPECT_EQ(left(t1 + calls + "u = run U()\n" + move), 1);
+  EXPECT_EQ(left(t1 + calls + move), 0);
   // What nothing runs or calls never runs, and nothing that it does counts.
   EXPECT_EQ(left(t1 + thread), 0);
   const RobotProgram unused =
