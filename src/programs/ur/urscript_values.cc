@@ -92,7 +92,7 @@ std::optional<UrValue> UrValues::with_elements(Variable& variable, const Assignm
   while (assignment && assignment->is_element) {
     if (!assignment->index || variable.assignments.size() == 1 || given.size() == kMostElements)
       return std::nullopt;
-    const auto number = number_of(*assignment);
+    const auto number = number_of(assignment->value);
     if (!number) return std::nullopt;
     given.emplace_back(*assignment->index, *number);
     assignment = assignment_at(variable, assignment->value.begin);
@@ -136,11 +136,13 @@ std::optional<double> UrValues::number_in(const Statement& part) {
   return cursor.done() && value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-// Each is found once; one that depends on itself is not known.
-std::optional<double> UrValues::number_of(const Assignment& assignment) {
-  const auto [known, is_new] = numbers_.try_emplace(assignment.value.begin);
-  if (is_new) known->second = number_in(assignment.value);
-  return known->second;
+// Each number is found once: the elements of a point may each be those of another point, and so on.
+std::optional<double> UrValues::number_of(const Statement& expression) {
+  const auto known = numbers_.find(expression.begin);
+  if (known != numbers_.end()) return known->second;
+  const auto value = number_in(expression);
+  if (value) numbers_.emplace(expression.begin, *value);
+  return value;
 }
 
 std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
@@ -150,7 +152,7 @@ std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
   if (cursor.next() == '(') {
     if (name != "D2R" && name != "R2D") return std::nullopt;
     const size_t open = cursor.at(), close = closing(open, text_.size());
-    const auto angle = number_in({0, open + 1, std::max(close, open + 1)});
+    const auto angle = number_of({0, open + 1, std::max(close, open + 1)});
     cursor = TextCursor(text_, std::min(close + 1, text_.size()), cursor.end());
     if (!angle) return std::nullopt;
     return name == "D2R" ? *angle * kDegree : *angle / kDegree;
@@ -164,7 +166,7 @@ std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
   Variable* const variable = find(text_.substr(begin, end - begin), begin);
   if (!variable || variable->parameter) return std::nullopt;
   const Assignment* const assignment = assignment_at(*variable, begin);
-  return assignment && !assignment->is_element ? number_of(*assignment) : std::nullopt;
+  return assignment && !assignment->is_element ? number_of(assignment->value) : std::nullopt;
 }
 
 // [p1[0]+0.1, ..]: elements with brackets of their own.
@@ -186,7 +188,7 @@ void UrValues::find_numbers(ListItem& list) {
   if (list.kind != ListItem::Kind::list) return;
   for (ListItem& item : list.items) {
     if (item.kind != ListItem::Kind::other) continue;
-    const auto value = number_in({0, item.begin, item.end});
+    const auto value = number_of({0, item.begin, item.end});
     if (!value) return;
     item.kind = ListItem::Kind::number;
     item.value = *value;

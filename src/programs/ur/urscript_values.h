@@ -109,7 +109,7 @@ class UrValues {
   int point_of_literal(const UrValue& value, std::vector<ProgramPoint>& points);
   int computed_point_of(const UrValue& value, std::vector<ProgramPoint>& points);
   std::optional<int> take_index(TextCursor& cursor) const;
-  std::optional<double> number_of(const Assignment& assignment);
+  std::optional<double> number_of(const Statement& expression);
   std::optional<double> number_in(const Statement& part);
   std::optional<double> take_named_number(TextCursor& cursor);
   void find_numbers(ListItem& list);
@@ -142,9 +142,9 @@ class UrValues {
   Scopes scopes_;
   std::optional<FlowOfVariables> flow_;
   ScopedNames<Variable> variables_;
-  std::map<size_t, std::optional<double>> numbers_;  // by where the expressions begin
-  int numbers_in_one_another_ = 0;                   // that are being found
-  std::map<size_t, int> points_;                     // of variables, by where their literals stand
+  std::map<size_t, double> numbers_;  // by where the expressions begin
+  int numbers_in_one_another_ = 0;    // that are being found
+  std::map<size_t, int> points_;      // of variables, by where their literals stand
   std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
   std::set<size_t> moves_;            // where a move, or the head of a function, names its point
   std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
