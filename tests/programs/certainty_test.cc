@@ -371,6 +371,35 @@ TEST(Certainty, UrNumbersMayBeSumsAndProducts) {
               ElementsAre(HasSubstr("its tool is not certain")));
 }
 
+// Six elements by six of the point before: each is found once, or the test does not end.
+TEST(Certainty, UrPointsMayEachBeMadeOfTheOneBefore) {
+  std::string text = "def prog():\n" + kJoints + "p0 = p[1,2,3,0,0,0]\n";
+  for (int k = 1; k <= 25; ++k) {
+    const std::string before = "p" + std::to_string(k - 1);
+    text += "p" + std::to_string(k) + " = p[" + before + "[0]+1";
+    for (const char* const element : {"[1]", "[2]", "[3]", "[4]", "[5]"})
+      text += "," + before + element;
+    text += "]\n";
+  }
+  const RobotProgram program = parsed("p.script", text + "movel(p25)\nend\n");
+  ASSERT_EQ(program.targets.size(), 2u);
+  EXPECT_NEAR(program.targets[1].pose.translation.x(), 26, 1e-12);
+}
+
+TEST(Certainty, AUrAssignmentCountsWhereverItStandsInItsLine) {
+  const auto z_of = [](const std::string& lines) {
+    const RobotProgram program = parsed(
+        "p.script", "def prog():\n" + kJoints + "h = 3\n" + lines + "movel(p[1,2,h,0,0,0])\nend\n");
+    return program.targets.size() < 2 ? -1 : program.targets[1].pose.translation.z();
+  };
+  EXPECT_EQ(z_of("k = 1; h = 4\n"), 4);
+  EXPECT_EQ(z_of("h = 5; k = 1;\n"), 5);
+  EXPECT_EQ(z_of("if h == 4 and k[1] <= 2:\nend\nf(1, h=4)\ns = struct(h=4)\ns.h = 4\n"), 3);
+  for (const char* const branch : {"if x: h = 4 end\n", "if x[0] < 1: k = 1; h = 4; end\n",
+                                   "while x: h = h + 1 end\n", "if x:\nelse: global h = 4 end\n"})
+    EXPECT_EQ(z_of(branch), -1) << branch;
+}
+
 TEST(Certainty, AnElementOfAUrPointMayBeGivenAnotherValue) {
   const std::string head = "def prog():\n" + kJoints + "a = p[1,2,3,0,0,0]\nmovel(a)\n",
                     up = "a[2] = a[2] + 0.5\n", end = "end\n";

@@ -30,32 +30,48 @@ void UrValues::read(const std::vector<Statement>& statements, const UrStructure&
     parameters_[parameter.parameter.routine].push_back(&variable);
     moves_.insert(parameter.at);
   }
-  for (const Statement& statement : statements) read_assignment(statement);
+  for (const Statement& statement : statements) read_assignments(statement);
+}
+
+// Every NAME = VALUE outside of brackets, wherever it stands: `if x: a = 1 end`, `a = 1; b = 2`.
+void UrValues::read_assignments(const Statement& statement) {
+  TextCursor cursor(text_, statement.begin, statement.end);
+  Assigned last;
+  char before = ' ';
+  int depth = 0;
+  for (char c = cursor.next(); !cursor.done(); before = c, c = cursor.next()) {
+    const std::string name = take_spelled(cursor);
+    if (depth == 0 && !name.empty() && before != '.')
+      last = {name, cursor.at(), upper(last.name) == "LOCAL"};
+    if (!name.empty()) continue;
+    const size_t at = cursor.at();
+    cursor.step();
+    depth += c == '(' || c == '[' ? 1 : c == ')' || c == ']' ? -1 : 0;
+    if (c != '=') continue;
+    const bool compares = cursor.take('=') || before == '<' || before == '>' || before == '!';
+    if (depth == 0 && !compares && !last.name.empty())
+      read_assignment(last, {statement.line, at, statement.end});
+  }
 }
 
 // Names of the outermost functions are global. In the others, what is neither a parameter nor
 // `local` is global, too, if that name is (URScript manual, scoping rules).
-void UrValues::read_assignment(const Statement& statement) {
-  TextCursor cursor(text_, statement.begin, statement.end);
-  std::string name = take_spelled(cursor);
-  const bool is_local = upper(name) == "LOCAL";
-  if (upper(name) == "GLOBAL" || is_local) name = take_spelled(cursor);
-  const bool is_element = cursor.next() == '[';
-  const std::optional<int> index = is_element ? take_index(cursor) : std::nullopt;
-  if (is_element) cursor.skip_to("="), cursor.next();
-  if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
-  const int scope = scopes_.at(statement.begin);
+void UrValues::read_assignment(const Assigned& to, const Statement& from_equals) {
+  TextCursor element(text_, to.end, from_equals.begin);
+  const bool is_element = !element.done();
+  std::optional<int> index = is_element ? take_index(element) : std::nullopt;
+  if (!element.done()) index.reset();
+  const int scope = scopes_.at(to.end);
   int declared = 0;
-  variables_.find(scopes_, name, scope, &declared);
-  if (is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
+  variables_.find(scopes_, to.name, scope, &declared);
+  if (to.is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
   if (declared != scope) declared = 0;
-  Variable& variable = variables_.declare(name, declared);
-  cursor.next();
+  Variable& variable = variables_.declare(to.name, declared);
+  const Statement value = split_arguments(text_, from_equals.begin + 1, from_equals.end, ";")[0];
   variable.is_calculated =
-      text_.substr(cursor.at(), statement.end - cursor.at()).find('(') != std::string::npos;
-  size_t end = statement.end;
-  while (end > cursor.at() && (is_blank(text_[end - 1]) || text_[end - 1] == ';')) --end;
-  variable.assignments.push_back({{statement.line, cursor.at(), end}, scope, is_element, index});
+      text_.substr(value.begin, value.end - value.begin).find('(') != std::string::npos;
+  variable.assignments.push_back(
+      {{from_equals.line, value.begin, value.end}, scope, is_element, index});
 }
 
 // [2]

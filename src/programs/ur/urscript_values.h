@@ -90,6 +90,12 @@ class UrValues {
     bool is_element = false;   // of one element
     std::optional<int> index;  // of the element, if it is a plain number
   };
+  // What stands left of an assignment.
+  struct Assigned {
+    std::string name;
+    size_t end = 0;  // of the name
+    bool is_local = false;
+  };
   struct Variable {
     std::vector<Assignment> assignments;
     std::optional<FlowOfVariables::Values> flow;  // which of them holds, once it was asked for
@@ -99,7 +105,8 @@ class UrValues {
     bool is_used = false;                         // a parameter, by other statements than moves
   };
 
-  void read_assignment(const Statement& statement);
+  void read_assignments(const Statement& statement);
+  void read_assignment(const Assigned& to, const Statement& from_equals);
   // The assignment whose value a variable has at a place; null if that is not certain.
   const Assignment* assignment_at(Variable& variable, size_t at);
   std::optional<UrValue> assigned_value(const Assignment& assignment, const std::string& name,
