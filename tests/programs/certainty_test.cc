@@ -471,6 +471,20 @@ TEST(Certainty, AUrPointThatOtherStatementsUseStaysWhereItIsDeclared) {
         << use;
 }
 
+TEST(Certainty, AnOptimoveOfUrIsAMove) {
+  const RobotProgram program =
+      parsed("p.script",
+             "optimovej([0,-1,1,0,1,0], 0.3, 0.4, 0.02)\noptimovel(p[1,2,3,0,0,0], r=0.05)\n"
+             "optimovel(struct(pose=p[1,2,3,0,0,0], frame=\"f\"))\n");
+  ASSERT_THAT(lines_of(program), ElementsAre(1, 2));
+  EXPECT_EQ(program.left_alone, 1);
+  EXPECT_EQ(program.targets[0].motion, MotionKind::joint);
+  EXPECT_EQ(program.targets[1].motion, MotionKind::line);
+  EXPECT_NEAR(program.targets[0].blend, 0.02, 1e-12);  // behind a and v stands no time
+  EXPECT_TRUE(program.targets[1].configuration.continues);
+  EXPECT_TRUE(program.targets[1].follows_target);
+}
+
 TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
   const std::string go = "def go():\nmovel(p[1,2,3,0,0,0])\nend\n";
   const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n";

@@ -15,8 +15,8 @@
 #include "programs/ur/urscript_values.h"
 
 // Programs of Universal Robots: the URScript programming language, module motion: movej, movel,
-// movep, movec, with poses p[x,y,z,rx,ry,rz] in m and rad and joints [..] in rad; get_inverse_kin,
-// pose_trans, set_tcp.
+// movep, movec, optimovej, optimovel, with poses p[x,y,z,rx,ry,rz] in m and rad and joints [..] in
+// rad; get_inverse_kin, pose_trans, set_tcp.
 
 namespace armtrue {
 namespace {
@@ -41,6 +41,8 @@ bool stands_between_ur_moves(const std::string& word) {
                                             "TEXTMSG"};
   return kWords.contains(word);
 }
+
+bool drives_straight(const std::string& move) { return move.back() != 'J'; }
 
 class UrReader : MoveReader {
   friend class MoveReader;
@@ -200,7 +202,7 @@ class UrReader : MoveReader {
     if (points == 1)
       if (const auto parameter = values_.parameter_in(arguments[0])) {
         of_parameters_.push_back(
-            {*parameter, line, open, arguments[0], word != "MOVEJ", may_run(open)});
+            {*parameter, line, open, arguments[0], drives_straight(word), may_run(open)});
         ends_at_target_ = false;
         return;
       }
@@ -218,7 +220,7 @@ class UrReader : MoveReader {
     follows_ = follows_ && ends_at_target_;
     for (size_t i = 0; i < points; ++i) {
       const bool is_last = i + 1 == points;
-      ProgramTarget& target = add_target(values[i], line, word != "MOVEJ" || !is_last);
+      ProgramTarget& target = add_target(values[i], line, drives_straight(word));
       target.motion = motion_of(word == "MOVEP" ? 'L' : word.back(), is_last);
       target.follows_target = (i > 0 && ends_at_target_) || follows_;
       target.blend = options.radius.value_or(0);
@@ -289,13 +291,13 @@ class UrReader : MoveReader {
     bool has_mode = false;  // of movec: the tool turns with the arc, whatever the end states
   };
 
-  // By name or in this order: a, v, t, r; movep: a, v, r; movec: a, v, r, mode.
+  // By name or in this order: movej and movel: a, v, t, r; others: a, v, r; movec: mode, too.
   Options options_of(const std::vector<Statement>& arguments, size_t points,
                      const std::string& word) const {
     Options options;
     options.radius = 0;
-    std::vector<std::string> names{"A", "V", "T", "R"};
-    if (word == "MOVEP" || word == "MOVEC") names = {"A", "V", "R", "MODE"};
+    std::vector<std::string> names{"A", "V", "R", "MODE"};
+    if (word == "MOVEJ" || word == "MOVEL") names = {"A", "V", "T", "R"};
     for (size_t i = points; i < arguments.size(); ++i) {
       const Statement& argument = arguments[i];
       TextCursor cursor(text_, argument.begin, argument.end);

@@ -130,7 +130,8 @@ class UrStructureReader {
 }  // namespace
 
 bool is_ur_move(const std::string& word) {
-  return word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC";
+  return word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC" ||
+         word == "OPTIMOVEJ" || word == "OPTIMOVEL";
 }
 
 bool is_other_ur_motion(const std::string& word) {
