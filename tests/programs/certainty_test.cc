@@ -485,6 +485,21 @@ TEST(Certainty, AnOptimoveOfUrIsAMove) {
   EXPECT_TRUE(program.targets[1].follows_target);
 }
 
+TEST(Certainty, AUrMoveThatMayFollowAConveyorIsLeftAlone) {
+  const std::string move = "movel(p[1,2,3,0,0,0])\n",
+                    begin = "track_conveyor_linear(p[1,0,0,0,0,0], 9)\n",
+                    stop = "stop_conveyor_tracking()\n";
+  const auto lines = [&](const std::string& body) {
+    return lines_of(parsed("p.script", "def prog():\n" + kJoints + body + "end\n"));
+  };
+  EXPECT_THAT(lines(move + begin + move + kJoints + stop + move), ElementsAre(2, 3, 8));
+  EXPECT_THAT(lines("if x:\n" + begin + "end\n" + move + stop + move), ElementsAre(2, 8));
+  EXPECT_THAT(lines("while x:\n" + move + begin + "end\n"), ElementsAre(2));
+  EXPECT_THAT(lines("def pick():\n" + move +
+                    "end\npick()\ntrack_conveyor_circular(p[1,0,0,0,0,0], 9)\n" + "pick()\n"),
+              ElementsAre(2));
+}
+
 TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
   const std::string go = "def go():\nmovel(p[1,2,3,0,0,0])\nend\n";
   const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n";

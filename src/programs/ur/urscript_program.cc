@@ -63,6 +63,7 @@ class UrReader : MoveReader {
     for (const UrParameter& parameter : structure_.parameters)
       functions_with_parameters_.insert(parameter.parameter.routine);
     find_tools(statements, structure_.flow);
+    find_conveyors(statements, structure_.flow);
     for (const Statement& statement : statements) {
       is_move_ = false;
       read_calls(statement);
@@ -152,6 +153,19 @@ class UrReader : MoveReader {
     tools_ = restored.empty() ? flow.follow(tools, kNoTool) : with_restored(tools, restored, flow);
   }
 
+  // Where moves follow a conveyor: they do not end where they say.
+  void find_conveyors(const std::vector<Statement>& statements, const ProgramFlow& flow) {
+    std::vector<ProgramFlow::Setting> settings;
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+        if (cursor.next() != '(') return;
+        if (word == "TRACK_CONVEYOR_LINEAR" || word == "TRACK_CONVEYOR_CIRCULAR")
+          settings.push_back({at, kFollows});
+        if (word == "STOP_CONVEYOR_TRACKING") settings.push_back({at, kStands});
+      });
+    conveyors_ = flow.follow(settings, kStands);
+  }
+
   // set_tcp(NAME) behind NAME=get_tcp_offset().
   struct Restored {
     size_t setting;
@@ -237,6 +251,8 @@ class UrReader : MoveReader {
     tool_ = is_certain ? tool : -1;
     if (!value)
       why_not = values_.why_not(argument);
+    else if (conveyors_.at(move) != kStands)
+      why_not = "it may follow a conveyor, which track_conveyor.. before it begins";
     else if (value->is_in_calculated_frame && parts_ == TargetParts::pose)
       why_not =
           "its frame is calculated at run time; if it is always the same, give it with "
@@ -369,6 +385,7 @@ class UrReader : MoveReader {
   }
 
   static constexpr int kNoTool = -1;  // that of the caller
+  static constexpr int kStands = 0, kFollows = 1;
 
   const KnownFrames& known_;
   const TargetParts parts_;
@@ -380,6 +397,7 @@ class UrReader : MoveReader {
   std::vector<MoveToParameter> of_parameters_;
   std::vector<HandingCall> calls_;
   ProgramFlow::Values tools_;   // in the frames
+  ProgramFlow::Values conveyors_;
   int tool_ = -1;               // of the move that is read
   bool is_move_ = false;        // the statement moves the arm
   bool follows_ = false;        // the arm stands at the last target
