@@ -404,6 +404,15 @@ std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments
   return value;
 }
 
+// Where the arm is, which get_inverse_kin takes for qnear if it has none.
+bool UrValues::is_place_of_arm(const Statement& argument) const {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
+  const bool is_place =
+      name == "GET_ACTUAL_JOINT_POSITIONS" || name == "GET_TARGET_JOINT_POSITIONS";
+  return is_place && cursor.take('(') && cursor.take(')') && cursor.done();
+}
+
 // Its pose, near the joints of qnear.
 std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& arguments, int depth) {
   auto value = value_of(arguments[0], depth + 1);
@@ -423,6 +432,7 @@ std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& argume
       if (i == kTcp) return std::nullopt;
       continue;
     }
+    if (is_place_of_arm(near)) continue;
     const auto joints = value_of(near, depth + 1);
     if (!joints || joints->kind != TargetKind::joints) return std::nullopt;
     value->near = urscript_dialect().joints_of_numbers(*joints->list.numbers(6));

@@ -138,6 +138,7 @@ class UrValues {
   std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements);
   std::optional<UrValue> literal_in(const Statement& part);
   std::optional<UrValue> value_of(const Statement& argument, int depth);
+  bool is_place_of_arm(const Statement& argument) const;
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
   std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
   std::optional<Pose> constant(const Statement& argument, int depth);
