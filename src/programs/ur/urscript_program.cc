@@ -82,7 +82,8 @@ class UrReader : MoveReader {
     TextCursor assigned = cursor;
     const std::string word = cursor.take_name();
     if (word == "GLOBAL" || word == "LOCAL") assigned = cursor;
-    return (stands_between_ur_moves(word) && cursor.next() == '(') ||
+    // PolyScope names each of its nodes: $ 3 "Waypoint_1"
+    return word.starts_with('$') || (stands_between_ur_moves(word) && cursor.next() == '(') ||
            is_plain_assignment(text_, assigned.at(), statement.end);
   }
 
