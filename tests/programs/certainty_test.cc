@@ -485,6 +485,18 @@ TEST(Certainty, AnOptimoveOfUrIsAMove) {
   EXPECT_TRUE(program.targets[1].follows_target);
 }
 
+TEST(Certainty, AUrAuxiliaryPointOfZerosHasTheOrientationOfTheEnd) {
+  const auto program_of = [](const std::string& via) {
+    return parsed("p.script",
+                  kJoints + "movel(p[1,2,3,0,3,0])\nmovec(" + via + ", p[1,4,3,0,3,0])\n");
+  };
+  const RobotProgram program = program_of("p[1,3,3,0,0,0]");
+  EXPECT_TRUE(program.targets[2].pose.rotation.isApprox(program.targets[3].pose.rotation, 1e-12));
+  EXPECT_THAT(raised(program), HasSubstr("movec(p[1,3,3.001,0,0,0], p[1,4,3.001,0,3,0])"));
+  for (const char* const via : {"p[1,3,3,0,0,1]", "pose_trans(p[0,0,1,0,0,0], p[1,3,3,0,0,0])"})
+    EXPECT_TRUE(program_of(via).targets[2].has_orientation) << via;
+}
+
 TEST(Certainty, AUrMoveThatMayFollowAConveyorIsLeftAlone) {
   const std::string move = "movel(p[1,2,3,0,0,0])\n",
                     begin = "track_conveyor_linear(p[1,0,0,0,0,0], 9)\n",
@@ -807,6 +819,11 @@ TEST(Certainty, NoMoveFollowsOneThatEndsElsewhere) {
   EXPECT_FALSE(called.targets[2].follows_target);
   EXPECT_TRUE(called.targets[3].follows_target);
   EXPECT_TRUE(called.targets[4].follows_target);
+  // What PolyScope writes before each of its nodes does nothing.
+  EXPECT_TRUE(
+      parsed("p.script", kJoints + "$ 3 \"Waypoint_2\" \"breakAfter\"\nmovel(p[1,2,3,0,0,0])\n")
+          .targets[1]
+          .follows_target);
   // Arcs of RAPID whose CirPathMode depends on the caller.
   const std::string move = "MoveC p1,p1,v1,fine,tool0;\n";
   const RobotProgram arcs =

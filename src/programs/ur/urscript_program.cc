@@ -237,11 +237,23 @@ class UrReader : MoveReader {
       const bool is_last = i + 1 == points;
       ProgramTarget& target = add_target(values[i], line, drives_straight(word));
       target.motion = motion_of(word == "MOVEP" ? 'L' : word.back(), is_last);
+      if (!is_last) find_orientation(target, values);
       target.follows_target = (i > 0 && ends_at_target_) || follows_;
       target.blend = options.radius.value_or(0);
       if (target.motion == MotionKind::line || target.motion == MotionKind::arc)
         prepare_insertion(target, values, options, statement, close);
     }
+  }
+
+  // The controller does not use the orientation of an auxiliary point, and its manual leaves zeros
+  // there: the arm has that of the way, which the end is nearer to.
+  static void find_orientation(ProgramTarget& target, const std::vector<UrValue>& values) {
+    const UrValue &via = values.front(), &end = values.back();
+    if (via.kind != TargetKind::cartesian || end.kind != via.kind || end.base != via.base) return;
+    const auto numbers = *via.list.numbers(6), of_end = *end.list.numbers(6);
+    if (numbers[3] != 0 || numbers[4] != 0 || numbers[5] != 0) return;
+    target.has_orientation = false;
+    target.pose.rotation = urscript_dialect().pose_of_numbers(of_end).rotation;
   }
 
   // The value of the point of a move, and its tool; nothing and why if one is not known.
