@@ -326,6 +326,21 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
                                                "textmsg(c)\nend\n")),
               AllOf(HasSubstr("c = pose_trans(f, p[1,2,4,0,0,0])\n"),
                     HasSubstr("movel(pose_trans(f, p[1,2,4.001,0,0,0]))\n")));
+  // So is one that is made of another name, or of its own value before.
+  const RobotProgram made = parsed(
+      "p.script", head + "b = pose_trans( f, a )\nmovel(b)\na = pose_add(a, p[0,0,2,0,0,0])\n" +
+                      "movej(get_inverse_kin(a, [0,-1,1,0,1,0]))\nend\n");
+  EXPECT_EQ(made.left_alone, 0);
+  ASSERT_EQ(made.targets.size(), 4u);
+  EXPECT_NEAR((made.frames[made.targets[2].base].pose * made.targets[2].pose).translation.z(), 4,
+              1e-12);
+  EXPECT_NEAR((made.frames[made.targets[3].base].pose * made.targets[3].pose).translation.z(), 5,
+              1e-12);
+  EXPECT_THAT(raised(made),
+              HasSubstr("a = p[1,2,3,0,0,0]\nmovel(p[1,2,3.001,0,0,0])\nb = pose_trans( f, a )\n"
+                        "movel(pose_trans( f, p[1.0,2.0,3.001,0.0,0.0,0.0] ))\n"
+                        "a = pose_add(a, p[0,0,2,0,0,0])\nmovej(get_inverse_kin(pose_add("
+                        "p[1.0,2.0,3.001,0.0,0.0,0.0], p[0,0,2,0,0,0]), [0,-1,1,0,1,0]))\n"));
   // Not certain: behind a branch, in a loop that changes it, where a thread may, of one element
   // that is not certain, by itself, of the tool at another place, in a frame with several values.
   for (const char* const lines :
@@ -333,8 +348,9 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
         "while x:\nmovel(a)\na = p[1,2,4,0,0,0]\nend\n",
         "thread t():\nhome = p[1,2,4,0,0,0]\nend\nrun t()\nmovel(home)\n", "a[i] = 1\nmovel(a)\n",
         "a[2] = g()\nmovel(a)\n", "while x:\na[2] = a[2] + 1\nmovel(a)\nend\n",
-        "if x:\na[2] = 1\nend\nmovel(a)\n", "a = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\n",
-        "a = g()\nmovel(a)\n", "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
+        "if x:\na[2] = 1\nend\nmovel(a)\n",
+        "while x:\na = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\nend\n", "a = g()\nmovel(a)\n",
+        "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
         "f = p[0,0,2,0,0,0]\na = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\n"})
     EXPECT_EQ(parsed("p.script", head + lines + "end\n").left_alone, 1) << lines;
 }

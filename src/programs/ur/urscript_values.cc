@@ -15,7 +15,7 @@
 namespace armtrue {
 namespace {
 
-constexpr int kDeepest = 2;         // calls in one another
+constexpr int kDeepest = 4;         // calls and names in one another
 constexpr int kDeepestNumber = 32;  // numbers that names stand for, in one another
 constexpr int kMostElements = 64;   // given a value one after the other
 
@@ -211,14 +211,20 @@ void UrValues::find_numbers(ListItem& list) {
   }
 }
 
-// A literal, another name, or pose_trans and pose_add with the literal in it, which stand for the
+// A literal, another name, or pose_trans and pose_add with one of them in it, which stand for the
 // name if the point is written out in a move. get_inverse_kin depends on the tool at its place.
 std::optional<UrValue> UrValues::assigned_value(const Assignment& assignment,
                                                 const std::string& name, int depth) {
   auto value = value_of(assignment.value, depth);
   if (!value || value->is_inverse) return std::nullopt;
   const bool is_expression = value->begin != assignment.value.begin || value->base >= 0;
-  if (!value->variable.empty()) return is_expression ? std::nullopt : value;
+  if (!value->variable.empty()) {
+    if (!is_expression) return value;
+    value->before = text_.substr(assignment.value.begin, value->begin - assignment.value.begin);
+    value->behind = text_.substr(value->end, assignment.value.end - value->end);
+    if (!value->declared) value->declared = value->list;
+    return value;
+  }
   if (is_expression) {
     value->literal = assignment.value.begin;
     value->literal_end = assignment.value.end;
@@ -463,7 +469,8 @@ int UrValues::point_of_literal(const UrValue& value, std::vector<ProgramPoint>& 
   return index;
 }
 
-// Of a name whose elements were given other values: written out in the move.
+// Of a name whose elements were given other values, or that is made of another one: written out in
+// the move.
 int UrValues::computed_point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
   const int declared = point_of_literal(value, points);
   ProgramPoint point = points[static_cast<size_t>(declared)];
@@ -471,6 +478,8 @@ int UrValues::computed_point_of(const UrValue& value, std::vector<ProgramPoint>&
   point.end = value.end;
   point.is_expression = true;
   point.starts_from = declared;
+  point.before = value.before;
+  point.behind = value.behind;
   for (size_t i = 0; i < point.numbers.size(); ++i)
     point.numbers[i] = {0, value.end, value.end, value.list.items[i].value, ""};
   points.push_back(point);

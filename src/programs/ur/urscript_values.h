@@ -29,8 +29,10 @@ struct UrValue {
   size_t open = 0;            ///< the bracket of the call
   std::optional<JointVector> near;
   bool is_inverse = false;  ///< of get_inverse_kin
-  /// Where elements of the literal were given other values, NAME[2]=0.1: as it is written.
+  /// Of a name whose elements were given other values, NAME[2]=0.1, or that is made of another one,
+  /// NAME=pose_add(OTHER, ..): the literal as it is written, and what stands beside it there.
   std::optional<ListItem> declared;
+  std::string before, behind;
 };
 
 /// The values of a URScript program: p[..], [..], names whose value is certain where they stand,
