@@ -119,6 +119,9 @@ TEST(Certainty, AUrCallDrivesToThePointThatItHandsOver) {
     EXPECT_THAT(lines_of(left), ElementsAre(2)) << use;
     EXPECT_THAT(raised(left), HasSubstr("a = p[1,2,3,")) << use;
   }
+  // A pose p[..] is no use of p.
+  EXPECT_THAT(lines_of(with("force_mode(p[a[0],0,0,0,0,0], [0,0,1,0,0,0])\n" + move)),
+              ElementsAre(2, 7, 8));
   const RobotProgram two = with(move + "movel(pose_trans(b, p))\n");
   EXPECT_THAT(lines_of(two), ElementsAre(2));
   EXPECT_THAT(two.warnings,

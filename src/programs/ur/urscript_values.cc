@@ -348,14 +348,24 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   return value;
 }
 
-// Calls with(variable, scope in which it is declared); `p[..,..]` is no variable p.
+// Whether a word begins a pose p[x, y, ..]: then it is no variable p, as it is in p[0].
+bool UrValues::begins_pose(const std::string& word, TextCursor cursor) const {
+  if (word != "P" || cursor.next() != '[') return false;
+  int depth = 0;
+  for (size_t at = cursor.at(); at < cursor.end(); ++at) {
+    const char c = text_[at];
+    depth += c == '[' || c == '(' ? 1 : c == ']' || c == ')' ? -1 : 0;
+    if (depth == 0) return false;
+    if (depth == 1 && c == ',') return true;
+  }
+  return false;
+}
+
+// Calls with(variable, scope in which it is declared).
 template <class With>
 void UrValues::each_variable(const Statement& argument, With with) {
   each_word(text_, argument, [&](const std::string& word, size_t at, TextCursor cursor) {
-    if (word == "P" && cursor.next() == '[') {
-      cursor.skip_to(",]");
-      if (cursor.next() == ',') return;
-    }
+    if (begins_pose(word, cursor)) return;
     int declared = 0;
     const Variable* const variable =
         variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at), &declared);
@@ -500,7 +510,7 @@ std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Stateme
       const bool is_named = cursor.take('=') && cursor.next() != '=';  // NAME=..
       const auto behind = offsets_.upper_bound(at);
       const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
-      if (is_named || is_offset || moves_.contains(at)) return;
+      if (is_named || is_offset || moves_.contains(at) || begins_pose(word, cursor)) return;
       Variable* const variable =
           variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
       if (variable) found.insert(variable);

@@ -57,8 +57,6 @@ class UrValues {
   bool names_local(const Statement& argument);
   /// Where get_tcp_offset() gave a name its value, if that is certain: the tool there.
   std::optional<size_t> place_of_tool(const Statement& argument);
-  /// Whether it is a name that a function gives a value of its own: a parameter or a local name.
-  bool is_local(const Statement& argument);
   /// The point of a value among `points`, where it is added by its first use.
   int point_of(const UrValue& value, std::vector<ProgramPoint>& points);
   /// A move to the point is left alone. A declaration that it names must stay; an expression starts
@@ -123,6 +121,7 @@ class UrValues {
   std::optional<double> take_named_number(TextCursor& cursor);
   void find_numbers(ListItem& list);
   std::optional<ListItem> list_of_expressions(size_t begin, size_t end) const;
+  bool begins_pose(const std::string& word, TextCursor cursor) const;
   template <class With>
   void each_variable(const Statement& argument, With with);
   // The variable of a name at a place; null if its value there is not certain.
@@ -135,6 +134,8 @@ class UrValues {
     const std::string name = cursor.take_name();
     return spelled(name, cursor.at());
   }
+  // Whether it is a name that a function gives a value of its own: a parameter or a local name.
+  bool is_local(const Statement& argument);
   bool is_calculated(const Statement& frame);
   std::optional<Statement> point_in(const Statement& argument, int depth);
   std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements);
