@@ -838,6 +838,10 @@ TEST(Certainty, NoMoveFollowsOneThatEndsElsewhere) {
   EXPECT_FALSE(called.targets[2].follows_target);
   EXPECT_TRUE(called.targets[3].follows_target);
   EXPECT_TRUE(called.targets[4].follows_target);
+  const std::string branch = "if x:\nmovel(p[1,2,3,0,0,0])\n", behind = "movel(p[1,2,4,0,0,0])\n";
+  for (const char* const end : {"x = 1 end\n", "end\n", "local x = 1; end\n"})
+    EXPECT_FALSE(parsed("p.script", kJoints + branch + end + behind).targets[2].follows_target)
+        << end;
   // What PolyScope writes before each of its nodes does nothing.
   EXPECT_TRUE(
       parsed("p.script", kJoints + "$ 3 \"Waypoint_2\" \"breakAfter\"\nmovel(p[1,2,3,0,0,0])\n")

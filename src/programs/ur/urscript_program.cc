@@ -84,7 +84,16 @@ class UrReader : MoveReader {
     if (word == "GLOBAL" || word == "LOCAL") assigned = cursor;
     // PolyScope names each of its nodes: $ 3 "Waypoint_1"
     return word.starts_with('$') || (stands_between_ur_moves(word) && cursor.next() == '(') ||
-           is_plain_assignment(text_, assigned.at(), statement.end);
+           (is_plain_assignment(text_, assigned.at(), statement.end) && !ends_block(statement));
+  }
+
+  // x = 1 end
+  bool ends_block(const Statement& statement) const {
+    bool found = false;
+    each_word(text_, statement, [&](const std::string& word, size_t, const TextCursor&) {
+      found |= word == "END" || word == "ELSE" || word == "ELIF";
+    });
+    return found;
   }
 
   void read_calls(const Statement& statement) {
