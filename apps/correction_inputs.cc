@@ -6,6 +6,7 @@
 #include <set>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/programs/dialect.h"
 #include "columns.h"
 
 namespace armtrue::app {
@@ -23,6 +24,7 @@ StatedFrames stated_frames(const RobotProgram* program, int ProgramTarget::*fram
   stated.names.assign(names.begin(), names.end());
   stated.everywhere = std::ranges::none_of(
       program->targets, [&](const ProgramTarget& target) { return target.*frame < 0; });
+  stated.in_base = program->dialect->facts().has_frames_in_base && frame == &ProgramTarget::base;
   return stated;
 }
 
@@ -30,7 +32,7 @@ StatedFrames stated_frames(const RobotProgram* program, int ProgramTarget::*fram
 void refuse_overruled(const char* option, const std::vector<double>& numbers,
                       const RobotProgram& program, int ProgramTarget::*frame) {
   const StatedFrames stated = stated_frames(&program, frame);
-  if (numbers.empty() || program.targets.empty() || !stated.everywhere) return;
+  if (numbers.empty() || program.targets.empty() || !stated.everywhere || stated.in_base) return;
   const Pose given = pose_from_numbers(numbers);
   const bool is_stated = std::ranges::any_of(program.targets, [&](const ProgramTarget& target) {
     const Pose& own = program.frames[target.*frame].pose;

@@ -222,8 +222,10 @@ std::string assumed_frames(const Robot& controller, const ProgramArguments& argu
   };
   const auto place = [](const StatedFrames& stated, const std::string& other) {
     if (stated.names.empty()) return other;
-    return fmt::format("{}, as the program states{}", fmt::join(stated.names, ", "),
-                       stated.everywhere ? "" : ", elsewhere " + other);
+    const std::string rest = stated.in_base      ? ", in " + other
+                             : stated.everywhere ? ""
+                                                 : ", elsewhere " + other;
+    return fmt::format("{}, as the program states{}", fmt::join(stated.names, ", "), rest);
   };
   const std::string last =
       arguments.flange == "tool" ? "the tool of " + arguments.controller + ", the flange"

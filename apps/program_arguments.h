@@ -80,6 +80,7 @@ void refuse_other_arm(double nearest, const ModelPair& pair);
 struct StatedFrames {
   std::vector<std::string> names;
   bool everywhere = false;  ///< every target has one
+  bool in_base = false;     ///< they stand in the base of the other poses
 };
 
 /// In which tool and frame the targets are taken to be, as a sentence.

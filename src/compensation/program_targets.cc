@@ -18,6 +18,12 @@ namespace {
 // The frame or tool that the program names.
 const Pose& frame_of(const RobotProgram& program, int index) { return program.frames[index].pose; }
 
+Pose base_of(const RobotProgram& program, const ProgramTarget& target, const Pose& base) {
+  if (target.base < 0) return base;
+  const Pose& frame = frame_of(program, target.base);
+  return program.dialect->facts().has_frames_in_base ? base * frame : frame;
+}
+
 // Names all frames and tools whose values Cartesian targets lack, as the options to type.
 void require_frames(const RobotProgram& program) {
   struct Missing {
@@ -137,9 +143,9 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     const JointVector arm =
         is_joints ? target.q : target.near.value_or(JointVector::Zero(kProgramAxes));
     visits.q.push_back(joints.whole(arm, external_axes(program, target, joints)));
-    const ProgramSetUp set_up{target.base < 0 ? options.base : frame_of(program, target.base),
-                              target.tool < 0 ? options.tool
-                                              : options.flange * frame_of(program, target.tool)};
+    const ProgramSetUp set_up{
+        base_of(program, target, options.base),
+        target.tool < 0 ? options.tool : options.flange * frame_of(program, target.tool)};
     const auto [place, is_new] =
         set_ups.try_emplace({target.base, target.tool}, result.set_ups.size());
     if (is_new) result.set_ups.push_back(set_up);

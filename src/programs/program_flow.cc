@@ -191,6 +191,9 @@ class FlowOfValue {
       if (!std::exchange(routine.changes, true))
         open.insert(open.end(), routine.callers.begin(), routine.callers.end());
     }
+    // What an interrupt sets, itself or by a call, holds anywhere.
+    is_spoiled_ = std::ranges::any_of(
+        routines_, [](const Routine& routine) { return routine.is_interrupt && routine.changes; });
   }
 
   // Returns whether the value has changed.
@@ -254,7 +257,7 @@ class FlowOfValue {
       if (event.step)
         take(*event.step, i, walk);
       else
-        set(event.setting, walk);
+        walk.value = event.setting;
       see(index, event.at, walk.value);
       event.value = walk.value;
     }
@@ -280,12 +283,6 @@ class FlowOfValue {
     if (routine.is_called) return;
     if (before != kUnreached && --uncalled_ends_[before] == 0) uncalled_ends_.erase(before);
     ++uncalled_ends_[routine.end];
-  }
-
-  // What an interrupt sets holds anywhere.
-  void set(int value, Walk& walk) {
-    is_spoiled_ |= routines_[walk.routine].is_interrupt;
-    walk.value = value;
   }
 
   void take(const ProgramFlow::Place& step, size_t index, Walk& walk) {

@@ -111,7 +111,6 @@ class FlowOfVariables {
   struct Routine {
     std::string name;
     std::vector<const Place*> steps{};  // but for its calls
-    bool ends = true;                   // a way leads to its end
   };
   struct Call {
     const Place* step;

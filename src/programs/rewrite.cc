@@ -485,7 +485,8 @@ std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
     const std::vector<double> beside =
         is_joints ? numbers_of_joints(*program.dialect, point, commands[k].q)
                   : program.dialect->numbers_of_pose(of_point(target, commands[k].pose), written);
-    for (size_t i = 0; i < point.numbers.size(); ++i)
+    const size_t count = is_joints || target.has_orientation ? point.numbers.size() : 3;
+    for (size_t i = 0; i < count; ++i)
       if (point.numbers[i].is_written())
         result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],
                           beside[i], decimals_of(*program.dialect, point, i),

@@ -336,7 +336,7 @@ class CopyPlaces {
   std::map<size_t, size_t> added_;  // from this place on: so many bytes, with those before it
 };
 
-// Which copies are needed, the innermost first: their calls then are known.
+// Which copies are needed. The innermost are mostly the last, and their calls then are known.
 class CopyChooser {
  public:
   CopyChooser(const RobotProgram& program, const std::vector<TextEdit>& edits)
@@ -347,9 +347,7 @@ class CopyChooser {
       for (const RoutineCopy::Call& call : program.copies[i].calls)
         changes_.push_back({call.begin, call.begin, program.copies[i].name, i});
     std::ranges::stable_sort(changes_, {}, &Change::begin);
-    for (size_t i = program.copies.size(); i-- > 0;) {
-      const RoutineCopy& copy = program.copies[i];
-      is_kept_[i] = changes_in(copy.begin, copy.end) != changes_in(copy.of_begin, copy.of_end);
+    while (find_kept(program.copies)) {
     }
   }
 
@@ -364,6 +362,18 @@ class CopyChooser {
   };
   // Line, place in the line, length, text.
   using Places = std::vector<std::tuple<int, size_t, size_t, std::string>>;
+
+  // Returns whether there are more. A later copy may call one that was made before it.
+  bool find_kept(const std::vector<RoutineCopy>& copies) {
+    bool are_more = false;
+    for (size_t i = copies.size(); i-- > 0;) {
+      const RoutineCopy& copy = copies[i];
+      if (is_kept_[i] || changes_in(copy.begin, copy.end) == changes_in(copy.of_begin, copy.of_end))
+        continue;
+      is_kept_[i] = are_more = true;
+    }
+    return are_more;
+  }
 
   Places changes_in(size_t begin, size_t end) const {
     Places list;

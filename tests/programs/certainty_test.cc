@@ -119,6 +119,9 @@ TEST(Certainty, AUrCallDrivesToThePointThatItHandsOver) {
     EXPECT_THAT(lines_of(left), ElementsAre(2)) << use;
     EXPECT_THAT(raised(left), HasSubstr("a = p[1,2,3,")) << use;
   }
+  // A pose p[..] is no use of p.
+  EXPECT_THAT(lines_of(with("force_mode(p[a[0],0,0,0,0,0], [0,0,1,0,0,0])\n" + move)),
+              ElementsAre(2, 7, 8));
   const RobotProgram two = with(move + "movel(pose_trans(b, p))\n");
   EXPECT_THAT(lines_of(two), ElementsAre(2));
   EXPECT_THAT(two.warnings,
@@ -326,15 +329,31 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
                                                "textmsg(c)\nend\n")),
               AllOf(HasSubstr("c = pose_trans(f, p[1,2,4,0,0,0])\n"),
                     HasSubstr("movel(pose_trans(f, p[1,2,4.001,0,0,0]))\n")));
+  // So is one that is made of another name, or of its own value before.
+  const RobotProgram made = parsed(
+      "p.script", head + "b = pose_trans( f, a )\nmovel(b)\na = pose_add(a, p[0,0,2,0,0,0])\n" +
+                      "movej(get_inverse_kin(a, [0,-1,1,0,1,0]))\nend\n");
+  EXPECT_EQ(made.left_alone, 0);
+  ASSERT_EQ(made.targets.size(), 4u);
+  EXPECT_NEAR((made.frames[made.targets[2].base].pose * made.targets[2].pose).translation.z(), 4,
+              1e-12);
+  EXPECT_NEAR((made.frames[made.targets[3].base].pose * made.targets[3].pose).translation.z(), 5,
+              1e-12);
+  EXPECT_THAT(raised(made),
+              HasSubstr("a = p[1,2,3,0,0,0]\nmovel(p[1,2,3.001,0,0,0])\nb = pose_trans( f, a )\n"
+                        "movel(pose_trans( f, p[1.0,2.0,3.001,0.0,0.0,0.0] ))\n"
+                        "a = pose_add(a, p[0,0,2,0,0,0])\nmovej(get_inverse_kin(pose_add("
+                        "p[1.0,2.0,3.001,0.0,0.0,0.0], p[0,0,2,0,0,0]), [0,-1,1,0,1,0]))\n"));
   // Not certain: behind a branch, in a loop that changes it, where a thread may, of one element
   // that is not certain, by itself, of the tool at another place, in a frame with several values.
   for (const char* const lines :
        {"if x:\na = p[1,2,4,0,0,0]\nend\nmovel(a)\n",
         "while x:\nmovel(a)\na = p[1,2,4,0,0,0]\nend\n",
-        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nmovel(home)\n", "a[i] = 1\nmovel(a)\n",
+        "thread t():\nhome = p[1,2,4,0,0,0]\nend\nrun t()\nmovel(home)\n", "a[i] = 1\nmovel(a)\n",
         "a[2] = g()\nmovel(a)\n", "while x:\na[2] = a[2] + 1\nmovel(a)\nend\n",
-        "if x:\na[2] = 1\nend\nmovel(a)\n", "a = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\n",
-        "a = g()\nmovel(a)\n", "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
+        "if x:\na[2] = 1\nend\nmovel(a)\n",
+        "while x:\na = pose_add(a, p[0,0,1,0,0,0])\nmovel(a)\nend\n", "a = g()\nmovel(a)\n",
+        "q = get_inverse_kin(p[1,2,3,0,0,0])\nmovej(q)\n",
         "f = p[0,0,2,0,0,0]\na = pose_trans(f, p[1,2,4,0,0,0])\nmovel(a)\n"})
     EXPECT_EQ(parsed("p.script", head + lines + "end\n").left_alone, 1) << lines;
 }
@@ -369,6 +388,35 @@ TEST(Certainty, UrNumbersMayBeSumsAndProducts) {
                                      "h = 2\nset_tcp(p[0,0,h,0,0,0])\nend\n")
                   .warnings,
               ElementsAre(HasSubstr("its tool is not certain")));
+}
+
+// Six elements by six of the point before: each is found once, or the test does not end.
+TEST(Certainty, UrPointsMayEachBeMadeOfTheOneBefore) {
+  std::string text = "def prog():\n" + kJoints + "p0 = p[1,2,3,0,0,0]\n";
+  for (int k = 1; k <= 25; ++k) {
+    const std::string before = "p" + std::to_string(k - 1);
+    text += "p" + std::to_string(k) + " = p[" + before + "[0]+1";
+    for (const char* const element : {"[1]", "[2]", "[3]", "[4]", "[5]"})
+      text += "," + before + element;
+    text += "]\n";
+  }
+  const RobotProgram program = parsed("p.script", text + "movel(p25)\nend\n");
+  ASSERT_EQ(program.targets.size(), 2u);
+  EXPECT_NEAR(program.targets[1].pose.translation.x(), 26, 1e-12);
+}
+
+TEST(Certainty, AUrAssignmentCountsWhereverItStandsInItsLine) {
+  const auto z_of = [](const std::string& lines) {
+    const RobotProgram program = parsed(
+        "p.script", "def prog():\n" + kJoints + "h = 3\n" + lines + "movel(p[1,2,h,0,0,0])\nend\n");
+    return program.targets.size() < 2 ? -1 : program.targets[1].pose.translation.z();
+  };
+  EXPECT_EQ(z_of("k = 1; h = 4\n"), 4);
+  EXPECT_EQ(z_of("h = 5; k = 1;\n"), 5);
+  EXPECT_EQ(z_of("if h == 4 and k[1] <= 2:\nend\nf(1, h=4)\ns = struct(h=4)\ns.h = 4\n"), 3);
+  for (const char* const branch : {"if x: h = 4 end\n", "if x[0] < 1: k = 1; h = 4; end\n",
+                                   "while x: h = h + 1 end\n", "if x:\nelse: global h = 4 end\n"})
+    EXPECT_EQ(z_of(branch), -1) << branch;
 }
 
 TEST(Certainty, AnElementOfAUrPointMayBeGivenAnotherValue) {
@@ -442,6 +490,47 @@ TEST(Certainty, AUrPointThatOtherStatementsUseStaysWhereItIsDeclared) {
         << use;
 }
 
+TEST(Certainty, AnOptimoveOfUrIsAMove) {
+  const RobotProgram program =
+      parsed("p.script",
+             "optimovej([0,-1,1,0,1,0], 0.3, 0.4, 0.02)\noptimovel(p[1,2,3,0,0,0], r=0.05)\n"
+             "optimovel(struct(pose=p[1,2,3,0,0,0], frame=\"f\"))\n");
+  ASSERT_THAT(lines_of(program), ElementsAre(1, 2));
+  EXPECT_EQ(program.left_alone, 1);
+  EXPECT_EQ(program.targets[0].motion, MotionKind::joint);
+  EXPECT_EQ(program.targets[1].motion, MotionKind::line);
+  EXPECT_NEAR(program.targets[0].blend, 0.02, 1e-12);  // behind a and v stands no time
+  EXPECT_TRUE(program.targets[1].configuration.continues);
+  EXPECT_TRUE(program.targets[1].follows_target);
+}
+
+TEST(Certainty, AUrAuxiliaryPointOfZerosHasTheOrientationOfTheEnd) {
+  const auto program_of = [](const std::string& via) {
+    return parsed("p.script",
+                  kJoints + "movel(p[1,2,3,0,3,0])\nmovec(" + via + ", p[1,4,3,0,3,0])\n");
+  };
+  const RobotProgram program = program_of("p[1,3,3,0,0,0]");
+  EXPECT_TRUE(program.targets[2].pose.rotation.isApprox(program.targets[3].pose.rotation, 1e-12));
+  EXPECT_THAT(raised(program), HasSubstr("movec(p[1,3,3.001,0,0,0], p[1,4,3.001,0,3,0])"));
+  for (const char* const via : {"p[1,3,3,0,0,1]", "pose_trans(p[0,0,1,0,0,0], p[1,3,3,0,0,0])"})
+    EXPECT_TRUE(program_of(via).targets[2].has_orientation) << via;
+}
+
+TEST(Certainty, AUrMoveThatMayFollowAConveyorIsLeftAlone) {
+  const std::string move = "movel(p[1,2,3,0,0,0])\n",
+                    begin = "track_conveyor_linear(p[1,0,0,0,0,0], 9)\n",
+                    stop = "stop_conveyor_tracking()\n";
+  const auto lines = [&](const std::string& body) {
+    return lines_of(parsed("p.script", "def prog():\n" + kJoints + body + "end\n"));
+  };
+  EXPECT_THAT(lines(move + begin + move + kJoints + stop + move), ElementsAre(2, 3, 8));
+  EXPECT_THAT(lines("if x:\n" + begin + "end\n" + move + stop + move), ElementsAre(2, 8));
+  EXPECT_THAT(lines("while x:\n" + move + begin + "end\n"), ElementsAre(2));
+  EXPECT_THAT(lines("def pick():\n" + move +
+                    "end\npick()\ntrack_conveyor_circular(p[1,0,0,0,0,0], 9)\n" + "pick()\n"),
+              ElementsAre(2));
+}
+
 TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
   const std::string go = "def go():\nmovel(p[1,2,3,0,0,0])\nend\n";
   const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n";
@@ -495,6 +584,11 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
   EXPECT_EQ(left(t1 + thread + run + "def later():\n" + t2 + "end\nlater()\n"), 1);
   EXPECT_EQ(left(thread + "if x:\n" + t1 + "else:\n" + t2 + "end\n" + run), 1);
   EXPECT_EQ(left(t1 + thread + "thread U():\n" + t2 + "end\n" + run + "u = run U()\n"), 1);
+  // A function that a thread calls runs at any time, too.
+  const std::string move = "movel(p[1,2,4,0,0,0])\n",
+                    calls = "def two():\n" + t2 + "end\nthread U():\ntwo()\nend\n";
+  EXPECT_EQ(left(t1 + calls + "u = run U()\n" + move), 1);
+  EXPECT_EQ(left(t1 + calls + move), 0);
   // What nothing runs or calls never runs, and nothing that it does counts.
   EXPECT_EQ(left(t1 + thread), 0);
   const RobotProgram unused =
@@ -744,6 +838,15 @@ TEST(Certainty, NoMoveFollowsOneThatEndsElsewhere) {
   EXPECT_FALSE(called.targets[2].follows_target);
   EXPECT_TRUE(called.targets[3].follows_target);
   EXPECT_TRUE(called.targets[4].follows_target);
+  const std::string branch = "if x:\nmovel(p[1,2,3,0,0,0])\n", behind = "movel(p[1,2,4,0,0,0])\n";
+  for (const char* const end : {"x = 1 end\n", "end\n", "local x = 1; end\n"})
+    EXPECT_FALSE(parsed("p.script", kJoints + branch + end + behind).targets[2].follows_target)
+        << end;
+  // What PolyScope writes before each of its nodes does nothing.
+  EXPECT_TRUE(
+      parsed("p.script", kJoints + "$ 3 \"Waypoint_2\" \"breakAfter\"\nmovel(p[1,2,3,0,0,0])\n")
+          .targets[1]
+          .follows_target);
   // Arcs of RAPID whose CirPathMode depends on the caller.
   const std::string move = "MoveC p1,p1,v1,fine,tool0;\n";
   const RobotProgram arcs =

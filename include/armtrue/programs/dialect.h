@@ -51,6 +51,8 @@ struct DialectFacts {
 
   bool has_external_axes = false;       ///< targets state E1 to E6
   bool counts_axis_3_from_arm = false;  ///< see program_joints()
+  /// Frames that a program names stand in the base of its other poses; else they take its place.
+  bool has_frames_in_base = false;
   std::string fixed_turns;  ///< what states turns, if a correction cannot change them; else empty
   std::string own_model;    ///< variable of the controller's calibrated model; else empty
 

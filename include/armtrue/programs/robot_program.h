@@ -120,7 +120,9 @@ struct ProgramTarget {
   Pose pose;  ///< Cartesian: base from TCP, as written
   /// Where the move displaces its point, such as by Tool_Offset: `pose` is before * point * behind.
   Pose before, behind;
-  bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
+  /// Whether the point states the orientation; else it is not known, and pose.rotation a guess or
+  /// the identity.
+  bool has_orientation = true;
   std::vector<double> external;  ///< E1 to E6, as written; NaN: not known; or none
   /// External axes that corrections of this dialect cannot change, such as eax_a, as written.
   std::map<std::string, double> other_axes;

@@ -30,7 +30,8 @@ class UrscriptDialect : public Dialect {
                  .length = 1,
                  .angle = 1,
                  .tool = "its TCP",
-                 .sets_active_tool = "set_tcp"}) {}
+                 .sets_active_tool = "set_tcp",
+                 .has_frames_in_base = true}) {}
 
   void parse(RobotProgram& program, const KnownFrames& known, TargetParts parts) const override {
     parse_urscript_program(program, known, parts);

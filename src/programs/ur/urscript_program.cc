@@ -15,8 +15,8 @@
 #include "programs/ur/urscript_values.h"
 
 // Programs of Universal Robots: the URScript programming language, module motion: movej, movel,
-// movep, movec, with poses p[x,y,z,rx,ry,rz] in m and rad and joints [..] in rad; get_inverse_kin,
-// pose_trans, set_tcp.
+// movep, movec, optimovej, optimovel, with poses p[x,y,z,rx,ry,rz] in m and rad and joints [..] in
+// rad; get_inverse_kin, pose_trans, set_tcp.
 
 namespace armtrue {
 namespace {
@@ -42,6 +42,8 @@ bool stands_between_ur_moves(const std::string& word) {
   return kWords.contains(word);
 }
 
+bool drives_straight(const std::string& move) { return move.back() != 'J'; }
+
 class UrReader : MoveReader {
   friend class MoveReader;
 
@@ -61,6 +63,7 @@ class UrReader : MoveReader {
     for (const UrParameter& parameter : structure_.parameters)
       functions_with_parameters_.insert(parameter.parameter.routine);
     find_tools(statements, structure_.flow);
+    find_conveyors(statements, structure_.flow);
     for (const Statement& statement : statements) {
       is_move_ = false;
       read_calls(statement);
@@ -79,8 +82,18 @@ class UrReader : MoveReader {
     TextCursor assigned = cursor;
     const std::string word = cursor.take_name();
     if (word == "GLOBAL" || word == "LOCAL") assigned = cursor;
-    return (stands_between_ur_moves(word) && cursor.next() == '(') ||
-           is_plain_assignment(text_, assigned.at(), statement.end);
+    // PolyScope names each of its nodes: $ 3 "Waypoint_1"
+    return word.starts_with('$') || (stands_between_ur_moves(word) && cursor.next() == '(') ||
+           (is_plain_assignment(text_, assigned.at(), statement.end) && !ends_block(statement));
+  }
+
+  // x = 1 end
+  bool ends_block(const Statement& statement) const {
+    bool found = false;
+    each_word(text_, statement, [&](const std::string& word, size_t, const TextCursor&) {
+      found |= word == "END" || word == "ELSE" || word == "ELIF";
+    });
+    return found;
   }
 
   void read_calls(const Statement& statement) {
@@ -150,6 +163,19 @@ class UrReader : MoveReader {
     tools_ = restored.empty() ? flow.follow(tools, kNoTool) : with_restored(tools, restored, flow);
   }
 
+  // Where moves follow a conveyor: they do not end where they say.
+  void find_conveyors(const std::vector<Statement>& statements, const ProgramFlow& flow) {
+    std::vector<ProgramFlow::Setting> settings;
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+        if (cursor.next() != '(') return;
+        if (word == "TRACK_CONVEYOR_LINEAR" || word == "TRACK_CONVEYOR_CIRCULAR")
+          settings.push_back({at, kFollows});
+        if (word == "STOP_CONVEYOR_TRACKING") settings.push_back({at, kStands});
+      });
+    conveyors_ = flow.follow(settings, kStands);
+  }
+
   // set_tcp(NAME) behind NAME=get_tcp_offset().
   struct Restored {
     size_t setting;
@@ -200,7 +226,7 @@ class UrReader : MoveReader {
     if (points == 1)
       if (const auto parameter = values_.parameter_in(arguments[0])) {
         of_parameters_.push_back(
-            {*parameter, line, open, arguments[0], word != "MOVEJ", may_run(open)});
+            {*parameter, line, open, arguments[0], drives_straight(word), may_run(open)});
         ends_at_target_ = false;
         return;
       }
@@ -218,13 +244,25 @@ class UrReader : MoveReader {
     follows_ = follows_ && ends_at_target_;
     for (size_t i = 0; i < points; ++i) {
       const bool is_last = i + 1 == points;
-      ProgramTarget& target = add_target(values[i], line, word != "MOVEJ" || !is_last);
+      ProgramTarget& target = add_target(values[i], line, drives_straight(word));
       target.motion = motion_of(word == "MOVEP" ? 'L' : word.back(), is_last);
+      if (!is_last) find_orientation(target, values);
       target.follows_target = (i > 0 && ends_at_target_) || follows_;
       target.blend = options.radius.value_or(0);
       if (target.motion == MotionKind::line || target.motion == MotionKind::arc)
         prepare_insertion(target, values, options, statement, close);
     }
+  }
+
+  // The controller does not use the orientation of an auxiliary point, and its manual leaves zeros
+  // there: the arm has that of the way, which the end is nearer to.
+  static void find_orientation(ProgramTarget& target, const std::vector<UrValue>& values) {
+    const UrValue &via = values.front(), &end = values.back();
+    if (via.kind != TargetKind::cartesian || end.kind != via.kind || end.base != via.base) return;
+    const auto numbers = *via.list.numbers(6), of_end = *end.list.numbers(6);
+    if (numbers[3] != 0 || numbers[4] != 0 || numbers[5] != 0) return;
+    target.has_orientation = false;
+    target.pose.rotation = urscript_dialect().pose_of_numbers(of_end).rotation;
   }
 
   // The value of the point of a move, and its tool; nothing and why if one is not known.
@@ -235,6 +273,8 @@ class UrReader : MoveReader {
     tool_ = is_certain ? tool : -1;
     if (!value)
       why_not = values_.why_not(argument);
+    else if (conveyors_.at(move) != kStands)
+      why_not = "it may follow a conveyor, which track_conveyor.. before it begins";
     else if (value->is_in_calculated_frame && parts_ == TargetParts::pose)
       why_not =
           "its frame is calculated at run time; if it is always the same, give it with "
@@ -289,13 +329,13 @@ class UrReader : MoveReader {
     bool has_mode = false;  // of movec: the tool turns with the arc, whatever the end states
   };
 
-  // By name or in this order: a, v, t, r; movep: a, v, r; movec: a, v, r, mode.
+  // By name or in this order: movej and movel: a, v, t, r; others: a, v, r; movec: mode, too.
   Options options_of(const std::vector<Statement>& arguments, size_t points,
                      const std::string& word) const {
     Options options;
     options.radius = 0;
-    std::vector<std::string> names{"A", "V", "T", "R"};
-    if (word == "MOVEP" || word == "MOVEC") names = {"A", "V", "R", "MODE"};
+    std::vector<std::string> names{"A", "V", "R", "MODE"};
+    if (word == "MOVEJ" || word == "MOVEL") names = {"A", "V", "T", "R"};
     for (size_t i = points; i < arguments.size(); ++i) {
       const Statement& argument = arguments[i];
       TextCursor cursor(text_, argument.begin, argument.end);
@@ -367,6 +407,7 @@ class UrReader : MoveReader {
   }
 
   static constexpr int kNoTool = -1;  // that of the caller
+  static constexpr int kStands = 0, kFollows = 1;
 
   const KnownFrames& known_;
   const TargetParts parts_;
@@ -378,6 +419,7 @@ class UrReader : MoveReader {
   std::vector<MoveToParameter> of_parameters_;
   std::vector<HandingCall> calls_;
   ProgramFlow::Values tools_;   // in the frames
+  ProgramFlow::Values conveyors_;
   int tool_ = -1;               // of the move that is read
   bool is_move_ = false;        // the statement moves the arm
   bool follows_ = false;        // the arm stands at the last target

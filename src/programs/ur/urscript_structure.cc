@@ -19,6 +19,7 @@ class UrStructureReader {
       each_word(text_, statement, [&](const std::string& word, size_t, TextCursor cursor) {
         if (const std::string name = function_of(word, cursor); !name.empty())
           functions_.insert(name);
+        if (word == "RUN") run_.insert(cursor.take_name());
       });
     for (const Statement& statement : statements)
       each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
@@ -56,7 +57,8 @@ class UrStructureReader {
     if (const std::string name = function_of(word, cursor); !name.empty()) {
       const bool is_inner = std::ranges::find(open_, true, &Open::is_function) != open_.end();
       const Step step = is_inner ? Step::local_routine : Step::routine;
-      flow.add(word == "THREAD" ? Step::interrupt : step, at, name);
+      const bool may_interrupt = word == "THREAD" && (!is_inner || run_.contains(name));
+      flow.add(may_interrupt ? Step::interrupt : step, at, name);
       result_.scopes.open(at);
       read_parameters(name, cursor, result_.scopes.at(at));
       open_.push_back({at, true, is_inner ? name : ""});
@@ -118,7 +120,7 @@ class UrStructureReader {
   }
 
   std::string_view text_;
-  std::set<std::string> functions_;
+  std::set<std::string> functions_, run_;  // in capitals; the threads that something runs
   std::vector<Open> open_;
   std::multimap<std::string, std::pair<size_t, size_t>> inner_;  // functions within others
   std::map<std::string, std::set<std::string>> begun_by_;        // what inner functions call or run
@@ -128,7 +130,8 @@ class UrStructureReader {
 }  // namespace
 
 bool is_ur_move(const std::string& word) {
-  return word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC";
+  return word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC" ||
+         word == "OPTIMOVEJ" || word == "OPTIMOVEL";
 }
 
 bool is_other_ur_motion(const std::string& word) {

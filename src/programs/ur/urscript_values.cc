@@ -15,7 +15,7 @@
 namespace armtrue {
 namespace {
 
-constexpr int kDeepest = 2;         // calls in one another
+constexpr int kDeepest = 4;         // calls and names in one another
 constexpr int kDeepestNumber = 32;  // numbers that names stand for, in one another
 constexpr int kMostElements = 64;   // given a value one after the other
 
@@ -30,32 +30,48 @@ void UrValues::read(const std::vector<Statement>& statements, const UrStructure&
     parameters_[parameter.parameter.routine].push_back(&variable);
     moves_.insert(parameter.at);
   }
-  for (const Statement& statement : statements) read_assignment(statement);
+  for (const Statement& statement : statements) read_assignments(statement);
+}
+
+// Every NAME = VALUE outside of brackets, wherever it stands: `if x: a = 1 end`, `a = 1; b = 2`.
+void UrValues::read_assignments(const Statement& statement) {
+  TextCursor cursor(text_, statement.begin, statement.end);
+  Assigned last;
+  char before = ' ';
+  int depth = 0;
+  for (char c = cursor.next(); !cursor.done(); before = c, c = cursor.next()) {
+    const std::string name = take_spelled(cursor);
+    if (depth == 0 && !name.empty() && before != '.')
+      last = {name, cursor.at(), upper(last.name) == "LOCAL"};
+    if (!name.empty()) continue;
+    const size_t at = cursor.at();
+    cursor.step();
+    depth += c == '(' || c == '[' ? 1 : c == ')' || c == ']' ? -1 : 0;
+    if (c != '=') continue;
+    const bool compares = cursor.take('=') || before == '<' || before == '>' || before == '!';
+    if (depth == 0 && !compares && !last.name.empty())
+      read_assignment(last, {statement.line, at, statement.end});
+  }
 }
 
 // Names of the outermost functions are global. In the others, what is neither a parameter nor
 // `local` is global, too, if that name is (URScript manual, scoping rules).
-void UrValues::read_assignment(const Statement& statement) {
-  TextCursor cursor(text_, statement.begin, statement.end);
-  std::string name = take_spelled(cursor);
-  const bool is_local = upper(name) == "LOCAL";
-  if (upper(name) == "GLOBAL" || is_local) name = take_spelled(cursor);
-  const bool is_element = cursor.next() == '[';
-  const std::optional<int> index = is_element ? take_index(cursor) : std::nullopt;
-  if (is_element) cursor.skip_to("="), cursor.next();
-  if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
-  const int scope = scopes_.at(statement.begin);
+void UrValues::read_assignment(const Assigned& to, const Statement& from_equals) {
+  TextCursor element(text_, to.end, from_equals.begin);
+  const bool is_element = !element.done();
+  std::optional<int> index = is_element ? take_index(element) : std::nullopt;
+  if (!element.done()) index.reset();
+  const int scope = scopes_.at(to.end);
   int declared = 0;
-  variables_.find(scopes_, name, scope, &declared);
-  if (is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
+  variables_.find(scopes_, to.name, scope, &declared);
+  if (to.is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
   if (declared != scope) declared = 0;
-  Variable& variable = variables_.declare(name, declared);
-  cursor.next();
+  Variable& variable = variables_.declare(to.name, declared);
+  const Statement value = split_arguments(text_, from_equals.begin + 1, from_equals.end, ";")[0];
   variable.is_calculated =
-      text_.substr(cursor.at(), statement.end - cursor.at()).find('(') != std::string::npos;
-  size_t end = statement.end;
-  while (end > cursor.at() && (is_blank(text_[end - 1]) || text_[end - 1] == ';')) --end;
-  variable.assignments.push_back({{statement.line, cursor.at(), end}, scope, is_element, index});
+      text_.substr(value.begin, value.end - value.begin).find('(') != std::string::npos;
+  variable.assignments.push_back(
+      {{from_equals.line, value.begin, value.end}, scope, is_element, index});
 }
 
 // [2]
@@ -92,7 +108,7 @@ std::optional<UrValue> UrValues::with_elements(Variable& variable, const Assignm
   while (assignment && assignment->is_element) {
     if (!assignment->index || variable.assignments.size() == 1 || given.size() == kMostElements)
       return std::nullopt;
-    const auto number = number_of(*assignment);
+    const auto number = number_of(assignment->value);
     if (!number) return std::nullopt;
     given.emplace_back(*assignment->index, *number);
     assignment = assignment_at(variable, assignment->value.begin);
@@ -136,11 +152,13 @@ std::optional<double> UrValues::number_in(const Statement& part) {
   return cursor.done() && value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-// Each is found once; one that depends on itself is not known.
-std::optional<double> UrValues::number_of(const Assignment& assignment) {
-  const auto [known, is_new] = numbers_.try_emplace(assignment.value.begin);
-  if (is_new) known->second = number_in(assignment.value);
-  return known->second;
+// Each number is found once: the elements of a point may each be those of another point, and so on.
+std::optional<double> UrValues::number_of(const Statement& expression) {
+  const auto known = numbers_.find(expression.begin);
+  if (known != numbers_.end()) return known->second;
+  const auto value = number_in(expression);
+  if (value) numbers_.emplace(expression.begin, *value);
+  return value;
 }
 
 std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
@@ -150,7 +168,7 @@ std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
   if (cursor.next() == '(') {
     if (name != "D2R" && name != "R2D") return std::nullopt;
     const size_t open = cursor.at(), close = closing(open, text_.size());
-    const auto angle = number_in({0, open + 1, std::max(close, open + 1)});
+    const auto angle = number_of({0, open + 1, std::max(close, open + 1)});
     cursor = TextCursor(text_, std::min(close + 1, text_.size()), cursor.end());
     if (!angle) return std::nullopt;
     return name == "D2R" ? *angle * kDegree : *angle / kDegree;
@@ -164,7 +182,7 @@ std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
   Variable* const variable = find(text_.substr(begin, end - begin), begin);
   if (!variable || variable->parameter) return std::nullopt;
   const Assignment* const assignment = assignment_at(*variable, begin);
-  return assignment && !assignment->is_element ? number_of(*assignment) : std::nullopt;
+  return assignment && !assignment->is_element ? number_of(assignment->value) : std::nullopt;
 }
 
 // [p1[0]+0.1, ..]: elements with brackets of their own.
@@ -186,21 +204,27 @@ void UrValues::find_numbers(ListItem& list) {
   if (list.kind != ListItem::Kind::list) return;
   for (ListItem& item : list.items) {
     if (item.kind != ListItem::Kind::other) continue;
-    const auto value = number_in({0, item.begin, item.end});
+    const auto value = number_of({0, item.begin, item.end});
     if (!value) return;
     item.kind = ListItem::Kind::number;
     item.value = *value;
   }
 }
 
-// A literal, another name, or pose_trans and pose_add with the literal in it, which stand for the
+// A literal, another name, or pose_trans and pose_add with one of them in it, which stand for the
 // name if the point is written out in a move. get_inverse_kin depends on the tool at its place.
 std::optional<UrValue> UrValues::assigned_value(const Assignment& assignment,
                                                 const std::string& name, int depth) {
   auto value = value_of(assignment.value, depth);
   if (!value || value->is_inverse) return std::nullopt;
   const bool is_expression = value->begin != assignment.value.begin || value->base >= 0;
-  if (!value->variable.empty()) return is_expression ? std::nullopt : value;
+  if (!value->variable.empty()) {
+    if (!is_expression) return value;
+    value->before = text_.substr(assignment.value.begin, value->begin - assignment.value.begin);
+    value->behind = text_.substr(value->end, assignment.value.end - value->end);
+    if (!value->declared) value->declared = value->list;
+    return value;
+  }
   if (is_expression) {
     value->literal = assignment.value.begin;
     value->literal_end = assignment.value.end;
@@ -324,14 +348,24 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   return value;
 }
 
-// Calls with(variable, scope in which it is declared); `p[..,..]` is no variable p.
+// Whether a word begins a pose p[x, y, ..]: then it is no variable p, as it is in p[0].
+bool UrValues::begins_pose(const std::string& word, TextCursor cursor) const {
+  if (word != "P" || cursor.next() != '[') return false;
+  int depth = 0;
+  for (size_t at = cursor.at(); at < cursor.end(); ++at) {
+    const char c = text_[at];
+    depth += c == '[' || c == '(' ? 1 : c == ']' || c == ')' ? -1 : 0;
+    if (depth == 0) return false;
+    if (depth == 1 && c == ',') return true;
+  }
+  return false;
+}
+
+// Calls with(variable, scope in which it is declared).
 template <class With>
 void UrValues::each_variable(const Statement& argument, With with) {
   each_word(text_, argument, [&](const std::string& word, size_t at, TextCursor cursor) {
-    if (word == "P" && cursor.next() == '[') {
-      cursor.skip_to(",]");
-      if (cursor.next() == ',') return;
-    }
+    if (begins_pose(word, cursor)) return;
     int declared = 0;
     const Variable* const variable =
         variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at), &declared);
@@ -386,6 +420,15 @@ std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments
   return value;
 }
 
+// Where the arm is, which get_inverse_kin takes for qnear if it has none.
+bool UrValues::is_place_of_arm(const Statement& argument) const {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
+  const bool is_place =
+      name == "GET_ACTUAL_JOINT_POSITIONS" || name == "GET_TARGET_JOINT_POSITIONS";
+  return is_place && cursor.take('(') && cursor.take(')') && cursor.done();
+}
+
 // Its pose, near the joints of qnear.
 std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& arguments, int depth) {
   auto value = value_of(arguments[0], depth + 1);
@@ -405,6 +448,7 @@ std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& argume
       if (i == kTcp) return std::nullopt;
       continue;
     }
+    if (is_place_of_arm(near)) continue;
     const auto joints = value_of(near, depth + 1);
     if (!joints || joints->kind != TargetKind::joints) return std::nullopt;
     value->near = urscript_dialect().joints_of_numbers(*joints->list.numbers(6));
@@ -435,7 +479,8 @@ int UrValues::point_of_literal(const UrValue& value, std::vector<ProgramPoint>& 
   return index;
 }
 
-// Of a name whose elements were given other values: written out in the move.
+// Of a name whose elements were given other values, or that is made of another one: written out in
+// the move.
 int UrValues::computed_point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
   const int declared = point_of_literal(value, points);
   ProgramPoint point = points[static_cast<size_t>(declared)];
@@ -443,6 +488,8 @@ int UrValues::computed_point_of(const UrValue& value, std::vector<ProgramPoint>&
   point.end = value.end;
   point.is_expression = true;
   point.starts_from = declared;
+  point.before = value.before;
+  point.behind = value.behind;
   for (size_t i = 0; i < point.numbers.size(); ++i)
     point.numbers[i] = {0, value.end, value.end, value.list.items[i].value, ""};
   points.push_back(point);
@@ -463,7 +510,7 @@ std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Stateme
       const bool is_named = cursor.take('=') && cursor.next() != '=';  // NAME=..
       const auto behind = offsets_.upper_bound(at);
       const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
-      if (is_named || is_offset || moves_.contains(at)) return;
+      if (is_named || is_offset || moves_.contains(at) || begins_pose(word, cursor)) return;
       Variable* const variable =
           variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
       if (variable) found.insert(variable);

@@ -29,8 +29,10 @@ struct UrValue {
   size_t open = 0;            ///< the bracket of the call
   std::optional<JointVector> near;
   bool is_inverse = false;  ///< of get_inverse_kin
-  /// Where elements of the literal were given other values, NAME[2]=0.1: as it is written.
+  /// Of a name whose elements were given other values, NAME[2]=0.1, or that is made of another one,
+  /// NAME=pose_add(OTHER, ..): the literal as it is written, and what stands beside it there.
   std::optional<ListItem> declared;
+  std::string before, behind;
 };
 
 /// The values of a URScript program: p[..], [..], names whose value is certain where they stand,
@@ -55,8 +57,6 @@ class UrValues {
   bool names_local(const Statement& argument);
   /// Where get_tcp_offset() gave a name its value, if that is certain: the tool there.
   std::optional<size_t> place_of_tool(const Statement& argument);
-  /// Whether it is a name that a function gives a value of its own: a parameter or a local name.
-  bool is_local(const Statement& argument);
   /// The point of a value among `points`, where it is added by its first use.
   int point_of(const UrValue& value, std::vector<ProgramPoint>& points);
   /// A move to the point is left alone. A declaration that it names must stay; an expression starts
@@ -90,6 +90,12 @@ class UrValues {
     bool is_element = false;   // of one element
     std::optional<int> index;  // of the element, if it is a plain number
   };
+  // What stands left of an assignment.
+  struct Assigned {
+    std::string name;
+    size_t end = 0;  // of the name
+    bool is_local = false;
+  };
   struct Variable {
     std::vector<Assignment> assignments;
     std::optional<FlowOfVariables::Values> flow;  // which of them holds, once it was asked for
@@ -99,7 +105,8 @@ class UrValues {
     bool is_used = false;                         // a parameter, by other statements than moves
   };
 
-  void read_assignment(const Statement& statement);
+  void read_assignments(const Statement& statement);
+  void read_assignment(const Assigned& to, const Statement& from_equals);
   // The assignment whose value a variable has at a place; null if that is not certain.
   const Assignment* assignment_at(Variable& variable, size_t at);
   std::optional<UrValue> assigned_value(const Assignment& assignment, const std::string& name,
@@ -109,11 +116,12 @@ class UrValues {
   int point_of_literal(const UrValue& value, std::vector<ProgramPoint>& points);
   int computed_point_of(const UrValue& value, std::vector<ProgramPoint>& points);
   std::optional<int> take_index(TextCursor& cursor) const;
-  std::optional<double> number_of(const Assignment& assignment);
+  std::optional<double> number_of(const Statement& expression);
   std::optional<double> number_in(const Statement& part);
   std::optional<double> take_named_number(TextCursor& cursor);
   void find_numbers(ListItem& list);
   std::optional<ListItem> list_of_expressions(size_t begin, size_t end) const;
+  bool begins_pose(const std::string& word, TextCursor cursor) const;
   template <class With>
   void each_variable(const Statement& argument, With with);
   // The variable of a name at a place; null if its value there is not certain.
@@ -126,11 +134,14 @@ class UrValues {
     const std::string name = cursor.take_name();
     return spelled(name, cursor.at());
   }
+  // Whether it is a name that a function gives a value of its own: a parameter or a local name.
+  bool is_local(const Statement& argument);
   bool is_calculated(const Statement& frame);
   std::optional<Statement> point_in(const Statement& argument, int depth);
   std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements);
   std::optional<UrValue> literal_in(const Statement& part);
   std::optional<UrValue> value_of(const Statement& argument, int depth);
+  bool is_place_of_arm(const Statement& argument) const;
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
   std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
   std::optional<Pose> constant(const Statement& argument, int depth);
@@ -142,9 +153,9 @@ class UrValues {
   Scopes scopes_;
   std::optional<FlowOfVariables> flow_;
   ScopedNames<Variable> variables_;
-  std::map<size_t, std::optional<double>> numbers_;  // by where the expressions begin
-  int numbers_in_one_another_ = 0;                   // that are being found
-  std::map<size_t, int> points_;                     // of variables, by where their literals stand
+  std::map<size_t, double> numbers_;  // by where the expressions begin
+  int numbers_in_one_another_ = 0;    // that are being found
+  std::map<size_t, int> points_;      // of variables, by where their literals stand
   std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
   std::set<size_t> moves_;            // where a move, or the head of a function, names its point
   std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
