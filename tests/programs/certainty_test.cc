@@ -846,6 +846,19 @@ TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
                     HasSubstr("LIN {X 1,Y 2,Z 4,A 0,B 0,C 0}\nEND")));
 }
 
+// An arc of FANUC's A has no auxiliary point: no move before it goes with it.
+TEST(Certainty, AnArcOfOnePointIsLeftAloneByItself) {
+  RobotProgram program = fanuc(
+      "1:A P[1] 9mm/sec FINE ;\n2:A P[2] 9mm/sec FINE ;\n3:C P[1]\n:P[2] 9mm/sec FINE ;\n",
+      fanuc_position(1) + fanuc_position(2));
+  ASSERT_THAT(lines_of(program), ElementsAre(3, 4, 5, 5));
+  EXPECT_THAT(targets_of_move(program, 0), ElementsAre(0));
+  EXPECT_THAT(targets_of_move(program, 1), ElementsAre(1));
+  EXPECT_THAT(targets_of_move(program, 3), ElementsAre(2, 3));
+  leave_alone(program, {{0, "far"}});
+  EXPECT_THAT(lines_of(program), ElementsAre(4, 5, 5));
+}
+
 // What such a routine is called with elsewhere counts for itself only.
 TEST(Certainty, ARoutineThatSetsNothingHandsOnWhatItIsCalledWith) {
   const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n",
