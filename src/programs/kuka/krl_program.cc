@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
@@ -140,31 +142,38 @@ class KrlReader : MoveReader {
 
   // $TOOL and $BASE stay over a call, unless the routine sets them.
   void find_calls_not_given() {
-    const std::string& source = program_.texts[0].text;
-    const std::string text = masked(source, ';', "\"");
+    const std::string text = upper(masked(program_.texts[0].text, ';', "\""));
+    const std::set<std::string> own = subprograms(text);
+    std::set<size_t> tools;  // places that name one
+    for (const char* const word : {"$TOOL", "FDAT"})
+      for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+        tools.insert(at);
+    auto next = program_.targets.begin();  // the first one behind the call
     for (const KrlCall& call : krl_calls(text)) {
-      if (!call.is_statement || find_krl_motion(call.name) ||
-          leaves_krl_arm(call.name, call.name) || defines(text, call.name) ||
-          program_.neighbours.leaves.contains(call.name))
-        continue;
-      const auto next = std::ranges::find_if(program_.targets, [&](const ProgramTarget& target) {
+      next = std::find_if(next, program_.targets.end(), [&](const ProgramTarget& target) {
         return target.begin > call.statement && target.kind == TargetKind::cartesian;
       });
-      if (next == program_.targets.end() || (next->base < 0 && next->tool < 0)) continue;
-      const std::string between =
-          upper(std::string_view(text).substr(call.statement, next->begin - call.statement));
-      if (between.find("$TOOL") == std::string::npos && between.find("FDAT") == std::string::npos)
-        program_.calls_not_given.push_back({call.line, call.name});
+      if (next == program_.targets.end()) return;
+      const auto tool = tools.lower_bound(call.statement);
+      const bool is_set_again = tool != tools.end() && *tool < next->begin;
+      if (!call.is_statement || is_set_again || (next->base < 0 && next->tool < 0) ||
+          find_krl_motion(call.name) || leaves_krl_arm(call.name, call.name) ||
+          own.contains(call.name) || program_.neighbours.leaves.contains(call.name))
+        continue;
+      program_.calls_not_given.push_back({call.line, call.name});
     }
   }
 
-  bool defines(const std::string& text, const std::string& routine) const {
-    return std::ranges::any_of(syntax_.set_ups, [&](const KrlSetUp& definition) {
-      if (definition.word != "DEF") return false;
+  // Those of the .src, whose text is given in capitals.
+  std::set<std::string> subprograms(const std::string& text) const {
+    std::set<std::string> names;
+    for (const KrlSetUp& definition : syntax_.set_ups) {
+      if (definition.word != "DEF") continue;
       TextCursor cursor(text, definition.begin, definition.end);
       if (cursor.take_name() == "GLOBAL") cursor.take_name();
-      return cursor.take_name() == routine;
-    });
+      names.insert(cursor.take_name());
+    }
+    return names;
   }
 
   void warn_of_callers() {
