@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
@@ -458,6 +459,53 @@ TEST(KrlFlowTest, ANumberedFrameHasTheValueThatTheProgramGivesIt) {
     EXPECT_TRUE(base.is_known) << set;
     EXPECT_DOUBLE_EQ(base.pose.translation.x(), 9e-3) << set;
   }
+}
+
+// BASE_DATA belongs to the controller: before the program sets it, it has another value, which
+// $config.dat states.
+TEST(KrlFlowTest, ANumberedFrameHasTheValueThatItWasGivenLast) {
+  const auto set = [](int x) {
+    return fmt::format("BASE_DATA[3]={{X {},Y 0,Z 0,A 0,B 0,C 0}}\n", x);
+  };
+  const auto bases = [](const std::string& text, const std::vector<ProgramText>& others) {
+    std::vector<double> x;
+    const RobotProgram program = parse_program(*find_dialect("krl"), {{"p.src", kHead + text}}, {},
+                                               TargetParts::pose, others);
+    for (const ProgramTarget& target : program.targets)
+      x.push_back(std::round(program.frames[target.base].pose.translation.x() / 1e-6) / 1e3);
+    return x;
+  };
+  const std::string use = "BAS(#BASE,3)\n" + kWhole;
+  EXPECT_THAT(bases(set(9) + use + set(8) + use + set(9) + use, {}), ElementsAre(9, 8, 9));
+  EXPECT_THAT(bases("FOR i=1 TO 3\n" + set(9) + use + "ENDFOR\n" + set(9) + use, {}),
+              ElementsAre(9, 9));
+  EXPECT_THAT(bases("init()\n" + use + "END\nDEF init()\n" + set(9) + "END\n", {}), ElementsAre(9));
+  const std::vector<ProgramText> config{{"$config.dat", "DEFDAT $CONFIG\n" + set(7) + "ENDDAT\n"}};
+  EXPECT_THAT(bases(use + set(9) + use, config), ElementsAre(7, 9));
+  EXPECT_THAT(uncertain(use + set(9) + use), ElementsAre(6));
+  EXPECT_THAT(uncertain("IF a THEN\n" + set(9) + "ENDIF\n" + use), ElementsAre(9));
+  EXPECT_THAT(uncertain(set(8) + "IF a THEN\n" + set(9) + "ENDIF\n" + use + set(9) + use),
+              ElementsAre(10));
+  // Set by an index that is calculated, or in part: it is the one that --frame states.
+  for (const char* const other : {"BASE_DATA[i]={X 1,Y 0,Z 0,A 0,B 0,C 0}\n", "BASE_DATA[3].X=1\n"})
+    EXPECT_FALSE(parsed(kHead + set(9) + other + use).frames.back().is_known) << other;
+}
+
+TEST(KrlFlowTest, FdatMayBeStatedWhereItIsSet) {
+  EXPECT_EQ(
+      frames_of(parsed(kHead + "FDAT_ACT = {TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}\n" + kWhole), 0),
+      "BASE_DATA[0] TOOL_DATA[1]");
+  EXPECT_THAT(parsed(kHead + "FDAT_ACT={TOOL_NO 1,BASE_NO 2,IPO_FRAME #TCP}\n" + kWhole + "PTP " +
+                     "{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\n")
+                  .warnings,
+              ElementsAre(HasSubstr("p.src:5: left alone: its tool stands in the room (#TCP)")));
+}
+
+// Another kinematic system carries it.
+TEST(KrlFlowTest, AnExternalBaseTakesThePlaceOfTheBaseBefore) {
+  const RobotProgram program = parsed(kHead + "BAS(#EX_BASE,1)\n" + kWhole);
+  EXPECT_EQ(frames_of(program, 0), "BAS(#EX_BASE,1) $NULLFRAME");
+  EXPECT_FALSE(program.frames[static_cast<size_t>(program.targets[0].base)].is_known);
 }
 
 TEST(KrlFlowTest, AFrameMayBeAProduct) {

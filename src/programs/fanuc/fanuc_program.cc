@@ -329,9 +329,7 @@ class FanucReader : MoveReader {
 
   // Whether --frame has a frame or tool.
   bool is_given(const char* name, int number) const {
-    const std::string wanted = fmt::format("{}[{}]", name, number);
-    return std::ranges::any_of(known_,
-                               [&](const auto& frame) { return upper(frame.first) == wanted; });
+    return is_given_frame(known_, fmt::format("{}[{}]", name, number));
   }
 
   bool is_joints(const PointOfMove& point) {

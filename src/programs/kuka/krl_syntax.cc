@@ -42,6 +42,7 @@ struct Declaration {
   bool is_global = false;
   bool used = false;         // a statement that is not understood may change it
   bool is_declared = false;  // else it is only given a value
+  std::vector<int> set{};    // the frames that the .src gives it; -1: something else
 };
 
 class KrlParser {
@@ -288,6 +289,7 @@ class KrlParser {
     declaration.is_declared |= index_ > 0;
     ++declaration.values;
     declaration.frame = keep(aggregate);
+    if (index_ == 0) declaration.set.push_back(declaration.frame);
     declaration.axes = keep_axes(aggregate);
     declaration.is_global |= global;
   }
@@ -559,9 +561,13 @@ class KrlParser {
       declaration.shared |= all.read;
       const bool is_set_by_others =
           std::exchange(declaration.used, declaration.used || all.perhaps_changed);
-      if (declaration.values == 1 && declaration.frame >= 0 && !all.beyond_set_up &&
-          !is_set_by_others)
+      if (all.beyond_set_up || is_set_by_others) continue;
+      const bool is_of_controller = is_krl_frame_list(name) && !declaration.is_declared;
+      const bool is_shared =
+          is_of_controller && set_by_others_.contains(name.substr(0, name.find('[')));
+      if (declaration.values == 1 && declaration.frame >= 0 && !is_shared)
         syntax_.frame_names[name] = declaration.frame;
+      if (is_of_controller) note_set_frame(name, declaration, is_shared);
     }
     const KrlVariables variables = follow_variables();
     for (const Product& product : products_) resolve(product, variables);
@@ -592,9 +598,27 @@ class KrlParser {
     }
   }
 
+  // A frame of the controller that the .src sets to frames with all their numbers. `is_shared`:
+  // others set it, too.
+  void note_set_frame(const std::string& name, const Declaration& declaration, bool is_shared) {
+    const std::string list = name.substr(0, name.find('['));
+    const auto is_whole = [&](int frame) {
+      return frame >= 0 && syntax_.frames[frame].values.head<6>().array().isFinite().all();
+    };
+    if (declaration.set.empty() || !std::ranges::all_of(declaration.set, is_whole) ||
+        (is_shared && (!shared_ || shared_->set_at_any_time.contains(list))))
+      return;
+    KrlSetFrame& frame = syntax_.set_frames[name];
+    frame.values = declaration.set;
+    if (const auto others = of_others_.find(name);
+        others != of_others_.end() && others->second.values == 1 && is_whole(others->second.frame))
+      frame.before = others->second.frame;
+    if (is_shared) frame.lost_at = calls_that_may_set(list);
+  }
+
   // The variables that only the .src changes, and only where its flow shows when: with the
   // constants from which they take their values. A name that is declared twice is two variables.
-  KrlVariables follow_variables() const {
+  KrlVariables follow_variables() {
     KrlVariables variables(texts_[0].text, syntax_.steps);
     const bool comes_any_time = has_function_ || !syntax_.steps.interrupts().empty();
     for (const auto& [name, type] : types_) {
@@ -618,7 +642,8 @@ class KrlParser {
       const Changes& changes = changed->second;
       if (changes.is_at_any_time || (changes.is_beyond_main && comes_any_time)) continue;
       std::vector<KrlChange> list = changes.list;
-      if (is_shared) add_changes_by_others(name, list);
+      if (is_shared)
+        for (const size_t call : calls_that_may_set(name)) list.push_back({call, call, false});
       variables.add(name, type.name, list, declared ? value_of(*declared) : KrlFrame{});
     }
     variables.follow();
@@ -626,14 +651,16 @@ class KrlParser {
   }
 
   // Calls of routines of others that may set a variable; in an expression, before the statement.
-  void add_changes_by_others(const std::string& name, std::vector<KrlChange>& list) const {
-    for (const KrlCall& call : krl_calls(masked(texts_[0].text, ';', "\""))) {
+  std::vector<size_t> calls_that_may_set(const std::string& name) {
+    if (!calls_) calls_ = krl_calls(masked(texts_[0].text, ';', "\""));
+    std::vector<size_t> places;
+    for (const KrlCall& call : *calls_) {
       const auto found = shared_->set_by.find(call.name);
       if (found == shared_->set_by.end() || !found->second.contains(name)) continue;
-      const size_t place =
-          call.is_statement ? call.statement : std::max<size_t>(1, call.statement) - 1;
-      list.push_back({place, place, false});
+      places.push_back(call.is_statement ? call.statement
+                                         : std::max<size_t>(1, call.statement) - 1);
     }
+    return places;
   }
 
   KrlFrame value_of(const Declaration& declaration) const {
@@ -690,6 +717,7 @@ class KrlParser {
   std::vector<NamedTarget> named_;
   std::vector<Product> products_;
   std::vector<NamedUse> uses_;
+  std::optional<std::vector<KrlCall>> calls_;  // of the .src, once they were asked for
 };
 
 }  // namespace

@@ -82,6 +82,12 @@ bool contains(std::initializer_list<std::string_view> names, std::string_view na
   return std::ranges::find(names, name) != names.end();
 }
 
+bool is_krl_frame_list(std::string_view name) {
+  if (!name.starts_with("BASE_DATA[") && !name.starts_with("TOOL_DATA[")) return false;
+  const std::string_view index = name.substr(name.find('[') + 1);
+  return index.find_first_not_of("0123456789") == index.size() - 1 && index.ends_with(']');
+}
+
 bool begins_krl_loop(std::string_view word) {
   return contains({"LOOP", "FOR", "WHILE", "REPEAT"}, word);
 }

@@ -49,6 +49,9 @@ std::vector<KrlCall> krl_calls(std::string_view source);
 
 bool contains(std::initializer_list<std::string_view> names, std::string_view name);
 
+/// BASE_DATA[3], TOOL_DATA[1]: the same in all programs of a controller.
+bool is_krl_frame_list(std::string_view name);
+
 /// Whether a word in capitals begins or ends a loop.
 bool begins_krl_loop(std::string_view word);
 bool ends_krl_loop(std::string_view word);
