@@ -477,6 +477,8 @@ TEST(KrlFlowTest, ANumberedFrameHasTheValueThatItWasGivenLast) {
   };
   const std::string use = "BAS(#BASE,3)\n" + kWhole;
   EXPECT_THAT(bases(set(9) + use + set(8) + use + set(9) + use, {}), ElementsAre(9, 8, 9));
+  const std::string product = "$BASE=BASE_DATA[3]:{X 1,Y 0,Z 0,A 0,B 0,C 0}\n" + kWhole;
+  EXPECT_THAT(bases(set(9) + product + set(8) + product, {}), ElementsAre(10, 9));
   EXPECT_THAT(bases("FOR i=1 TO 3\n" + set(9) + use + "ENDFOR\n" + set(9) + use, {}),
               ElementsAre(9, 9));
   EXPECT_THAT(bases("init()\n" + use + "END\nDEF init()\n" + set(9) + "END\n", {}), ElementsAre(9));

@@ -341,12 +341,14 @@ int KrlSetUps::frame_of(size_t begin, size_t end) {
 int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::string& spelled) {
   if (is_given_frame(known_, spelled)) return add(spelled, std::nullopt);
   Pose product;
+  std::string name;
   for (const Statement& factor : factors) {
     const int index = frame_of(factor.begin, factor.end);
     if (index == kUncertain || !frames_[index].is_known) return index;
     product = product * frames_[index].pose;
+    name += (name.empty() ? "" : ":") + frames_[index].name;
   }
-  return add(spelled, product);
+  return add(name, product);
 }
 
 // With the value that this program gives it: the only one, or the one that it has at a place.
