@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "armtrue/programs/dialect.h"
+#include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
 #include "armtrue/text/input_error.h"
 #include "programs/program_flow.h"
@@ -621,6 +622,53 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
                   "register",
                   "p.ls:7: left alone: its point is a register, and no listing (--with "
                   "POSREG.VA) has it, or the program sets it"));
+}
+
+TEST(Certainty, AFanucFrameThatAnotherProgramSetsIsNotTheListedOne) {
+  const Dialect& dialect = *find_dialect("fanuc");
+  const auto program = [](const std::string& moves, const std::string& positions) {
+    return "/PROG P\n/MN\n" + moves + "/POS\n" + positions + "/END\n";
+  };
+  const std::string listing =
+      "[*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[1,9] OF POSITION\n"
+      "  [1,1] =   Group: 1   Config: N D B, 0, 0, 0\n"
+      "  X: 100.0 Y: 0.0 Z: 0.0\n  W: 0.0 P: 0.0 R: 0.0\n";
+  const std::vector<ProgramText> own{
+      {"MAIN.LS", program("1:  CALL SETF ;\n2:L P[1] 9mm/sec FINE ;\n3:L P[2] 9mm/sec FINE ;\n",
+                          fanuc_position(1) + fanuc_position(2, "UF : 0, UT : 0"))}};
+  const auto read = [&](const std::string& other, const KnownFrames& known = {}) {
+    return parse_program(
+        dialect, own, known, TargetParts::pose,
+        what_others_declare(dialect, own,
+                            {{"SYSFRAME.VA", listing}, {"SETF.LS", program(other, "")}}));
+  };
+  EXPECT_THAT(lines_of(read("1:  UFRAME[2]=PR[3] ;\n2:  PR[4]=UFRAME[1] ;\n")), ElementsAre(4, 5));
+  const KnownFrames given{{"UF[1]", Pose{}}};
+  for (const char* const set : {"1:  UFRAME[1]=PR[3] ;\n", "1:  BENUTZER[1:name]=PR[3] ;\n",
+                                "1:  UFRAME[R[1]]=PR[3] ;\n"}) {
+    const RobotProgram left = read(set);
+    EXPECT_THAT(lines_of(left), ElementsAre(5)) << set;
+    EXPECT_THAT(left.warnings, Contains(HasSubstr("MAIN.LS:4: left alone: another program sets "
+                                                  "UFRAME[1]; say where it is: --frame UF[1]=")));
+    EXPECT_THAT(lines_of(read(set, given)), ElementsAre(4, 5)) << set;
+  }
+}
+
+// The variables of the controller are the same frames.
+TEST(Certainty, AFanucProgramMaySetFramesAsVariables) {
+  const std::string active = "1:  UFRAME_NUM=1 ;\n2:  UTOOL_NUM=1 ;\n",
+                    moves = "4:L P[1] 9mm/sec FINE ;\n5:L P[2] 9mm/sec FINE ;\n",
+                    positions =
+                        fanuc_position(1, "UF : F, UT : F") + fanuc_position(2, "UF : 2, UT : 1");
+  const auto lines = [&](const std::string& set) {
+    return lines_of(fanuc(active + "3:  " + set + " ;\n" + moves, positions));
+  };
+  EXPECT_THAT(lines("$MNUFRAMENUM[2]"), ElementsAre(6, 7));  // sets nothing
+  EXPECT_THAT(lines("$MNUFRAMENUM[1]=3"), ElementsAre(7));
+  EXPECT_THAT(lines("$MNUTOOLNUM[1]=3"), ElementsAre(7));
+  EXPECT_THAT(lines("$WAITTMOUT=3"), ElementsAre(6, 7));
+  EXPECT_THROW(lines("$MNUFRAME[1,2]=PR[3]"), NoTargets);
+  EXPECT_THROW(lines("$MNUTOOL[1,1].$X=3"), NoTargets);
 }
 
 // In /MN a comment stands in brackets without quotes: what follows it is no text.
