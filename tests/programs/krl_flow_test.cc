@@ -493,6 +493,27 @@ TEST(KrlFlowTest, ANumberedFrameHasTheValueThatItWasGivenLast) {
     EXPECT_FALSE(parsed(kHead + set(9) + other + use).frames.back().is_known) << other;
 }
 
+// Before the statement whose expression calls it.
+TEST(KrlFlowTest, AFunctionSetsFramesAsASubprogramDoes) {
+  const std::string function =
+      "END\nDEFFCT INT set(n:IN)\nINT n\n$BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\n";
+  const std::string end = "RETURN(1)\nENDFCT\n", used = "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME";
+  const auto last = [&](const std::string& text) {
+    const RobotProgram program = parsed(kHead + kWhole + text + function + end);
+    EXPECT_EQ(program.left_alone, 0) << text;
+    return frames_of(program, program.targets.size() - 1);
+  };
+  EXPECT_EQ(last("x=set(1)\n" + kWhole), used);
+  EXPECT_EQ(last("IF set(1)==1 THEN\n$OUT[1]=TRUE\nELSE\n" + kWhole + "ENDIF\n"), used);
+  EXPECT_EQ(last("WAIT FOR set(1)==1\n" + kWhole), used);
+  EXPECT_EQ(last("$OUT[set(2)]=TRUE\n" + kWhole), used);
+  EXPECT_EQ(last("x=abs(1)\n" + kWhole), "$NULLFRAME $NULLFRAME");
+  // A move of the function has the frames of its calls.
+  const RobotProgram moves =
+      parsed(kHead + "x=go(1)\nEND\nDEFFCT INT go(n:IN)\nINT n\n" + kWhole + end);
+  EXPECT_EQ(frames_of(moves, 0), "$NULLFRAME $NULLFRAME");
+}
+
 TEST(KrlFlowTest, FdatMayBeStatedWhereItIsSet) {
   EXPECT_EQ(
       frames_of(parsed(kHead + "FDAT_ACT = {TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}\n" + kWhole), 0),

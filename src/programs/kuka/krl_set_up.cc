@@ -115,8 +115,7 @@ void KrlSetUps::add_what_others_leave(SettingsInOrder& settings) {
       const HandedFrame& frame = found->second[part];
       if (frame.kind == HandedFrame::Kind::as_before) continue;
       settings[part].push_back(
-          call.is_statement ? ProgramFlow::Setting{call.statement, handed(frame, part)}
-                            : ProgramFlow::Setting{before_statement(call.statement), kUncertain});
+          {call.place(), call.is_statement ? handed(frame, part) : kUncertain});
     }
   }
 }

@@ -55,6 +55,7 @@ class KrlParser {
   KrlSyntax parse() {
     for (size_t text = own_; text < texts_.size(); ++text) read(text);
     for (size_t text = own_; text-- > 0;) read(text);
+    follow_functions();
     resolve();
     const auto states = [&](const char* name, const char* value) {
       return std::any_of(texts_.begin(), texts_.begin() + own_, [&](const ProgramText& text) {
@@ -157,7 +158,11 @@ class KrlParser {
     if (word == "LDAT") return take_krl_ldat(cursor, syntax_.ldats);
     if (declares) return;
     routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
-    has_function_ |= index_ == 0 && word == "DEFFCT";
+    if (index_ == 0 && word == "DEFFCT") {
+      TextCursor head = cursor;
+      head.take_name();  // its type
+      functions_.insert(head.take_name());
+    }
     if (read_definition(statement, word)) return;
     if (index_ > 0) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
@@ -620,7 +625,7 @@ class KrlParser {
   // constants from which they take their values. A name that is declared twice is two variables.
   KrlVariables follow_variables() {
     KrlVariables variables(texts_[0].text, syntax_.steps);
-    const bool comes_any_time = has_function_ || !syntax_.steps.interrupts().empty();
+    const bool comes_any_time = !functions_.empty() || !syntax_.steps.interrupts().empty();
     for (const auto& [name, type] : types_) {
       const auto found = declarations_.find(name);
       const Declaration* const declared = found == declarations_.end() ? nullptr : &found->second;
@@ -652,15 +657,27 @@ class KrlParser {
 
   // Calls of routines of others that may set a variable; in an expression, before the statement.
   std::vector<size_t> calls_that_may_set(const std::string& name) {
-    if (!calls_) calls_ = krl_calls(masked(texts_[0].text, ';', "\""));
     std::vector<size_t> places;
-    for (const KrlCall& call : *calls_) {
+    for (const KrlCall& call : calls()) {
       const auto found = shared_->set_by.find(call.name);
       if (found == shared_->set_by.end() || !found->second.contains(name)) continue;
-      places.push_back(call.is_statement ? call.statement
-                                         : std::max<size_t>(1, call.statement) - 1);
+      places.push_back(call.place());
     }
     return places;
+  }
+
+  // Those of the .src.
+  const std::vector<KrlCall>& calls() {
+    if (!calls_) calls_ = krl_calls(masked(texts_[0].text, ';', "\""));
+    return *calls_;
+  }
+
+  // A function of the .src may set what a subprogram may.
+  void follow_functions() {
+    if (functions_.empty()) return;
+    for (const KrlCall& call : calls())
+      if (!call.is_statement && functions_.contains(call.name))
+        syntax_.steps.pass_call(call.name, call.place());
   }
 
   KrlFrame value_of(const Declaration& declaration) const {
@@ -703,7 +720,7 @@ class KrlParser {
   bool is_source_ = false;  // of others
   bool has_sources_of_others_ = false;
   int routines_ = 0;           // of the .src, so far
-  bool has_function_ = false;  // DEFFCT: a condition may call it
+  std::unordered_set<std::string> functions_;  // DEFFCT: a condition may call them
   std::unordered_map<std::string, Type> types_;
   std::unordered_map<std::string, Changes> changes_;
   std::unordered_map<std::string, double> numbers_;  // that the own data list declares

@@ -42,6 +42,9 @@ struct KrlCall {
   int line = 0;
   size_t statement = 0;       ///< where the statement begins that it stands in
   bool is_statement = false;  ///< else it stands in an expression
+
+  /// Where it runs: before the statement of an expression.
+  size_t place() const { return is_statement || statement == 0 ? statement : statement - 1; }
 };
 /// The calls of a source, given by masked(). What declares routines or lets an interrupt or a
 /// TRIGGER call them is no call.
