@@ -624,6 +624,31 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
                   "POSREG.VA) has it, or the program sets it"));
 }
 
+TEST(Certainty, ARapidDisplacementGoesWithCallsFromModuleToModule) {
+  const Dialect& dialect = *find_dialect("rapid");
+  const auto lines = [&](const std::string& own, const std::string& other) {
+    const std::vector<ProgramText> program{{"own.mod", "MODULE own\n" + own + "ENDMODULE\n"}};
+    const std::vector<ProgramText> others{{"other.mod", "MODULE other\n" + other + "ENDMODULE\n"}};
+    return lines_of(parse_program(dialect, program, {}, TargetParts::pose,
+                                  what_others_declare(dialect, program, others)));
+  };
+  const std::string move = "MoveL [[1,2,3]" + kTail + ",v1,fine,tool0;\n", end = "ENDPROC\n",
+                    main = "PROC main()\n" + move + "shift;\n" + move + end,
+                    shift = "PROC shift()\n", on = "PDispSet d;\n", off = "PDispOff;\n";
+  EXPECT_THAT(lines(main, shift + on + end), ElementsAre(3));
+  EXPECT_THAT(lines(main, shift + "deeper;\n" + end + "PROC deeper()\nPDispOn d,e;\n" + end),
+              ElementsAre(3));
+  EXPECT_THAT(lines(main, shift + on + "MOVE;\n" + off + end), ElementsAre(3, 5));
+  EXPECT_THAT(lines("PROC main()\n" + on + move + "shift;\n" + move + end, shift + off + end),
+              ElementsAre(6));
+  // A part that another module calls with a displacement, or with and without one.
+  const std::string part = "PROC main()\n" + move + end + "PROC part()\n" + move + end,
+                    all = "PROC all()\n";
+  EXPECT_THAT(lines(part, all + "part;\n" + end + "PROC teach()\n" + on + end), ElementsAre(3, 6));
+  EXPECT_THAT(lines(part, all + on + "part;\n" + off + end), ElementsAre(3));
+  EXPECT_THAT(lines(part, all + "part;\n" + on + "part;\n" + off + end), ElementsAre(3));
+}
+
 TEST(Certainty, AFanucFrameThatAnotherProgramSetsIsNotTheListedOne) {
   const Dialect& dialect = *find_dialect("fanuc");
   const auto program = [](const std::string& moves, const std::string& positions) {
