@@ -624,6 +624,21 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
                   "POSREG.VA) has it, or the program sets it"));
 }
 
+TEST(Certainty, RapidOffsetsMayStandInOneAnother) {
+  const auto program = [](int depth) {
+    std::string point = "p1";
+    for (int k = 0; k < depth; ++k) point += ",0,0,1)";
+    std::string begin;
+    for (int k = 0; k < depth; ++k) begin += "Offs(";
+    return parsed("p.mod", robtarget("p1") + "MoveL p1,v1,fine,tool0;\nMoveL " + begin + point +
+                               ",v1,fine,tool0;\n");
+  };
+  const RobotProgram two = program(2);
+  ASSERT_THAT(lines_of(two), ElementsAre(2, 3));
+  EXPECT_NEAR(two.targets[1].pose.translation.z(), 5e-3, 1e-12);
+  EXPECT_THAT(lines_of(program(20000)), ElementsAre(2));
+}
+
 TEST(Certainty, ARapidDisplacementGoesWithCallsFromModuleToModule) {
   const Dialect& dialect = *find_dialect("rapid");
   const auto lines = [&](const std::string& own, const std::string& other) {

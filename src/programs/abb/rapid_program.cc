@@ -389,8 +389,6 @@ class RapidReader : MoveReader {
     return (move_.kind() == 'J' ? flow_.confj : flow_.confl).at(move_.begin);
   }
 
-  std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
-
   const TargetParts parts_;
   std::string text_;
   RapidData data_;
