@@ -531,6 +531,33 @@ TEST(KrlFlowTest, AnExternalBaseTakesThePlaceOfTheBaseBefore) {
   EXPECT_FALSE(program.frames[static_cast<size_t>(program.targets[0].base)].is_known);
 }
 
+TEST(KrlFlowTest, FramesCountFromWorldWhereTheArmStandsAtRobroot) {
+  const std::string root = "$ROBROOT={X 0.0,Y 0.0,Z 500.0,A 0.0,B 0.0,C 180.0}\n";
+  const auto base = [](const std::string& machine, const KnownFrames& known = {}) {
+    const std::vector<ProgramText> own{
+        {"p.src",
+         "DEF p()\n$TOOL=$NULLFRAME\nBASE_DATA[1]={X 0,Y 0,Z 100,A 0,B 0,C 0}\n"
+         "BAS(#BASE,1)\n" +
+             kWhole}};
+    const std::vector<ProgramText> others{
+        {"R1/Mada/$machine.dat", "DEFDAT $MACHINE PUBLIC\n" + machine + "ENDDAT\n"}};
+    const RobotProgram program =
+        parse_program(*find_dialect("krl"), own, known, TargetParts::pose,
+                      what_others_declare(*find_dialect("krl"), own, others));
+    return program.frames[static_cast<size_t>(program.targets[0].base)].pose;
+  };
+  const Pose turned = base(root);
+  EXPECT_TRUE(turned.translation.isApprox(Eigen::Vector3d(0, 0, 0.4)));
+  EXPECT_TRUE(turned.rotation.isApprox(Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix()));
+  EXPECT_TRUE(base("DECL FRAME " + root).translation.isApprox(turned.translation));
+  const Eigen::Vector3d stated(0, 0, 0.1);
+  EXPECT_EQ(base("$ROBROOT={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n").translation, stated);
+  EXPECT_EQ(base("$EX_KIN={ET1 #ERSYS,ET2 #NONE}\n" + root).translation, stated);
+  // What --frame states counts from R_0.
+  EXPECT_EQ(base(root, {{"BASE_DATA[1]", {Eigen::Matrix3d::Identity(), stated}}}).translation,
+            stated);
+}
+
 TEST(KrlFlowTest, AFrameMayBeAProduct) {
   const std::string set = "$BASE = BASE_DATA[3] : {X 0,Y 5,Z 0,A 0,B 0,C 0}\n",
                     text = kHead + set + kWhole;

@@ -17,9 +17,10 @@ namespace {
 enum class Gives { nothing, global, all };  // declarations that others see
 
 // DEFDAT $CONFIG, DEFDAT NAME PUBLIC. A program need not name what it uses of $config.dat, such as
-// TOOL_DATA[1] of an inline form.
+// TOOL_DATA[1] of an inline form, or of $machine.dat, which says where the arm stands.
 Gives gives_to_others(const ProgramText& list) {
-  if (name_in_folder(list.name) == "$CONFIG.DAT") return Gives::all;
+  const std::string file = name_in_folder(list.name);
+  if (file == "$CONFIG.DAT" || file == "$MACHINE.DAT") return Gives::all;
   for (size_t begin = 0; begin < list.text.size();) {
     const size_t end = std::min(list.text.find('\n', begin), list.text.size());
     TextCursor cursor(list.text, begin, end);

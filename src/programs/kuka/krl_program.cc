@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
+#include "programs/frame_list.h"
 #include "programs/kuka/krl_set_up.h"
 #include "programs/kuka/krl_starts.h"
 #include "programs/kuka/krl_syntax.h"
@@ -53,6 +54,7 @@ class KrlReader : MoveReader {
             TargetParts parts)
       : MoveReader(program),
         syntax_(syntax),
+        known_(known),
         parts_(parts),
         unused_(program.texts[0].name),
         set_ups_(KrlSetUps(program.texts[0].text, syntax, program.neighbours, known, program.frames,
@@ -79,6 +81,7 @@ class KrlReader : MoveReader {
     find_names();
     warn_of_callers();
     find_calls_not_given();
+    count_bases_from_foot();
     program_.warnings = warnings_.list();
   }
 
@@ -189,6 +192,23 @@ class KrlReader : MoveReader {
                     "(" +
                         callers + "); if anything else starts it, it may have others");
       return;
+    }
+  }
+
+  // $BASE counts from $WORLD, where the arm stands at $ROBROOT; what --frame states counts from
+  // R_0.
+  void count_bases_from_foot() {
+    if (syntax_.robot_root < 0) return;
+    const std::optional<Pose> root = krl_pose(syntax_.frames[syntax_.robot_root]);
+    if (!root) return;
+    const Pose foot_from_world = inverse(*root);
+    if (foot_from_world.translation.isZero(0) && foot_from_world.rotation.isIdentity(0)) return;
+    for (ProgramTarget& target : program_.targets) {
+      if (target.base < 0 || !program_.frames[target.base].is_known) continue;
+      const ProgramFrame base = program_.frames[target.base];
+      if (is_given_frame(known_, base.name)) continue;
+      target.base =
+          add_frame(program_.frames, {}, base.name + " from $ROBROOT", foot_from_world * base.pose);
     }
   }
 
@@ -456,6 +476,7 @@ class KrlReader : MoveReader {
   }
 
   const KrlSyntax& syntax_;
+  const KnownFrames& known_;
   const TargetParts parts_;
   ProgramWarnings unused_;  // of frames, where positions count as they stand
   const KrlSetUps::List set_ups_;

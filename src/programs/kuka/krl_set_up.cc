@@ -20,12 +20,6 @@ std::string without_blanks(std::string_view text) {
   return upper(result);
 }
 
-std::optional<Pose> pose_of(const KrlFrame& frame) {
-  const KrlValues& v = frame.values;
-  if (!v.head<6>().array().isFinite().all()) return std::nullopt;
-  return Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
-}
-
 // What stands behind the first `=`.
 std::string_view behind_equals(std::string_view text) {
   const size_t equals = text.find('=');
@@ -327,7 +321,7 @@ int KrlSetUps::frame_of(size_t begin, size_t end) {
   if (cursor.next() == '{') {
     const KrlAggregate aggregate = take_krl_aggregate(cursor);
     if (aggregate.kind == KrlAggregateKind::frame && cursor.done())
-      return add(spelled, pose_of(aggregate.frame));
+      return add(spelled, krl_pose(aggregate.frame));
     return add(spelled, std::nullopt);
   }
   if (spelled == "$NULLFRAME" || spelled == "$WORLD" || spelled == "BASE_DATA[0]" ||
@@ -357,7 +351,7 @@ int KrlSetUps::add_name(const std::string& name, size_t place) {
     return value_at(name, set->second, place);
   const auto found = syntax_.frame_names.find(name);
   if (found == syntax_.frame_names.end()) return add(name, std::nullopt);
-  return add(name, pose_of(syntax_.frames[found->second]));
+  return add(name, krl_pose(syntax_.frames[found->second]));
 }
 
 // kUncertain if it is not certain, and where it has what the controller has before the program.
@@ -372,7 +366,7 @@ int KrlSetUps::value_at(const std::string& name, const KrlSetFrame& frame, size_
     if (is_other)
       of_value->second =
           add(known.size() == 1 ? name : fmt::format("{} (value {})", name, known.size()),
-              pose_of(value));
+              krl_pose(value));
     return of_value->second;
   };
   const int before = frame.before < 0 ? kUncertain : add_value(frame.before);

@@ -150,6 +150,7 @@ class KrlParser {
       has_sources_of_others_ |= is_source_;
       if (is_source_)
         return note_assignment_of_others({statement.line, statement.begin, statement.end});
+      if (read_robot_root(word, cursor)) return;
       if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
@@ -193,6 +194,17 @@ class KrlParser {
   }
 
   bool is_of_others() const { return index_ >= own_; }
+
+  // $ROBROOT={..}; returns false if the statement is anything else. Of an arm on a rail (#ERSYS) it
+  // counts from the carriage.
+  bool read_robot_root(const std::string& word, TextCursor cursor) {
+    if ((word == "FRAME" ? cursor.take_name() : word) != "$ROBROOT" || !cursor.take('=') ||
+        cursor.next() != '{')
+      return false;
+    if (upper(text_).find("#ERSYS") == std::string::npos)
+      syntax_.robot_root = keep(take_krl_aggregate(cursor));
+    return true;
+  }
 
   // The variables that a statement of the .src may change.
   void note_changes(const KrlStatement& statement, size_t until, const std::string& word) {

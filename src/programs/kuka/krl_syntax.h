@@ -99,6 +99,7 @@ struct KrlSyntax {
   std::unordered_map<std::string, double> ldats;     ///< APO_DIST by name [mm]
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
   std::unordered_map<std::string, KrlSetFrame> set_frames;  ///< if nothing else changes them
+  int robot_root = -1;                  ///< in `frames`: $ROBROOT of $machine.dat; -1: not given
   bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
   bool keeps_orientation = false;       ///< somewhere $ORI_TYPE (or ORI_TYP of LDAT) is #CONSTANT
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
