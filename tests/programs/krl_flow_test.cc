@@ -518,10 +518,11 @@ TEST(KrlFlowTest, FdatMayBeStatedWhereItIsSet) {
   EXPECT_EQ(
       frames_of(parsed(kHead + "FDAT_ACT = {TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}\n" + kWhole), 0),
       "BASE_DATA[0] TOOL_DATA[1]");
-  EXPECT_THAT(parsed(kHead + "FDAT_ACT={TOOL_NO 1,BASE_NO 2,IPO_FRAME #TCP}\n" + kWhole + "PTP " +
-                     "{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6}\n")
+  EXPECT_THAT(parsed(kHead + "FDAT_ACT={TOOL_NO 1,BASE_NO 2,IPO_FRAME #TCP}\n" + kWhole +
+                     "FDAT_ACT={TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE}\n" + kWhole)
                   .warnings,
-              ElementsAre(HasSubstr("p.src:5: left alone: its tool stands in the room (#TCP)")));
+              ElementsAre("p.src:5: left alone: its tool stands in the room (#TCP), and the robot "
+                          "holds the part"));
 }
 
 // Another kinematic system carries it.
