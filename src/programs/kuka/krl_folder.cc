@@ -100,30 +100,26 @@ class KrlFolder : public FolderTexts {
       return;
     }
     const std::string plain = masked(list.text, ';', "\"");
-    for (size_t begin = 0; begin < plain.size();) {
-      const size_t end = std::min(plain.find('\n', begin), plain.size());
+    each_line(plain, [&](const Statement& line) {
       for (const std::string& name :
-           global_names(std::string_view(plain).substr(begin, end - begin)))
+           global_names(std::string_view(plain).substr(line.begin, line.end - line.begin)))
         declaring_[name].insert(index);
-      begin = end + 1;
-    }
+    });
   }
 
   // NAME=.., NAME[3].X=.., line by line; of inline forms nothing.
   void add_source(const ProgramText& source) {
     sources_.push_back(&source);
     const std::string plain = masked(source.text, ';', "\"");
-    for (size_t begin = 0; begin < plain.size();) {
-      const size_t end = std::min(plain.find('\n', begin), plain.size());
-      TextCursor cursor(plain, begin, end);
-      begin = end + 1;
+    each_line(plain, [&](const Statement& line) {
+      TextCursor cursor(plain, line.begin, line.end);
       const std::string word = cursor.take_name();
       if (word.empty() || word[0] == '$' || contains({"PDAT_ACT", "LDAT_ACT", "FDAT_ACT"}, word) ||
           !takes_krl_assignment(cursor))
-        continue;
+        return;
       std::vector<const ProgramText*>& setting = setting_[word];
       if (setting.empty() || setting.back() != &source) setting.push_back(&source);
-    }
+    });
   }
 
   std::vector<const ProgramText*> lists_;
