@@ -1,5 +1,7 @@
 #include "programs/frame_list.h"
 
+#include <algorithm>
+
 #include "programs/text_cursor.h"
 
 namespace armtrue {
@@ -13,6 +15,10 @@ int add_frame(std::vector<ProgramFrame>& frames, const KnownFrames& known, const
     if (upper(known_name) == upper(name)) frame = {name, known_pose, true};
   frames.push_back(frame);
   return static_cast<int>(frames.size()) - 1;
+}
+
+bool is_given_frame(const KnownFrames& known, const std::string& name) {
+  return std::ranges::any_of(known, [&](const auto& frame) { return upper(frame.first) == name; });
 }
 
 }  // namespace armtrue

@@ -12,5 +12,7 @@ namespace armtrue {
 /// the program says, else `pose`; without either it is not known. Capitals do not count.
 int add_frame(std::vector<ProgramFrame>& frames, const KnownFrames& known, const std::string& name,
               const std::optional<Pose>& pose);
+/// Whether `known` has a frame with this name, which stands in capitals.
+bool is_given_frame(const KnownFrames& known, const std::string& name);
 
 }  // namespace armtrue

@@ -173,13 +173,15 @@ class ProjectRewriter {
   void take_edits(size_t index) {
     const RobotProgram& program = programs_[index].program;
     std::vector<size_t> kept;
+    std::map<std::pair<int, size_t>, size_t> insertions;  // of this program, by text and place
     for (const TextEdit& edit :
          edits_without_copies(program, result_.programs.back().edits, kept)) {
       const std::string& name = program.texts[edit.file].name;
       std::map<Key, TextEdit>& of_text = edits_[name];
       // Insertions at one place keep their order; a shared declaration changes once.
       const bool is_insertion = edit.begin == edit.end;
-      const Key key{edit.begin, edit.end, is_insertion ? 1 + of_text.size() : 0};
+      const Key key{edit.begin, edit.end,
+                    is_insertion ? ++insertions[{edit.file, edit.begin}] : 0};
       of_text.try_emplace(key, TextEdit{0, edit.begin, edit.end, edit.text});
     }
   }

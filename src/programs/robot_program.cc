@@ -48,8 +48,11 @@ void shorten(std::string& line) {
 }  // namespace
 
 std::vector<size_t> targets_of_move(const RobotProgram& program, size_t target) {
-  if (program.targets[target].motion == MotionKind::via) return {target, target + 1};
-  if (program.targets[target].motion == MotionKind::arc) return {target - 1, target};
+  const auto is_via = [&](size_t k) { return program.targets[k].motion == MotionKind::via; };
+  if (is_via(target)) return {target, target + 1};
+  // An arc of FANUC's A has no auxiliary point of its own.
+  if (program.targets[target].motion == MotionKind::arc && target > 0 && is_via(target - 1))
+    return {target - 1, target};
   return {target};
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "armtrue/programs/dialect.h"
+#include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
 #include "armtrue/text/input_error.h"
 #include "programs/program_flow.h"
@@ -717,6 +718,93 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
                   "POSREG.VA) has it, or the program sets it"));
 }
 
+TEST(Certainty, RapidOffsetsMayStandInOneAnother) {
+  const auto program = [](int depth) {
+    std::string point = "p1";
+    for (int k = 0; k < depth; ++k) point += ",0,0,1)";
+    std::string begin;
+    for (int k = 0; k < depth; ++k) begin += "Offs(";
+    return parsed("p.mod", robtarget("p1") + "MoveL p1,v1,fine,tool0;\nMoveL " + begin + point +
+                               ",v1,fine,tool0;\n");
+  };
+  const RobotProgram two = program(2);
+  ASSERT_THAT(lines_of(two), ElementsAre(2, 3));
+  EXPECT_NEAR(two.targets[1].pose.translation.z(), 5e-3, 1e-12);
+  EXPECT_THAT(lines_of(program(20000)), ElementsAre(2));
+}
+
+TEST(Certainty, ARapidDisplacementGoesWithCallsFromModuleToModule) {
+  const Dialect& dialect = *find_dialect("rapid");
+  const auto lines = [&](const std::string& own, const std::string& other) {
+    const std::vector<ProgramText> program{{"own.mod", "MODULE own\n" + own + "ENDMODULE\n"}};
+    const std::vector<ProgramText> others{{"other.mod", "MODULE other\n" + other + "ENDMODULE\n"}};
+    return lines_of(parse_program(dialect, program, {}, TargetParts::pose,
+                                  what_others_declare(dialect, program, others)));
+  };
+  const std::string move = "MoveL [[1,2,3]" + kTail + ",v1,fine,tool0;\n", end = "ENDPROC\n",
+                    main = "PROC main()\n" + move + "shift;\n" + move + end,
+                    shift = "PROC shift()\n", on = "PDispSet d;\n", off = "PDispOff;\n";
+  EXPECT_THAT(lines(main, shift + on + end), ElementsAre(3));
+  EXPECT_THAT(lines(main, shift + "deeper;\n" + end + "PROC deeper()\nPDispOn d,e;\n" + end),
+              ElementsAre(3));
+  EXPECT_THAT(lines(main, shift + on + "MOVE;\n" + off + end), ElementsAre(3, 5));
+  EXPECT_THAT(lines("PROC main()\n" + on + move + "shift;\n" + move + end, shift + off + end),
+              ElementsAre(6));
+  // A part that another module calls with a displacement, or with and without one.
+  const std::string part = "PROC main()\n" + move + end + "PROC part()\n" + move + end,
+                    all = "PROC all()\n";
+  EXPECT_THAT(lines(part, all + "part;\n" + end + "PROC teach()\n" + on + end), ElementsAre(3, 6));
+  EXPECT_THAT(lines(part, all + on + "part;\n" + off + end), ElementsAre(3));
+  EXPECT_THAT(lines(part, all + "part;\n" + on + "part;\n" + off + end), ElementsAre(3));
+}
+
+TEST(Certainty, AFanucFrameThatAnotherProgramSetsIsNotTheListedOne) {
+  const Dialect& dialect = *find_dialect("fanuc");
+  const auto program = [](const std::string& moves, const std::string& positions) {
+    return "/PROG P\n/MN\n" + moves + "/POS\n" + positions + "/END\n";
+  };
+  const std::string listing =
+      "[*SYSTEM*]$MNUFRAME  Storage: SHADOW  Access: RW  : ARRAY[1,9] OF POSITION\n"
+      "  [1,1] =   Group: 1   Config: N D B, 0, 0, 0\n"
+      "  X: 100.0 Y: 0.0 Z: 0.0\n  W: 0.0 P: 0.0 R: 0.0\n";
+  const std::vector<ProgramText> own{
+      {"MAIN.LS", program("1:  CALL SETF ;\n2:L P[1] 9mm/sec FINE ;\n3:L P[2] 9mm/sec FINE ;\n",
+                          fanuc_position(1) + fanuc_position(2, "UF : 0, UT : 0"))}};
+  const auto read = [&](const std::string& other, const KnownFrames& known = {}) {
+    return parse_program(
+        dialect, own, known, TargetParts::pose,
+        what_others_declare(dialect, own,
+                            {{"SYSFRAME.VA", listing}, {"SETF.LS", program(other, "")}}));
+  };
+  EXPECT_THAT(lines_of(read("1:  UFRAME[2]=PR[3] ;\n2:  PR[4]=UFRAME[1] ;\n")), ElementsAre(4, 5));
+  const KnownFrames given{{"UF[1]", Pose{}}};
+  for (const char* const set : {"1:  UFRAME[1]=PR[3] ;\n", "1:  BENUTZER[1:name]=PR[3] ;\n",
+                                "1:  UFRAME[R[1]]=PR[3] ;\n"}) {
+    const RobotProgram left = read(set);
+    EXPECT_THAT(lines_of(left), ElementsAre(5)) << set;
+    EXPECT_THAT(left.warnings, Contains(HasSubstr("MAIN.LS:4: left alone: another program sets "
+                                                  "UFRAME[1]; say where it is: --frame UF[1]=")));
+    EXPECT_THAT(lines_of(read(set, given)), ElementsAre(4, 5)) << set;
+  }
+}
+
+// The variables of the controller are the same frames.
+TEST(Certainty, AFanucProgramMaySetFramesAsVariables) {
+  const std::string active = "1:  UFRAME_NUM=1 ;\n2:  UTOOL_NUM=1 ;\n",
+                    moves = "4:L P[1] 9mm/sec FINE ;\n5:L P[2] 9mm/sec FINE ;\n",
+                    positions =
+                        fanuc_position(1, "UF : F, UT : F") + fanuc_position(2, "UF : 2, UT : 1");
+  const auto lines = [&](const std::string& set) {
+    return lines_of(fanuc(active + "3:  " + set + " ;\n" + moves, positions));
+  };
+  EXPECT_THAT(lines("$MNUFRAMENUM[2]"), ElementsAre(6, 7));  // sets nothing
+  EXPECT_THAT(lines("$MNUFRAMENUM[1]=3"), ElementsAre(7));
+  EXPECT_THAT(lines("$MNUTOOLNUM[1]=3"), ElementsAre(7));
+  EXPECT_THAT(lines("$WAITTMOUT=3"), ElementsAre(6, 7));
+  EXPECT_THROW(lines("$MNUFRAME[1,2]=PR[3]"), NoTargets);
+  EXPECT_THROW(lines("$MNUTOOL[1,1].$X=3"), NoTargets);
+}
+
 // In /MN a comment stands in brackets without quotes: what follows it is no text.
 TEST(Certainty, AFanucCommentMayHoldAnApostrophe) {
   const std::string move = "1:L P[1] 9mm/sec FINE ;\n",
@@ -947,6 +1035,19 @@ TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
   EXPECT_THAT(rewritten.texts[0],
               AllOf(HasSubstr("LIN XP1\nLIN {X 1,Y 2,Z 10,A 0,B 0,C 0}\nCIRC {X 1,Y 3,Z 9,"),
                     HasSubstr("LIN {X 1,Y 2,Z 4,A 0,B 0,C 0}\nEND")));
+}
+
+// An arc of FANUC's A has no auxiliary point: no move before it goes with it.
+TEST(Certainty, AnArcOfOnePointIsLeftAloneByItself) {
+  RobotProgram program = fanuc(
+      "1:A P[1] 9mm/sec FINE ;\n2:A P[2] 9mm/sec FINE ;\n3:C P[1]\n:P[2] 9mm/sec FINE ;\n",
+      fanuc_position(1) + fanuc_position(2));
+  ASSERT_THAT(lines_of(program), ElementsAre(3, 4, 5, 5));
+  EXPECT_THAT(targets_of_move(program, 0), ElementsAre(0));
+  EXPECT_THAT(targets_of_move(program, 1), ElementsAre(1));
+  EXPECT_THAT(targets_of_move(program, 3), ElementsAre(2, 3));
+  leave_alone(program, {{0, "far"}});
+  EXPECT_THAT(lines_of(program), ElementsAre(4, 5, 5));
 }
 
 // What such a routine is called with elsewhere counts for itself only.

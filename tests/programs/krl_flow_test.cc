@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
@@ -458,6 +459,104 @@ TEST(KrlFlowTest, ANumberedFrameHasTheValueThatTheProgramGivesIt) {
     EXPECT_TRUE(base.is_known) << set;
     EXPECT_DOUBLE_EQ(base.pose.translation.x(), 9e-3) << set;
   }
+}
+
+// BASE_DATA belongs to the controller: before the program sets it, it has another value, which
+// $config.dat states.
+TEST(KrlFlowTest, ANumberedFrameHasTheValueThatItWasGivenLast) {
+  const auto set = [](int x) {
+    return fmt::format("BASE_DATA[3]={{X {},Y 0,Z 0,A 0,B 0,C 0}}\n", x);
+  };
+  const auto bases = [](const std::string& text, const std::vector<ProgramText>& others) {
+    std::vector<double> x;
+    const RobotProgram program = parse_program(*find_dialect("krl"), {{"p.src", kHead + text}}, {},
+                                               TargetParts::pose, others);
+    for (const ProgramTarget& target : program.targets)
+      x.push_back(std::round(program.frames[target.base].pose.translation.x() / 1e-6) / 1e3);
+    return x;
+  };
+  const std::string use = "BAS(#BASE,3)\n" + kWhole;
+  EXPECT_THAT(bases(set(9) + use + set(8) + use + set(9) + use, {}), ElementsAre(9, 8, 9));
+  const std::string product = "$BASE=BASE_DATA[3]:{X 1,Y 0,Z 0,A 0,B 0,C 0}\n" + kWhole;
+  EXPECT_THAT(bases(set(9) + product + set(8) + product, {}), ElementsAre(10, 9));
+  EXPECT_THAT(bases("FOR i=1 TO 3\n" + set(9) + use + "ENDFOR\n" + set(9) + use, {}),
+              ElementsAre(9, 9));
+  EXPECT_THAT(bases("init()\n" + use + "END\nDEF init()\n" + set(9) + "END\n", {}), ElementsAre(9));
+  const std::vector<ProgramText> config{{"$config.dat", "DEFDAT $CONFIG\n" + set(7) + "ENDDAT\n"}};
+  EXPECT_THAT(bases(use + set(9) + use, config), ElementsAre(7, 9));
+  EXPECT_THAT(uncertain(use + set(9) + use), ElementsAre(6));
+  EXPECT_THAT(uncertain("IF a THEN\n" + set(9) + "ENDIF\n" + use), ElementsAre(9));
+  EXPECT_THAT(uncertain(set(8) + "IF a THEN\n" + set(9) + "ENDIF\n" + use + set(9) + use),
+              ElementsAre(10));
+  // Set by an index that is calculated, or in part: it is the one that --frame states.
+  for (const char* const other : {"BASE_DATA[i]={X 1,Y 0,Z 0,A 0,B 0,C 0}\n", "BASE_DATA[3].X=1\n"})
+    EXPECT_FALSE(parsed(kHead + set(9) + other + use).frames.back().is_known) << other;
+}
+
+// Before the statement whose expression calls it.
+TEST(KrlFlowTest, AFunctionSetsFramesAsASubprogramDoes) {
+  const std::string function =
+      "END\nDEFFCT INT set(n:IN)\nINT n\n$BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\n";
+  const std::string end = "RETURN(1)\nENDFCT\n", used = "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME";
+  const auto last = [&](const std::string& text) {
+    const RobotProgram program = parsed(kHead + kWhole + text + function + end);
+    EXPECT_EQ(program.left_alone, 0) << text;
+    return frames_of(program, program.targets.size() - 1);
+  };
+  EXPECT_EQ(last("x=set(1)\n" + kWhole), used);
+  EXPECT_EQ(last("IF set(1)==1 THEN\n$OUT[1]=TRUE\nELSE\n" + kWhole + "ENDIF\n"), used);
+  EXPECT_EQ(last("WAIT FOR set(1)==1\n" + kWhole), used);
+  EXPECT_EQ(last("$OUT[set(2)]=TRUE\n" + kWhole), used);
+  EXPECT_EQ(last("x=abs(1)\n" + kWhole), "$NULLFRAME $NULLFRAME");
+  // A move of the function has the frames of its calls.
+  const RobotProgram moves =
+      parsed(kHead + "x=go(1)\nEND\nDEFFCT INT go(n:IN)\nINT n\n" + kWhole + end);
+  EXPECT_EQ(frames_of(moves, 0), "$NULLFRAME $NULLFRAME");
+}
+
+TEST(KrlFlowTest, FdatMayBeStatedWhereItIsSet) {
+  EXPECT_EQ(
+      frames_of(parsed(kHead + "FDAT_ACT = {TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}\n" + kWhole), 0),
+      "BASE_DATA[0] TOOL_DATA[1]");
+  EXPECT_THAT(parsed(kHead + "FDAT_ACT={TOOL_NO 1,BASE_NO 2,IPO_FRAME #TCP}\n" + kWhole +
+                     "FDAT_ACT={TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE}\n" + kWhole)
+                  .warnings,
+              ElementsAre("p.src:5: left alone: its tool stands in the room (#TCP), and the robot "
+                          "holds the part"));
+}
+
+// Another kinematic system carries it.
+TEST(KrlFlowTest, AnExternalBaseTakesThePlaceOfTheBaseBefore) {
+  const RobotProgram program = parsed(kHead + "BAS(#EX_BASE,1)\n" + kWhole);
+  EXPECT_EQ(frames_of(program, 0), "BAS(#EX_BASE,1) $NULLFRAME");
+  EXPECT_FALSE(program.frames[static_cast<size_t>(program.targets[0].base)].is_known);
+}
+
+TEST(KrlFlowTest, FramesCountFromWorldWhereTheArmStandsAtRobroot) {
+  const std::string root = "$ROBROOT={X 0.0,Y 0.0,Z 500.0,A 0.0,B 0.0,C 180.0}\n";
+  const auto base = [](const std::string& machine, const KnownFrames& known = {}) {
+    const std::vector<ProgramText> own{
+        {"p.src",
+         "DEF p()\n$TOOL=$NULLFRAME\nBASE_DATA[1]={X 0,Y 0,Z 100,A 0,B 0,C 0}\n"
+         "BAS(#BASE,1)\n" +
+             kWhole}};
+    const std::vector<ProgramText> others{
+        {"R1/Mada/$machine.dat", "DEFDAT $MACHINE PUBLIC\n" + machine + "ENDDAT\n"}};
+    const RobotProgram program =
+        parse_program(*find_dialect("krl"), own, known, TargetParts::pose,
+                      what_others_declare(*find_dialect("krl"), own, others));
+    return program.frames[static_cast<size_t>(program.targets[0].base)].pose;
+  };
+  const Pose turned = base(root);
+  EXPECT_TRUE(turned.translation.isApprox(Eigen::Vector3d(0, 0, 0.4)));
+  EXPECT_TRUE(turned.rotation.isApprox(Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix()));
+  EXPECT_TRUE(base("DECL FRAME " + root).translation.isApprox(turned.translation));
+  const Eigen::Vector3d stated(0, 0, 0.1);
+  EXPECT_EQ(base("$ROBROOT={X 0.0,Y 0.0,Z 0.0,A 0.0,B 0.0,C 0.0}\n").translation, stated);
+  EXPECT_EQ(base("$EX_KIN={ET1 #ERSYS,ET2 #NONE}\n" + root).translation, stated);
+  // What --frame states counts from R_0.
+  EXPECT_EQ(base(root, {{"BASE_DATA[1]", {Eigen::Matrix3d::Identity(), stated}}}).translation,
+            stated);
 }
 
 TEST(KrlFlowTest, AFrameMayBeAProduct) {

@@ -317,8 +317,8 @@ void RapidData::note_set_part(std::string_view text, TextCursor behind, Datum& d
   datum.set_parts.push_back(part);
 }
 
-int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
-                        std::string& why_not) {
+int RapidData::point_at(const Statement& argument, TargetKind kind, int line, std::string& why_not,
+                        int depth) {
   const auto refuse = [&](const char* reason) {
     why_not = reason;
     return -1;
@@ -335,7 +335,7 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
   TextCursor cursor(text_, argument.begin, argument.end);
   const std::string first = cursor.take_name();
   if ((first == "OFFS" || first == "RELTOOL") && cursor.next() == '(' && kind != TargetKind::joints)
-    return displaced_point(first, argument, kind, line, why_not);
+    return displaced_point(first, argument, kind, line, why_not, depth);
   Datum* const datum = find(first, argument.begin);
   size_t element = 0;
   if (cursor.take('{')) {
@@ -368,44 +368,53 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line,
   return added(point, list);
 }
 
-// Offs(p10,0,0,100) moves along the axes of the work object;
-// RelTool(p10,0,0,100\Rx:=..\Ry:=..\Rz:=..) along those of the tool, and turns about x, then the
-// new y, then the new z (RAPID reference manual). Numbers, or constants.
-int RapidData::displaced_point(const std::string& function, const Statement& argument,
-                               TargetKind kind, int line, std::string& why_not) {
-  const char* const kWhy =
-      "its target is an expression; it starts from points as they are declared";
+// Offs(p10,0,0,100), RelTool(p10,0,0,100\\Rx:=..\\Ry:=..\\Rz:=..). Numbers, or constants.
+std::optional<RapidData::Displacement> RapidData::displacement_of(const std::string& function,
+                                                                  const Statement& argument) {
+  TextCursor last(text_, argument.end - 1, argument.end);
+  if (!last.take(')')) return std::nullopt;
   const size_t open = text_.find('(', argument.begin);
-  TextCursor behind(text_, argument.end - 1, argument.end);
-  const bool is_whole = behind.take(')');
-  std::vector<Statement> parts;
-  Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
-  bool is_plain = is_whole;
-  for (const Statement& part : split_arguments(text_, open + 1, argument.end - 1, ",")) {
-    const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
-    parts.push_back(pieces[0]);
-    for (size_t i = 1; i < pieces.size(); ++i) {
-      TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
+  const std::vector<Statement> parts = split_arguments(text_, open + 1, argument.end - 1, ",");
+  constexpr size_t kParts = 4;
+  if (parts.size() != kParts) return std::nullopt;
+  Displacement result;
+  for (size_t i = 0; i < kParts; ++i) {
+    const std::vector<Statement> pieces =
+        split_arguments(text_, parts[i].begin, parts[i].end, "\\");
+    for (size_t k = 1; k < pieces.size(); ++k) {
+      TextCursor cursor(text_, pieces[k].begin, pieces[k].end);
       const std::string name = cursor.take_name();
       const bool is_turn = name.size() == 2 && name[0] == 'R' && name[1] >= 'X' && name[1] <= 'Z';
-      is_plain &= is_turn && function == "RELTOOL" && cursor.take(':') && cursor.take('=');
+      if (!is_turn || function != "RELTOOL" || !cursor.take(':') || !cursor.take('='))
+        return std::nullopt;
       cursor.next();
-      const auto angle = constant_in({0, cursor.at(), pieces[i].end});
-      is_plain &= angle.has_value();
-      if (is_plain) turn[name[1] - 'X'] = *angle * kDegree;
+      const auto angle = constant_in({0, cursor.at(), pieces[k].end});
+      if (!angle) return std::nullopt;
+      result.turn[name[1] - 'X'] = *angle * kDegree;
     }
+    if (i == 0) {
+      result.point = pieces[0];
+      continue;
+    }
+    const auto length = constant_in(pieces[0]);
+    if (!length) return std::nullopt;
+    result.shift[i - 1] = *length * kMillimetre;
   }
-  is_plain &= parts.size() == 4;
-  for (size_t i = 1; is_plain && i < 4; ++i) {
-    const auto length = constant_in(parts[i]);
-    is_plain = length.has_value();
-    if (is_plain) shift[i - 1] = *length * kMillimetre;
-  }
-  if (!is_plain) {
-    why_not = kWhy;
+  return result;
+}
+
+// Offs moves along the axes of the work object; RelTool along those of the tool, and turns about x,
+// then the new y, then the new z (RAPID reference manual).
+int RapidData::displaced_point(const std::string& function, const Statement& argument,
+                               TargetKind kind, int line, std::string& why_not, int depth) {
+  constexpr int kMostDepth = 16;  // displacements in one another
+  const auto displacement = depth < kMostDepth ? displacement_of(function, argument) : std::nullopt;
+  if (!displacement) {
+    why_not = "its target is an expression; it starts from points as they are declared";
     return -1;
   }
-  const int from = point_at(parts[0], kind, line, why_not);
+  const auto& [declared, shift, turn] = *displacement;
+  const int from = point_at(declared, kind, line, why_not, depth + 1);
   if (from < 0) return -1;
   ProgramPoint point = program_.points[from];
   const auto stated_external = external_.find(from);

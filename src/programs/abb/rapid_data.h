@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <optional>
 #include <set>
@@ -28,8 +29,10 @@ class RapidData {
 
   void read(const std::vector<Statement>& statements);
 
-  /// The point that an argument stands for; -1 and the reason if it cannot be followed.
-  int point_at(const Statement& argument, TargetKind kind, int line, std::string& why_not);
+  /// The point that an argument stands for; -1 and the reason if it cannot be followed. `depth`: of
+  /// the displacements that it stands in.
+  int point_at(const Statement& argument, TargetKind kind, int line, std::string& why_not,
+               int depth = 0);
   /// A tool or a work object.
   struct Frame {
     int index = -1;               ///< in the frames
@@ -126,8 +129,14 @@ class RapidData {
   const Datum* value_of(const Statement& argument, const char* type, TargetKind kind,
                         std::string& why_not);
   int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line, int text);
+  struct Displacement {
+    Statement point;  // the one that is displaced
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();  // [m], [rad]
+  };
+  std::optional<Displacement> displacement_of(const std::string& function,
+                                              const Statement& argument);
   int displaced_point(const std::string& function, const Statement& argument, TargetKind kind,
-                      int line, std::string& why_not);
+                      int line, std::string& why_not, int depth);
   std::optional<double> constant_in(const Statement& argument);
   std::string name_of(const Statement& argument) const {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));

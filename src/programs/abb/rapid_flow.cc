@@ -1,6 +1,8 @@
 #include "programs/abb/rapid_flow.h"
 
+#include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -16,18 +18,56 @@ class RapidFlowReader {
   explicit RapidFlowReader(std::string_view text) : text_(text) {}
 
   RapidFlow read(const std::vector<Statement>& statements) {
-    for (const Statement& statement : statements)
-      each_rapid_word(text_, statement, [&](const std::string& word, size_t, TextCursor cursor) {
-        if (begins_rapid_routine(word)) routines_.insert(name_of(word, cursor));
-        return false;
-      });
-    for (const Statement& statement : statements) read_statement(statement);
+    read_steps(statements);
     return {flow_.follow(displacements_, 0),
             flow_.follow(turnings_, static_cast<int>(ArcTurning::with_path)),
             flow_.follow(confj_, 1), flow_.follow(confl_, 1)};
   }
 
+  // `modules`: where each begins in the text.
+  RapidDisplacements read_displacements(const std::vector<Statement>& statements,
+                                        const std::vector<size_t>& modules) {
+    read_steps(statements);
+    call_what_nothing_calls();
+    const ProgramFlow::Values displacement = flow_.follow(displacements_, 0);
+    const auto module_at = [&](size_t at) { return std::ranges::upper_bound(modules, at); };
+    RapidDisplacements result;
+    for (const auto& [at, name] : calls_) {
+      const bool is_own = std::ranges::any_of(
+          routines_.at(name), [&](size_t routine) { return module_at(routine) == module_at(at); });
+      if (is_own) continue;
+      const int before = displacement.at(at - 1), behind = displacement.at(at);
+      if (before != ProgramFlow::kUncertain) result.called_with[name].insert(before);
+      if (behind != ProgramFlow::kUncertain && behind != before)
+        result.leaving[name].insert(behind);
+    }
+    return result;
+  }
+
  private:
+  void read_steps(const std::vector<Statement>& statements) {
+    for (const Statement& statement : statements)
+      each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+        if (begins_rapid_routine(word)) routines_[name_of(word, cursor)].push_back(at);
+        return false;
+      });
+    for (const Statement& statement : statements) read_statement(statement);
+  }
+
+  // Without a displacement: what one of them leaves is not there when another one begins.
+  void call_what_nothing_calls() {
+    std::set<std::string> called;
+    for (const auto& [at, name] : calls_) called.insert(name);
+    size_t place = text_.size();
+    flow_.add(Step::routine, ++place);
+    for (const auto& [name, places] : routines_) {
+      if (called.contains(name)) continue;
+      displacements_.push_back({++place, 0});
+      flow_.add(Step::call, ++place, name);
+    }
+    flow_.add(Step::end_routine, ++place);
+  }
+
   // Behind PROC, FUNC type or TRAP.
   static std::string name_of(const std::string& word, TextCursor cursor) {
     if (word == "FUNC") cursor.take_name();
@@ -53,8 +93,11 @@ class RapidFlowReader {
         is_then_of_elseif = false;
       } else if (const auto step = block_step(word)) {
         flow_.add(*step, at);
-      } else if (routines_.contains(word) || word == "CALLBYVAR") {
-        flow_.add(Step::call, at, word == "CALLBYVAR" ? "" : word);
+      } else if (word == "CALLBYVAR") {
+        flow_.add(Step::call, at);
+      } else if (routines_.contains(word)) {
+        flow_.add(Step::call, at, word);
+        calls_.emplace_back(at, word);
       } else if (word == "CIRPATHMODE") {
         turnings_.push_back({at, static_cast<int>(rapid_turning(cursor))});
       } else if (word == "CONFJ" || word == "CONFL") {
@@ -92,7 +135,8 @@ class RapidFlowReader {
   }
 
   std::string_view text_;
-  std::set<std::string> routines_;
+  std::map<std::string, std::vector<size_t>> routines_;  // and where they begin
+  std::vector<std::pair<size_t, std::string>> calls_;    // that name a routine
   ProgramFlow flow_;
   std::vector<ProgramFlow::Setting> displacements_, turnings_, confj_, confl_;
 };
@@ -101,6 +145,24 @@ class RapidFlowReader {
 
 RapidFlow follow_rapid(std::string_view text, const std::vector<Statement>& statements) {
   return RapidFlowReader(text).read(statements);
+}
+
+RapidDisplacements follow_rapid_displacements(const std::vector<RapidModuleText>& modules) {
+  std::string text;
+  std::vector<Statement> statements;
+  std::vector<size_t> begins;
+  for (const RapidModuleText& module : modules) {
+    const size_t begin = text.size();
+    begins.push_back(begin);
+    for (const Statement& statement : module.statements)
+      statements.push_back({statement.line, begin + statement.begin, begin + statement.end});
+    text += module.text;
+  }
+  const std::string capitals = upper(text);
+  if (capitals.find("PDISPON") == std::string::npos &&
+      capitals.find("PDISPSET") == std::string::npos)
+    return {};
+  return RapidFlowReader(text).read_displacements(statements, begins);
 }
 
 }  // namespace armtrue

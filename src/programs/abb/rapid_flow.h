@@ -1,6 +1,8 @@
 #pragma once
 
-#include <optional>
+#include <map>
+#include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,5 +25,18 @@ struct RapidFlow {
 
 /// `text`: by masked(); `statements`: its statements.
 RapidFlow follow_rapid(std::string_view text, const std::vector<Statement>& statements);
+
+/// How program displacements cross the modules of a task: values of RapidFlow::displacement that
+/// are certain, by routines that other modules call. Much is not certain behind a handler of
+/// errors.
+struct RapidDisplacements {
+  std::map<std::string, std::set<int>> called_with;
+  std::map<std::string, std::set<int>> leaving;  ///< by calls that leave another one
+};
+struct RapidModuleText {
+  std::string_view text;  ///< by masked()
+  const std::vector<Statement>& statements;
+};
+RapidDisplacements follow_rapid_displacements(const std::vector<RapidModuleText>& modules);
 
 }  // namespace armtrue

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "programs/abb/rapid_flow.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -59,6 +60,9 @@ class RapidFolder : public FolderTexts {
       for (const std::string& name : modules_[i].global) declaring_[name].insert(i);
       for (const std::string& name : modules_[i].routines) having_routine_[name].insert(i);
     }
+    std::vector<RapidModuleText> texts;
+    for (const Module& module : modules_) texts.push_back({module.plain, module.statements});
+    displacements_ = follow_rapid_displacements(texts);
     for (Module& module : modules_) {
       read_uses(module);
       for (const auto& [name, uses] : module.uses)
@@ -77,7 +81,7 @@ class RapidFolder : public FolderTexts {
     const std::set<size_t> whole = modules_that_declare_for(program);
     std::vector<ProgramText> result;
     for (const size_t module : whole) result.push_back(*modules_[module].text);
-    result.push_back({"", what_others_do_to(program, whole)});
+    result.push_back({kRapidOthers, what_others_do_to(program, whole)});
     return result;
   }
 
@@ -173,7 +177,11 @@ class RapidFolder : public FolderTexts {
     };
     std::string text = "MODULE others\n";
     for (const std::string& word : program.words) {
-      if (is_by_others(having_routine_, word)) text += "PROC " + word + "()\nENDPROC\n";
+      const auto leaving = displacements_.leaving.find(word);
+      if (leaving != displacements_.leaving.end() && !program.routines.contains(word))
+        text += "PROC " + word + "()\n" + displacement_of(leaving->second) + "ENDPROC\n";
+      else if (is_by_others(having_routine_, word))
+        text += "PROC " + word + "()\nENDPROC\n";
       const bool is_own = program.of_module.contains(word);
       const auto total = uses_.find(word);
       if (total == uses_.end() || (!is_own && !declaring_.contains(word))) continue;
@@ -187,7 +195,26 @@ class RapidFolder : public FolderTexts {
       for (const auto& [name, uses] : modules_[module].uses)
         if (uses.assigned > 0 && !program.words.contains(name) && declaring_.contains(name))
           text += "VAR num " + name + ";\n";  // where it is assigned, nothing is handed on
-    return text + "ENDMODULE\n";
+    return text + displaced_calls_of(program) + "ENDMODULE\n";
+  }
+
+  // A statement that leaves one of these.
+  static std::string displacement_of(const std::set<int>& values) {
+    if (values == std::set<int>{0}) return "PDispOff;\n";
+    return values == std::set<int>{1} ? "PDispSet;\n" : "IF TRUE PDispSet;\n";
+  }
+
+  // Routines of others, without a name of RAPID, that call those of a program with displacements.
+  std::string displaced_calls_of(const Module& program) const {
+    std::string text;
+    for (const std::string& routine : program.routines) {
+      const auto called = displacements_.called_with.find(routine);
+      if (called == displacements_.called_with.end() || called->second == std::set<int>{0})
+        continue;
+      for (const int value : called->second)
+        text += "PROC $()\n" + displacement_of({value}) + routine + ";\nPDispOff;\nENDPROC\n";
+    }
+    return text;
   }
 
   static void subtract(const Module& module, const std::string& name, UsesOfName& uses) {
@@ -205,6 +232,7 @@ class RapidFolder : public FolderTexts {
   }
 
   std::vector<Module> modules_;
+  RapidDisplacements displacements_;
   Places declaring_;  // global data
   Places having_routine_;
   std::map<std::string, UsesOfName> uses_;

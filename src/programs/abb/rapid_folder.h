@@ -7,6 +7,9 @@
 
 namespace armtrue {
 
+/// The name of the text that says what other modules do.
+inline constexpr const char* kRapidOthers = "";
+
 /// See FolderTexts: modules that declare global data, and what modules do to data.
 std::unique_ptr<FolderTexts> rapid_folder(const std::vector<const ProgramText*>& modules);
 

@@ -9,6 +9,7 @@
 
 #include "programs/abb/rapid_data.h"
 #include "programs/abb/rapid_flow.h"
+#include "programs/abb/rapid_folder.h"
 #include "programs/abb/rapid_insertion.h"
 #include "programs/abb/rapid_values.h"
 #include "programs/abb/rapid_words.h"
@@ -35,7 +36,7 @@ class RapidReader : MoveReader {
   void read() {
     const std::vector<Statement> statements = split_statements(text_, ';');
     data_.read(statements);
-    flow_ = follow_rapid(text_, statements);
+    flow_ = follow_with_others(statements);
     for (const Statement& statement : statements) {
       is_move_ = false;
       each_rapid_word(text_, statement,
@@ -55,6 +56,20 @@ class RapidReader : MoveReader {
   }
 
  private:
+  // What calls of other modules hand on and leave, too.
+  RapidFlow follow_with_others(std::vector<Statement> statements) const {
+    std::string text = text_;
+    for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
+      if (program_.texts[i].name != kRapidOthers) continue;
+      std::string others = program_.texts[i].text;
+      const size_t begin = text.size();
+      for (const Statement& statement : split_statements(others, ';'))
+        statements.push_back({0, begin + statement.begin, begin + statement.end});
+      text += others;
+    }
+    return follow_rapid(text, statements);
+  }
+
   // Whether the arm stays where it is during a statement without a move, and the next one follows.
   bool stays(const Statement& statement) const {
     TextCursor cursor(text_, statement.begin, statement.end);
@@ -373,8 +388,6 @@ class RapidReader : MoveReader {
     if (move_.kind_of->is_joint_target) return 1;
     return (move_.kind() == 'J' ? flow_.confj : flow_.confl).at(move_.begin);
   }
-
-  std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
 
   const TargetParts parts_;
   std::string text_;

@@ -56,6 +56,19 @@ constexpr RapidMove kRapidMoves[] = {
     {"CAPC", 2, kLast, false},
 };
 
+// Where each bracket that opens is closed.
+std::map<size_t, size_t> closing_brackets(std::string_view text) {
+  std::map<size_t, size_t> closing;
+  std::vector<size_t> open;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '(') open.push_back(i);
+    if (text[i] != ')' || open.empty()) continue;
+    closing[open.back()] = i;
+    open.pop_back();
+  }
+  return closing;
+}
+
 }  // namespace
 
 const RapidMove* find_rapid_move(const std::string& name) {
@@ -133,20 +146,17 @@ std::string masked_rapid(const std::string& module) {
   each_word(text, whole, [&](const std::string& word, size_t, TextCursor cursor) {
     if (word == "PROC") procedures.insert(cursor.take_name());
   });
+  const std::map<size_t, size_t> closing = closing_brackets(text);
   std::string before;
   std::vector<std::pair<size_t, size_t>> brackets;
   each_word(text, whole, [&](const std::string& word, size_t, TextCursor cursor) {
     const bool is_head = std::exchange(before, word) == "PROC";
     if (is_head || cursor.next() != '(' || !procedures.contains(word)) return;
-    const size_t open = cursor.at();
-    size_t close = open;
-    for (int depth = 0; close < text.size(); ++close) {
-      depth += text[close] == '(' ? 1 : text[close] == ')' ? -1 : 0;
-      if (depth == 0) break;
-    }
-    TextCursor behind(text, std::min(close + 1, text.size()), text.size());
+    const auto bracket = closing.find(cursor.at());
+    if (bracket == closing.end()) return;
+    TextCursor behind(text, bracket->second + 1, text.size());
     const char next = behind.next();
-    if (next == ';' || next == ',' || next == '\\') brackets.emplace_back(open, close);
+    if (next == ';' || next == ',' || next == '\\') brackets.push_back(*bracket);
   });
   for (const auto& [open, close] : brackets) text[open] = text[close] = ' ';
   return text;

@@ -1,8 +1,9 @@
 #include "programs/fanuc/fanuc_folder.h"
 
 #include <algorithm>
-#include <set>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "programs/fanuc/fanuc_registers.h"
 #include "programs/fanuc/fanuc_text.h"
@@ -12,29 +13,39 @@
 namespace armtrue {
 namespace {
 
-// What a program sets itself is set for it, too: the short text is the same for all.
 class FanucFolder : public FolderTexts {
  public:
   explicit FanucFolder(const std::vector<const ProgramText*>& texts) {
-    std::set<std::string> set;
     for (const ProgramText* const text : texts)
       if (ending_of(text->name) == ".LS")
-        set.merge(fanuc_registers_set_in(masked_fanuc(text->text)));
+        add(*text);
       else if (is_fanuc_listing(text->text))
         listings_.push_back(text);
-    for (const std::string& name : set) assignments_ += name + "=0\n";
   }
 
-  std::vector<ProgramText> for_program(const std::vector<const ProgramText*>&) const override {
+  std::vector<ProgramText> for_program(const std::vector<const ProgramText*>& own) const override {
     std::vector<ProgramText> result;
     for (const ProgramText* const listing : listings_) result.push_back(*listing);
-    result.push_back({"", assignments_});
+    std::string assignments;
+    for (const auto& [name, programs] : setting_)
+      if (std::ranges::any_of(programs, [&](const ProgramText* program) {
+            return std::ranges::find(own, program) == own.end();
+          }))
+        assignments += name + "=0\n";
+    result.push_back({"", assignments});
     return result;
   }
 
  private:
+  void add(const ProgramText& program) {
+    const std::string text = masked_fanuc(program.text);
+    for (const char* const kind : {"PR", "UFRAME", "UTOOL"})
+      for (const std::string& name : fanuc_values_set_in(text, kind))
+        setting_[name].push_back(&program);
+  }
+
   std::vector<const ProgramText*> listings_;
-  std::string assignments_;
+  std::map<std::string, std::vector<const ProgramText*>> setting_;  // programs, by what they set
 };
 
 }  // namespace

@@ -37,23 +37,26 @@ void FanucFrames::read_statement(std::string_view text, const Statement& stateme
     const bool is_first = at == statement.begin;
     for (const bool is_tool : {false, true}) {
       Kind& of_word = is_tool ? tools_ : frames_;
-      const std::string name = is_tool ? "UTOOL" : "UFRAME";
+      const std::string name = is_tool ? "UTOOL" : "UFRAME", variable = "$MN" + name;
       if (word == "CALL" || word == "RUN")
         of_word.numbers.push_back({at, ProgramFlow::kUncertain});
-      else if (word == name || word == name + "_NUM")
-        read_setting(of_word, word != name, at, is_first, cursor);
+      else if (word == name || word == variable)
+        read_setting(of_word, false, at, is_first, cursor);
+      else if (word == name + "_NUM" || word == variable + "NUM")
+        read_setting(of_word, true, at, is_first, cursor);
     }
   });
 }
 
-// UFRAME_NUM=2, UFRAME[2]=PR[1]. Behind a condition, which may hold the same words, the value is
-// not certain.
+// UFRAME_NUM=2, UFRAME[2]=PR[1], $MNUFRAMENUM[1]=2, $MNUFRAME[1,2]=.. of a group. Behind a
+// condition, which may hold the same words, the value is not certain.
 void FanucFrames::read_setting(Kind& kind, bool is_number, size_t at, bool is_first,
                                TextCursor cursor) {
   std::optional<double> number;
   const bool is_indexed = cursor.take('[');
   if (is_indexed) {
     number = cursor.take_number();
+    if (cursor.next() == ',') number.reset();
     cursor.skip_to("=");
   }
   if (!cursor.take('=')) return;

@@ -329,9 +329,7 @@ class FanucReader : MoveReader {
 
   // Whether --frame has a frame or tool.
   bool is_given(const char* name, int number) const {
-    const std::string wanted = fmt::format("{}[{}]", name, number);
-    return std::ranges::any_of(known_,
-                               [&](const auto& frame) { return upper(frame.first) == wanted; });
+    return is_given_frame(known_, fmt::format("{}[{}]", name, number));
   }
 
   bool is_joints(const PointOfMove& point) {
@@ -423,10 +421,24 @@ class FanucReader : MoveReader {
             "its point is in the active {} (F), and which it is, {}_NUM does not say "
             "for certain",
             is_tool ? "tool" : "frame", name);
-      if (number && frames_->is_changed(is_tool, *number, of_move.begin))
-        return fmt::format("{}[{}] is set at run time", name, *number);
+      if (number)
+        if (const std::string why = why_not_certain(is_tool, *number, of_move.begin); !why.empty())
+          return why;
     }
     return "";
+  }
+
+  // Why a user frame or a tool has perhaps another value than the listed one; empty if it has not.
+  std::string why_not_certain(bool is_tool, int number, size_t at) const {
+    const char* const name = is_tool ? "UTOOL" : "UFRAME";
+    if (frames_->is_changed(is_tool, number, at))
+      return fmt::format("{}[{}] is set at run time", name, number);
+    const char* const option = is_tool ? "UT" : "UF";
+    if (!registers_->find_frame(is_tool, number) || is_given(option, number) ||
+        !registers_->is_set_by_others(is_tool, number))
+      return "";
+    return fmt::format("another program sets {}[{}]; say where it is: --frame {}[{}]=x,y,z,a,b,c",
+                       name, number, option, number);
   }
 
   std::optional<int> frame_number(const FanucPosition& position, bool is_tool, size_t at) const {
@@ -493,8 +505,8 @@ class FanucReader : MoveReader {
             "its register is in the active {}, and which it is, {}_NUM does not say "
             "for certain",
             is_tool ? "tool" : "frame", name);
-      if (frames_->is_changed(is_tool, *number, of_move.begin))
-        return fmt::format("{}[{}] is set at run time", name, *number);
+      if (const std::string why = why_not_certain(is_tool, *number, of_move.begin); !why.empty())
+        return why;
     }
     const bool has_more = std::ranges::any_of(positions_, [](const auto& position) {
       return position.second.numbers.size() + position.second.others.size() > 6;

@@ -25,12 +25,17 @@ bool is_fanuc_listing(const std::string& text) {
 
 FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begin,
                                const ProgramText* end) {
-  for (const ProgramText* text = begin; text != end; ++text)
-    if (is_fanuc_listing(text->text))
+  for (const ProgramText* text = begin; text != end; ++text) {
+    if (is_fanuc_listing(text->text)) {
       read_listing(text->text);
-    else
-      note_assignments(masked_fanuc(text->text));
-  note_assignments(program);
+      continue;
+    }
+    const std::string other = masked_fanuc(text->text);
+    changed_.note(other, "PR");
+    changed_frames_.note(other, "UFRAME");
+    changed_tools_.note(other, "UTOOL");
+  }
+  changed_.note(program, "PR");
 }
 
 // [*POSREG*]$POSREG  Storage: SHADOW  Access: RW  : ARRAY[1,100] OF Position Reg
@@ -107,33 +112,39 @@ void FanucRegisters::read_listing(const std::string& text) {
 }
 
 // PR[1]=LPOS, PR[1:name]=.., PR[1,3]=.., PR[GP1:1,3:name]=..; PR[R[1]]=.. may be any.
-std::set<std::string> fanuc_registers_set_in(std::string_view program) {
-  std::set<std::string> registers;
-  each_word(program, {0, 0, program.size()},
-            [&](const std::string& word, size_t at, TextCursor cursor) {
-              if (word != "PR" || !cursor.take('[')) return;
-              int depth = 1;
-              while (!cursor.done() && depth > 0 && cursor.next() != '\n') {
-                depth += cursor.next() == '[' ? 1 : cursor.next() == ']' ? -1 : 0;
-                cursor.step();
-              }
-              const size_t end = cursor.at();
-              if (cursor.take('=')) registers.emplace(program.substr(at, end - at));
-            });
-  return registers;
+std::set<std::string> fanuc_values_set_in(std::string_view program, std::string_view kind) {
+  std::set<std::string> values;
+  each_fanuc_word(program, {0, 0, program.size()},
+                  [&](const std::string& word, size_t, TextCursor cursor) {
+                    const size_t begin = cursor.at();
+                    if (word != kind || !cursor.take('[')) return;
+                    int depth = 1;
+                    while (!cursor.done() && depth > 0 && cursor.next() != '\n') {
+                      depth += cursor.next() == '[' ? 1 : cursor.next() == ']' ? -1 : 0;
+                      cursor.step();
+                    }
+                    const size_t end = cursor.at();
+                    if (cursor.take('='))
+                      values.insert(word + std::string(program.substr(begin, end - begin)));
+                  });
+  return values;
 }
 
-void FanucRegisters::note_assignments(std::string_view text) {
-  for (const std::string& name : fanuc_registers_set_in(text)) {
+void FanucRegisters::Changes::note(std::string_view program, std::string_view kind) {
+  for (const std::string& name : fanuc_values_set_in(program, kind)) {
     TextCursor inside(name, name.find('[') + 1, name.size());
     const std::string group = inside.take_name();
     if (!group.empty() && (!group.starts_with("GP") || !inside.take(':')))
-      is_any_changed_ = true;  // R[1]
+      is_any = true;  // R[1]
     else if (const auto number = inside.take_number(); !number)
-      is_any_changed_ = true;
+      is_any = true;
     else if (group.empty() || group == "GP1")
-      changed_.insert(*number);
+      numbers.insert(*number);
   }
+}
+
+bool FanucRegisters::is_set_by_others(bool is_tool, double number) const {
+  return (is_tool ? changed_tools_ : changed_frames_).contains(number);
 }
 
 const FanucRegister* FanucRegisters::find_frame(bool is_tool, double number) const {
@@ -146,7 +157,7 @@ const FanucRegister* FanucRegisters::find_frame(bool is_tool, double number) con
 
 const FanucRegister* FanucRegisters::find(double number) const {
   const auto found = registers_.find(number);
-  if (is_any_changed_ || changed_.contains(number) || found == registers_.end()) return nullptr;
+  if (changed_.contains(number) || found == registers_.end()) return nullptr;
   return found->second.numbers.empty() ? nullptr : &found->second;
 }
 

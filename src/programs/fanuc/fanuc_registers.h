@@ -21,9 +21,9 @@ struct FanucRegister {
 /// Whether a text lists variables of a controller that count: POSREG.VA, SYSFRAME.VA.
 bool is_fanuc_listing(const std::string& text);
 
-/// The position registers to which a program, given by masked_fanuc(), gives values, each as it
-/// stands: PR[1], PR[GP1:1,3:name].
-std::set<std::string> fanuc_registers_set_in(std::string_view program);
+/// What a program, given by masked_fanuc(), gives values, each as it stands: of "PR" its position
+/// registers, PR[1], PR[GP1:1,3:name]; of "UFRAME" user frames, of "UTOOL" tools.
+std::set<std::string> fanuc_values_set_in(std::string_view program, std::string_view kind);
 
 /// The position registers of a controller that no program assigns, its user frames and tools.
 class FanucRegisters {
@@ -36,15 +36,23 @@ class FanucRegisters {
   const FanucRegister* find(double number) const;
   /// X Y Z W P R of a user frame or a tool; null if it is not listed.
   const FanucRegister* find_frame(bool is_tool, double number) const;
+  /// Whether another program sets a user frame or a tool.
+  bool is_set_by_others(bool is_tool, double number) const;
 
  private:
   using Listed = std::map<double, FanucRegister>;
   void read_listing(const std::string& text);
-  void note_assignments(std::string_view text);
+  // The numbers of what a program sets.
+  struct Changes {
+    std::set<double> numbers;
+    bool is_any = false;  // one whose number is calculated
+
+    void note(std::string_view program, std::string_view kind);
+    bool contains(double number) const { return is_any || numbers.contains(number); }
+  };
 
   Listed registers_, frames_, tools_;
-  std::set<double> changed_;
-  bool is_any_changed_ = false;
+  Changes changed_, changed_frames_, changed_tools_;
 };
 
 }  // namespace armtrue

@@ -17,9 +17,10 @@ namespace {
 enum class Gives { nothing, global, all };  // declarations that others see
 
 // DEFDAT $CONFIG, DEFDAT NAME PUBLIC. A program need not name what it uses of $config.dat, such as
-// TOOL_DATA[1] of an inline form.
+// TOOL_DATA[1] of an inline form, or of $machine.dat, which says where the arm stands.
 Gives gives_to_others(const ProgramText& list) {
-  if (name_in_folder(list.name) == "$CONFIG.DAT") return Gives::all;
+  const std::string file = name_in_folder(list.name);
+  if (file == "$CONFIG.DAT" || file == "$MACHINE.DAT") return Gives::all;
   for (size_t begin = 0; begin < list.text.size();) {
     const size_t end = std::min(list.text.find('\n', begin), list.text.size());
     TextCursor cursor(list.text, begin, end);
@@ -99,30 +100,26 @@ class KrlFolder : public FolderTexts {
       return;
     }
     const std::string plain = masked(list.text, ';', "\"");
-    for (size_t begin = 0; begin < plain.size();) {
-      const size_t end = std::min(plain.find('\n', begin), plain.size());
+    each_line(plain, [&](const Statement& line) {
       for (const std::string& name :
-           global_names(std::string_view(plain).substr(begin, end - begin)))
+           global_names(std::string_view(plain).substr(line.begin, line.end - line.begin)))
         declaring_[name].insert(index);
-      begin = end + 1;
-    }
+    });
   }
 
   // NAME=.., NAME[3].X=.., line by line; of inline forms nothing.
   void add_source(const ProgramText& source) {
     sources_.push_back(&source);
     const std::string plain = masked(source.text, ';', "\"");
-    for (size_t begin = 0; begin < plain.size();) {
-      const size_t end = std::min(plain.find('\n', begin), plain.size());
-      TextCursor cursor(plain, begin, end);
-      begin = end + 1;
+    each_line(plain, [&](const Statement& line) {
+      TextCursor cursor(plain, line.begin, line.end);
       const std::string word = cursor.take_name();
       if (word.empty() || word[0] == '$' || contains({"PDAT_ACT", "LDAT_ACT", "FDAT_ACT"}, word) ||
           !takes_krl_assignment(cursor))
-        continue;
+        return;
       std::vector<const ProgramText*>& setting = setting_[word];
       if (setting.empty() || setting.back() != &source) setting.push_back(&source);
-    }
+    });
   }
 
   std::vector<const ProgramText*> lists_;

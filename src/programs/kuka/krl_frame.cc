@@ -70,6 +70,12 @@ int krl_component(std::string_view name) {
                                             : static_cast<int>(found - std::begin(kComponentNames));
 }
 
+std::optional<Pose> krl_pose(const KrlFrame& frame) {
+  const KrlValues& v = frame.values;
+  if (!v.head<6>().array().isFinite().all()) return std::nullopt;
+  return Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
+}
+
 double krl_unit(int component) {
   return component < 3 ? kMillimetre : component < 6 ? kDegree : 1.0;
 }

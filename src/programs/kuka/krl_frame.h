@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "armtrue/kinematics/pose.h"
 #include "programs/kuka/krl_pose.h"
 #include "programs/text_cursor.h"
 
@@ -39,6 +40,9 @@ struct KrlAggregate {
   KrlAggregateKind kind = KrlAggregateKind::other;
   KrlFrame frame;
 };
+
+/// The pose of a frame; nothing if one of its six numbers is not given.
+std::optional<Pose> krl_pose(const KrlFrame& frame);
 
 /// The component of KrlValues with a name in capitals; -1 if there is none.
 int krl_component(std::string_view name);

@@ -38,9 +38,8 @@ KrlSource source_of(const ProgramText& text) {
   KrlSource source;
   source.text = &text;
   source.plain = masked(text.text, ';', "\"");
-  for (size_t begin = 0; begin < source.plain.size();) {
-    const size_t end = std::min(source.plain.find('\n', begin), source.plain.size());
-    TextCursor cursor(source.plain, begin, end);
+  each_line(source.plain, [&](const Statement& line) {
+    TextCursor cursor(source.plain, line.begin, line.end);
     std::string word = cursor.take_name();
     const bool is_global = word == "GLOBAL";
     if (is_global) word = cursor.take_name();
@@ -50,13 +49,12 @@ KrlSource source_of(const ProgramText& text) {
       if (is_global || source.routines.empty()) source.exported.insert(name);
       source.routines.insert(name);
     } else if (word == "INTERRUPT" || word == "TRIGGER") {
-      each_word(source.plain, {0, cursor.at(), end},
+      each_word(source.plain, {0, cursor.at(), line.end},
                 [&](const std::string& name, size_t, TextCursor& behind) {
                   if (name == "DO") source.interrupts.insert(behind.take_name());
                 });
     }
-    begin = end + 1;
-  }
+  });
   source.calls = krl_calls(source.plain);
   return source;
 }

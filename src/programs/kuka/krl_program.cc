@@ -7,9 +7,12 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
+#include "programs/frame_list.h"
 #include "programs/kuka/krl_set_up.h"
 #include "programs/kuka/krl_starts.h"
 #include "programs/kuka/krl_syntax.h"
@@ -51,6 +54,7 @@ class KrlReader : MoveReader {
             TargetParts parts)
       : MoveReader(program),
         syntax_(syntax),
+        known_(known),
         parts_(parts),
         unused_(program.texts[0].name),
         set_ups_(KrlSetUps(program.texts[0].text, syntax, program.neighbours, known, program.frames,
@@ -77,6 +81,7 @@ class KrlReader : MoveReader {
     find_names();
     warn_of_callers();
     find_calls_not_given();
+    count_bases_from_foot();
     program_.warnings = warnings_.list();
   }
 
@@ -140,31 +145,38 @@ class KrlReader : MoveReader {
 
   // $TOOL and $BASE stay over a call, unless the routine sets them.
   void find_calls_not_given() {
-    const std::string& source = program_.texts[0].text;
-    const std::string text = masked(source, ';', "\"");
+    const std::string text = upper(masked(program_.texts[0].text, ';', "\""));
+    const std::set<std::string> own = subprograms(text);
+    std::set<size_t> tools;  // places that name one
+    for (const char* const word : {"$TOOL", "FDAT"})
+      for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+        tools.insert(at);
+    auto next = program_.targets.begin();  // the first one behind the call
     for (const KrlCall& call : krl_calls(text)) {
-      if (!call.is_statement || find_krl_motion(call.name) ||
-          leaves_krl_arm(call.name, call.name) || defines(text, call.name) ||
-          program_.neighbours.leaves.contains(call.name))
-        continue;
-      const auto next = std::ranges::find_if(program_.targets, [&](const ProgramTarget& target) {
+      next = std::find_if(next, program_.targets.end(), [&](const ProgramTarget& target) {
         return target.begin > call.statement && target.kind == TargetKind::cartesian;
       });
-      if (next == program_.targets.end() || (next->base < 0 && next->tool < 0)) continue;
-      const std::string between =
-          upper(std::string_view(text).substr(call.statement, next->begin - call.statement));
-      if (between.find("$TOOL") == std::string::npos && between.find("FDAT") == std::string::npos)
-        program_.calls_not_given.push_back({call.line, call.name});
+      if (next == program_.targets.end()) return;
+      const auto tool = tools.lower_bound(call.statement);
+      const bool is_set_again = tool != tools.end() && *tool < next->begin;
+      if (!call.is_statement || is_set_again || (next->base < 0 && next->tool < 0) ||
+          find_krl_motion(call.name) || leaves_krl_arm(call.name, call.name) ||
+          own.contains(call.name) || program_.neighbours.leaves.contains(call.name))
+        continue;
+      program_.calls_not_given.push_back({call.line, call.name});
     }
   }
 
-  bool defines(const std::string& text, const std::string& routine) const {
-    return std::ranges::any_of(syntax_.set_ups, [&](const KrlSetUp& definition) {
-      if (definition.word != "DEF") return false;
+  // Those of the .src, whose text is given in capitals.
+  std::set<std::string> subprograms(const std::string& text) const {
+    std::set<std::string> names;
+    for (const KrlSetUp& definition : syntax_.set_ups) {
+      if (definition.word != "DEF") continue;
       TextCursor cursor(text, definition.begin, definition.end);
       if (cursor.take_name() == "GLOBAL") cursor.take_name();
-      return cursor.take_name() == routine;
-    });
+      names.insert(cursor.take_name());
+    }
+    return names;
   }
 
   void warn_of_callers() {
@@ -180,6 +192,23 @@ class KrlReader : MoveReader {
                     "(" +
                         callers + "); if anything else starts it, it may have others");
       return;
+    }
+  }
+
+  // $BASE counts from $WORLD, where the arm stands at $ROBROOT; what --frame states counts from
+  // R_0.
+  void count_bases_from_foot() {
+    if (syntax_.robot_root < 0) return;
+    const std::optional<Pose> root = krl_pose(syntax_.frames[syntax_.robot_root]);
+    if (!root) return;
+    const Pose foot_from_world = inverse(*root);
+    if (foot_from_world.translation.isZero(0) && foot_from_world.rotation.isIdentity(0)) return;
+    for (ProgramTarget& target : program_.targets) {
+      if (target.base < 0 || !program_.frames[target.base].is_known) continue;
+      const ProgramFrame base = program_.frames[target.base];
+      if (is_given_frame(known_, base.name)) continue;
+      target.base =
+          add_frame(program_.frames, {}, base.name + " from $ROBROOT", foot_from_world * base.pose);
     }
   }
 
@@ -447,6 +476,7 @@ class KrlReader : MoveReader {
   }
 
   const KrlSyntax& syntax_;
+  const KnownFrames& known_;
   const TargetParts parts_;
   ProgramWarnings unused_;  // of frames, where positions count as they stand
   const KrlSetUps::List set_ups_;

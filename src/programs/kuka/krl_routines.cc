@@ -26,8 +26,8 @@ class KrlRoutineReader {
 
   std::vector<Routine> read() {
     moves_ = set_ups_.read().of_moves;
-    each_line([&](const Statement& line) { read_definition(line); });
-    each_line([&](const Statement& line) { read_call(line); });
+    each_line(text_, [&](const Statement& line) { read_definition(line); });
+    each_line(text_, [&](const Statement& line) { read_call(line); });
     each_word(text_, {0, 0, text_.size()},
               [&](const std::string& word, size_t, const TextCursor&) { ++words_[word]; });
     for (size_t i = 0; i < routines_.size(); ++i) finish(i);
@@ -36,15 +36,6 @@ class KrlRoutineReader {
   }
 
  private:
-  template <class With>
-  void each_line(With with) {
-    for (size_t begin = 0; begin < text_.size();) {
-      const size_t end = std::min(text_.find('\n', begin), text_.size());
-      with(Statement{0, begin, end});
-      begin = end + 1;
-    }
-  }
-
   // DEF NAME( ), GLOBAL DEF NAME( ); the first one has the name of the file, and others call it.
   void read_definition(const Statement& line) {
     TextCursor cursor(text_, line.begin, line.end);

@@ -20,12 +20,6 @@ std::string without_blanks(std::string_view text) {
   return upper(result);
 }
 
-std::optional<Pose> pose_of(const KrlFrame& frame) {
-  const KrlValues& v = frame.values;
-  if (!v.head<6>().array().isFinite().all()) return std::nullopt;
-  return Pose{rotation_from_abc(v[3], v[4], v[5]), v.head<3>()};
-}
-
 // What stands behind the first `=`.
 std::string_view behind_equals(std::string_view text) {
   const size_t equals = text.find('=');
@@ -38,13 +32,6 @@ std::string fdat_of(const std::string& value) {
     if (value.starts_with(function) && value.ends_with(")"))
       return value.substr(function.size(), value.find_first_of(".)") - function.size());
   return "";
-}
-
-// BASE_DATA[3], TOOL_DATA[1]: the same in all programs.
-bool is_of_controller_list(const std::string& name) {
-  if (!name.starts_with("BASE_DATA[") && !name.starts_with("TOOL_DATA[")) return false;
-  const std::string index = name.substr(name.find('[') + 1);
-  return index.find_first_not_of("0123456789") == index.size() - 1 && index.ends_with(']');
 }
 
 bool is_same(const Pose& a, const Pose& b) {
@@ -122,8 +109,7 @@ void KrlSetUps::add_what_others_leave(SettingsInOrder& settings) {
       const HandedFrame& frame = found->second[part];
       if (frame.kind == HandedFrame::Kind::as_before) continue;
       settings[part].push_back(
-          call.is_statement ? ProgramFlow::Setting{call.statement, handed(frame, part)}
-                            : ProgramFlow::Setting{before_statement(call.statement), kUncertain});
+          {call.place(), call.is_statement ? handed(frame, part) : kUncertain});
     }
   }
 }
@@ -134,7 +120,9 @@ int KrlSetUps::handed(const HandedFrame& frame, size_t part) {
   if (frame.kind == HandedFrame::Kind::calculated) return kCalculated;
   if (frame.kind == HandedFrame::Kind::as_before) return kStart[part];
   if (part == kMode) return frame.name == "#TCP" ? 1 : frame.name == "#BASE" ? 0 : kAnyMode;
-  int index = is_of_controller_list(frame.name) ? add_name(frame.name) : -1;
+  const bool means_the_same =
+      is_krl_frame_list(frame.name) && !syntax_.set_frames.contains(frame.name);
+  int index = means_the_same ? add_name(frame.name, 0) : -1;
   const auto is_it = [&] {
     return index >= 0 &&
            (!frame.pose || (frames_[index].is_known && is_same(*frame.pose, frames_[index].pose)));
@@ -158,7 +146,7 @@ HandedFrame KrlSetUps::as_handed(int value, size_t part) const {
   const ProgramFrame& frame = frames_[value];
   if (frame.is_known) return {stated, frame.name, frame.pose};
   // A calculated value may differ at each calculation.
-  if (is_of_controller_list(frame.name)) return {stated, frame.name, {}};
+  if (is_krl_frame_list(frame.name)) return {stated, frame.name, {}};
   return {calculated, "", {}};
 }
 
@@ -236,16 +224,17 @@ KrlSetUps::Settings KrlSetUps::set_by(const KrlSetUp& statement) {
   const std::string& word = statement.word;
   Settings settings;
   if (word == "BAS")
-    read_bas(without_blanks(text(statement.begin, statement.end)), settings);
+    read_bas(without_blanks(text(statement.begin, statement.end)), statement.begin, settings);
   else if (word == "FDAT_ACT")
-    set_fdat(without_blanks(behind_equals(text(statement.begin, statement.end))), statement.line,
-             settings);
+    read_fdat(statement, settings);
   else if (word[0] == '$')
     assign(word, statement.begin, statement.end, statement.line, settings);
   return settings;
 }
 
-void KrlSetUps::read_bas(const std::string& spelled, Settings& settings) {
+// An external kinematic system carries the base that BAS(#EX_BASE,n) sets.
+void KrlSetUps::read_bas(const std::string& spelled, size_t at, Settings& settings) {
+  if (spelled.starts_with("BAS(#EX_BASE,")) settings[kBase] = add(spelled, std::nullopt);
   for (const Part part : {kBase, kTool}) {
     const std::string begin = part == kTool ? "BAS(#TOOL," : "BAS(#BASE,";
     if (!spelled.starts_with(begin)) continue;
@@ -254,21 +243,33 @@ void KrlSetUps::read_bas(const std::string& spelled, Settings& settings) {
     const char* const list = part == kTool ? "TOOL_DATA" : "BASE_DATA";
     const bool is_plain = number && std::abs(*number) < 1000 && cursor.take(')');
     settings[part] =
-        is_plain ? number_of(list, static_cast<int>(*number)) : add(spelled, std::nullopt);
+        is_plain ? number_of(list, static_cast<int>(*number), at) : add(spelled, std::nullopt);
   }
 }
 
-void KrlSetUps::set_fdat(const std::string& name, int line, Settings& settings) {
+// FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}
+void KrlSetUps::read_fdat(const KrlSetUp& statement, Settings& settings) {
+  const std::string value = without_blanks(behind_equals(text(statement.begin, statement.end)));
+  std::unordered_map<std::string, KrlFdat> stated;
+  TextCursor cursor(src_, statement.begin, statement.end);
+  take_krl_fdat(cursor, stated);
+  set_fdat(value, stated.empty() ? syntax_.fdats : stated, {statement.line, statement.begin},
+           settings);
+}
+
+// `name`: of the FDAT, or what states it, which is the only one of `fdats` then.
+void KrlSetUps::set_fdat(const std::string& name, const Fdats& fdats, const Statement& statement,
+                         Settings& settings) {
   if (name.empty()) return;
-  const auto found = syntax_.fdats.find(name);
-  if (found == syntax_.fdats.end() || !found->second.tool || !found->second.base) {
-    warnings_.add(line, "the tool and base of '" + name + "' are not declared as FDAT");
+  const auto found = name.starts_with('{') ? fdats.begin() : fdats.find(name);
+  if (found == fdats.end() || !found->second.tool || !found->second.base) {
+    warnings_.add(statement.line, "the tool and base of '" + name + "' are not declared as FDAT");
     settings[kTool] = add("TOOL_DATA[" + name + ".TOOL_NO]", std::nullopt);
     settings[kBase] = add("BASE_DATA[" + name + ".BASE_NO]", std::nullopt);
     return;
   }
-  settings[kTool] = number_of("TOOL_DATA", *found->second.tool);
-  settings[kBase] = number_of("BASE_DATA", *found->second.base);
+  settings[kTool] = number_of("TOOL_DATA", *found->second.tool, statement.begin);
+  settings[kBase] = number_of("BASE_DATA", *found->second.base, statement.begin);
   settings[kMode] = found->second.is_external_tcp ? 1 : 0;
 }
 
@@ -304,7 +305,7 @@ void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int li
     setting = add(spelled, std::nullopt);
   } else if (const std::string fdat = fdat_of(value); !fdat.empty()) {
     Settings of_fdat;
-    set_fdat(fdat, line, of_fdat);
+    set_fdat(fdat, syntax_.fdats, {line, begin}, of_fdat);
     if (of_fdat[kMode] == 1) settings[kMode] = 1;
     setting = of_fdat[name == "$TOOL" ? kTool : kBase];
   } else {
@@ -320,38 +321,66 @@ int KrlSetUps::frame_of(size_t begin, size_t end) {
   if (cursor.next() == '{') {
     const KrlAggregate aggregate = take_krl_aggregate(cursor);
     if (aggregate.kind == KrlAggregateKind::frame && cursor.done())
-      return add(spelled, pose_of(aggregate.frame));
+      return add(spelled, krl_pose(aggregate.frame));
     return add(spelled, std::nullopt);
   }
   if (spelled == "$NULLFRAME" || spelled == "$WORLD" || spelled == "BASE_DATA[0]" ||
       spelled == "TOOL_DATA[0]")
     return add(spelled, Pose{});
-  return add_name(spelled);
+  return add_name(spelled, begin);
 }
 
 // BASE_DATA[1]:{X 0,Y 0,Z 10,A 0,B 0,C 0}. If a factor is not known, that one.
 int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::string& spelled) {
-  const auto is_given = [&](const auto& frame) { return upper(frame.first) == spelled; };
-  if (std::ranges::any_of(known_, is_given)) return add(spelled, std::nullopt);
+  if (is_given_frame(known_, spelled)) return add(spelled, std::nullopt);
   Pose product;
+  std::string name;
   for (const Statement& factor : factors) {
     const int index = frame_of(factor.begin, factor.end);
-    if (!frames_[index].is_known) return index;
+    if (index == kUncertain || !frames_[index].is_known) return index;
     product = product * frames_[index].pose;
+    name += (name.empty() ? "" : ":") + frames_[index].name;
   }
-  return add(spelled, product);
+  return add(name, product);
 }
 
-// With the value that this program gives it, if that is only one.
-int KrlSetUps::add_name(const std::string& name) {
+// With the value that this program gives it: the only one, or the one that it has at a place.
+int KrlSetUps::add_name(const std::string& name, size_t place) {
+  if (const auto set = syntax_.set_frames.find(name);
+      set != syntax_.set_frames.end() && !is_given_frame(known_, name))
+    return value_at(name, set->second, place);
   const auto found = syntax_.frame_names.find(name);
   if (found == syntax_.frame_names.end()) return add(name, std::nullopt);
-  return add(name, pose_of(syntax_.frames[found->second]));
+  return add(name, krl_pose(syntax_.frames[found->second]));
 }
 
-int KrlSetUps::number_of(const char* list, int number) {
+// kUncertain if it is not certain, and where it has what the controller has before the program.
+int KrlSetUps::value_at(const std::string& name, const KrlSetFrame& frame, size_t place) {
+  const auto [values, is_new] = of_set_frames_.try_emplace(name);
+  if (!is_new) return values->second.at(place);
+  std::map<std::vector<double>, int> known;  // a pose has one name
+  const auto add_value = [&](int index) {
+    const KrlFrame& value = syntax_.frames[index];
+    const auto [of_value, is_other] =
+        known.try_emplace({value.values.begin(), value.values.begin() + 6}, kUncertain);
+    if (is_other)
+      of_value->second =
+          add(known.size() == 1 ? name : fmt::format("{} (value {})", name, known.size()),
+              krl_pose(value));
+    return of_value->second;
+  };
+  const int before = frame.before < 0 ? kUncertain : add_value(frame.before);
+  std::vector<ProgramFlow::Setting> settings;
+  for (const int index : frame.values)
+    settings.push_back({syntax_.frames[index].begin, add_value(index)});
+  for (const size_t call : frame.lost_at) settings.push_back({call, kUncertain});
+  values->second = syntax_.steps.flow().follow(settings, before);
+  return values->second.at(place);
+}
+
+int KrlSetUps::number_of(const char* list, int number, size_t place) {
   const std::string name = fmt::format("{}[{}]", list, number);
-  return number == 0 ? add(name, Pose{}) : add_name(name);
+  return number == 0 ? add(name, Pose{}) : add_name(name, place);
 }
 
 int KrlSetUps::add(const std::string& name, const std::optional<Pose>& pose) {

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
@@ -58,6 +59,7 @@ class KrlSetUps {
   static constexpr int kAnyMode = 2, kUncertain = ProgramFlow::kUncertain;
   static constexpr int kCalculated = -2;               // by another program, as it runs
   using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
+  using Fdats = std::unordered_map<std::string, KrlFdat>;
   using SettingsInOrder = std::array<std::vector<ProgramFlow::Setting>, 3>;
 
   void follow_statements();
@@ -72,14 +74,17 @@ class KrlSetUps {
   Settings with_of(const KrlMove& move);
   Settings set_by(const KrlSetUp& statement);
   void assign(const std::string& name, size_t begin, size_t end, int line, Settings& settings);
-  void read_bas(const std::string& spelled, Settings& settings);
+  void read_bas(const std::string& spelled, size_t at, Settings& settings);
+  void read_fdat(const KrlSetUp& statement, Settings& settings);
   void read_with(size_t begin, size_t end, int line, Settings& settings);
-  void set_fdat(const std::string& name, int line, Settings& settings);
+  void set_fdat(const std::string& name, const Fdats& fdats, const Statement& statement,
+                Settings& settings);
   int frame_of(size_t begin, size_t end);
   int product_of(const std::vector<Statement>& factors, const std::string& spelled);
   int add(const std::string& name, const std::optional<Pose>& pose);
-  int add_name(const std::string& name);
-  int number_of(const char* list, int number);
+  int add_name(const std::string& name, size_t place);
+  int value_at(const std::string& name, const KrlSetFrame& frame, size_t place);
+  int number_of(const char* list, int number, size_t place);
   std::string_view text(size_t begin, size_t end) const;
 
   const std::string& src_;
@@ -91,6 +96,7 @@ class KrlSetUps {
   std::set<int> handed_on_;                          // of the frames
   std::map<std::string, size_t> behind_callers_of_;  // places behind the text
   std::array<ProgramFlow::Values, 3> values_;
+  std::map<std::string, ProgramFlow::Values> of_set_frames_;  // by name: index in the frames
 };
 
 }  // namespace armtrue

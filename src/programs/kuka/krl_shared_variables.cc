@@ -60,11 +60,7 @@ void read_line(std::string_view text, size_t begin, size_t end, SourceText& sour
 
 SourceText read(std::string_view text) {
   SourceText source;
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    read_line(text, begin, end, source);
-    begin = end + 1;
-  }
+  each_line(text, [&](const Statement& line) { read_line(text, line.begin, line.end, source); });
   return source;
 }
 

@@ -43,11 +43,15 @@ void KrlSteps::pass(const std::string& word, size_t at, TextCursor rest) {
     const bool is_named = *step == Step::routine || *step == Step::go_to;
     flow_.add(*step, at, is_named ? rest.take_name() : "");
   } else if (!word.empty() && rest.next() == '(') {
-    called_.insert(word);
-    flow_.add(Step::call, at, word);
+    pass_call(word, at);
   } else if (!word.empty() && rest.take(':') && rest.done()) {
     flow_.add(Step::label, at, word);
   }
+}
+
+void KrlSteps::pass_call(const std::string& name, size_t at) {
+  called_.insert(name);
+  flow_.add(Step::call, at, name);
 }
 
 }  // namespace armtrue

@@ -14,6 +14,8 @@ class KrlSteps {
  public:
   /// A statement that begins at `at` with `word` in capitals; `rest` stands behind the word.
   void pass(const std::string& word, size_t at, TextCursor rest);
+  /// A call that runs at `at`, of a statement or of a function in an expression.
+  void pass_call(const std::string& name, size_t at);
 
   /// The names that the text calls, in capitals.
   const std::set<std::string>& called() const { return called_; }

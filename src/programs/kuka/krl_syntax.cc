@@ -42,6 +42,7 @@ struct Declaration {
   bool is_global = false;
   bool used = false;         // a statement that is not understood may change it
   bool is_declared = false;  // else it is only given a value
+  std::vector<int> set{};    // the frames that the .src gives it; -1: something else
 };
 
 class KrlParser {
@@ -54,6 +55,7 @@ class KrlParser {
   KrlSyntax parse() {
     for (size_t text = own_; text < texts_.size(); ++text) read(text);
     for (size_t text = own_; text-- > 0;) read(text);
+    follow_functions();
     resolve();
     const auto states = [&](const char* name, const char* value) {
       return std::any_of(texts_.begin(), texts_.begin() + own_, [&](const ProgramText& text) {
@@ -148,6 +150,7 @@ class KrlParser {
       has_sources_of_others_ |= is_source_;
       if (is_source_)
         return note_assignment_of_others({statement.line, statement.begin, statement.end});
+      if (read_robot_root(word, cursor)) return;
       if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
@@ -156,7 +159,11 @@ class KrlParser {
     if (word == "LDAT") return take_krl_ldat(cursor, syntax_.ldats);
     if (declares) return;
     routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
-    has_function_ |= index_ == 0 && word == "DEFFCT";
+    if (index_ == 0 && word == "DEFFCT") {
+      TextCursor head = cursor;
+      head.take_name();  // its type
+      functions_.insert(head.take_name());
+    }
     if (read_definition(statement, word)) return;
     if (index_ > 0) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
@@ -187,6 +194,17 @@ class KrlParser {
   }
 
   bool is_of_others() const { return index_ >= own_; }
+
+  // $ROBROOT={..}; returns false if the statement is anything else. Of an arm on a rail (#ERSYS) it
+  // counts from the carriage.
+  bool read_robot_root(const std::string& word, TextCursor cursor) {
+    if ((word == "FRAME" ? cursor.take_name() : word) != "$ROBROOT" || !cursor.take('=') ||
+        cursor.next() != '{')
+      return false;
+    if (upper(text_).find("#ERSYS") == std::string::npos)
+      syntax_.robot_root = keep(take_krl_aggregate(cursor));
+    return true;
+  }
 
   // The variables that a statement of the .src may change.
   void note_changes(const KrlStatement& statement, size_t until, const std::string& word) {
@@ -288,6 +306,7 @@ class KrlParser {
     declaration.is_declared |= index_ > 0;
     ++declaration.values;
     declaration.frame = keep(aggregate);
+    if (index_ == 0) declaration.set.push_back(declaration.frame);
     declaration.axes = keep_axes(aggregate);
     declaration.is_global |= global;
   }
@@ -559,9 +578,13 @@ class KrlParser {
       declaration.shared |= all.read;
       const bool is_set_by_others =
           std::exchange(declaration.used, declaration.used || all.perhaps_changed);
-      if (declaration.values == 1 && declaration.frame >= 0 && !all.beyond_set_up &&
-          !is_set_by_others)
+      if (all.beyond_set_up || is_set_by_others) continue;
+      const bool is_of_controller = is_krl_frame_list(name) && !declaration.is_declared;
+      const bool is_shared =
+          is_of_controller && set_by_others_.contains(name.substr(0, name.find('[')));
+      if (declaration.values == 1 && declaration.frame >= 0 && !is_shared)
         syntax_.frame_names[name] = declaration.frame;
+      if (is_of_controller) note_set_frame(name, declaration, is_shared);
     }
     const KrlVariables variables = follow_variables();
     for (const Product& product : products_) resolve(product, variables);
@@ -592,11 +615,29 @@ class KrlParser {
     }
   }
 
+  // A frame of the controller that the .src sets to frames with all their numbers. `is_shared`:
+  // others set it, too.
+  void note_set_frame(const std::string& name, const Declaration& declaration, bool is_shared) {
+    const std::string list = name.substr(0, name.find('['));
+    const auto is_whole = [&](int frame) {
+      return frame >= 0 && syntax_.frames[frame].values.head<6>().array().isFinite().all();
+    };
+    if (declaration.set.empty() || !std::ranges::all_of(declaration.set, is_whole) ||
+        (is_shared && (!shared_ || shared_->set_at_any_time.contains(list))))
+      return;
+    KrlSetFrame& frame = syntax_.set_frames[name];
+    frame.values = declaration.set;
+    if (const auto others = of_others_.find(name);
+        others != of_others_.end() && others->second.values == 1 && is_whole(others->second.frame))
+      frame.before = others->second.frame;
+    if (is_shared) frame.lost_at = calls_that_may_set(list);
+  }
+
   // The variables that only the .src changes, and only where its flow shows when: with the
   // constants from which they take their values. A name that is declared twice is two variables.
-  KrlVariables follow_variables() const {
+  KrlVariables follow_variables() {
     KrlVariables variables(texts_[0].text, syntax_.steps);
-    const bool comes_any_time = has_function_ || !syntax_.steps.interrupts().empty();
+    const bool comes_any_time = !functions_.empty() || !syntax_.steps.interrupts().empty();
     for (const auto& [name, type] : types_) {
       const auto found = declarations_.find(name);
       const Declaration* const declared = found == declarations_.end() ? nullptr : &found->second;
@@ -618,7 +659,8 @@ class KrlParser {
       const Changes& changes = changed->second;
       if (changes.is_at_any_time || (changes.is_beyond_main && comes_any_time)) continue;
       std::vector<KrlChange> list = changes.list;
-      if (is_shared) add_changes_by_others(name, list);
+      if (is_shared)
+        for (const size_t call : calls_that_may_set(name)) list.push_back({call, call, false});
       variables.add(name, type.name, list, declared ? value_of(*declared) : KrlFrame{});
     }
     variables.follow();
@@ -626,14 +668,28 @@ class KrlParser {
   }
 
   // Calls of routines of others that may set a variable; in an expression, before the statement.
-  void add_changes_by_others(const std::string& name, std::vector<KrlChange>& list) const {
-    for (const KrlCall& call : krl_calls(masked(texts_[0].text, ';', "\""))) {
+  std::vector<size_t> calls_that_may_set(const std::string& name) {
+    std::vector<size_t> places;
+    for (const KrlCall& call : calls()) {
       const auto found = shared_->set_by.find(call.name);
       if (found == shared_->set_by.end() || !found->second.contains(name)) continue;
-      const size_t place =
-          call.is_statement ? call.statement : std::max<size_t>(1, call.statement) - 1;
-      list.push_back({place, place, false});
+      places.push_back(call.place());
     }
+    return places;
+  }
+
+  // Those of the .src.
+  const std::vector<KrlCall>& calls() {
+    if (!calls_) calls_ = krl_calls(masked(texts_[0].text, ';', "\""));
+    return *calls_;
+  }
+
+  // A function of the .src may set what a subprogram may.
+  void follow_functions() {
+    if (functions_.empty()) return;
+    for (const KrlCall& call : calls())
+      if (!call.is_statement && functions_.contains(call.name))
+        syntax_.steps.pass_call(call.name, call.place());
   }
 
   KrlFrame value_of(const Declaration& declaration) const {
@@ -676,7 +732,7 @@ class KrlParser {
   bool is_source_ = false;  // of others
   bool has_sources_of_others_ = false;
   int routines_ = 0;           // of the .src, so far
-  bool has_function_ = false;  // DEFFCT: a condition may call it
+  std::unordered_set<std::string> functions_;  // DEFFCT: a condition may call them
   std::unordered_map<std::string, Type> types_;
   std::unordered_map<std::string, Changes> changes_;
   std::unordered_map<std::string, double> numbers_;  // that the own data list declares
@@ -690,6 +746,7 @@ class KrlParser {
   std::vector<NamedTarget> named_;
   std::vector<Product> products_;
   std::vector<NamedUse> uses_;
+  std::optional<std::vector<KrlCall>> calls_;  // of the .src, once they were asked for
 };
 
 }  // namespace

@@ -80,6 +80,13 @@ struct KrlFdat {
   bool is_external_tcp = false;
 };
 
+/// A frame of the controller, BASE_DATA[3] or TOOL_DATA[1], that the .src sets.
+struct KrlSetFrame {
+  std::vector<int> values;  ///< in KrlSyntax::frames: what it gives it, NAME={..}, all six numbers
+  int before = -1;          ///< in KrlSyntax::frames: as others declare it; -1: not known
+  std::vector<size_t> lost_at;  ///< in the .src: calls of others that may set it
+};
+
 struct KrlSyntax {
   std::vector<KrlFrame> frames;
   std::vector<KrlFrame> axes;  ///< joint angles
@@ -91,6 +98,8 @@ struct KrlSyntax {
   std::vector<KrlSetUp> zones;  ///< statements of the .src that set $APO or LDAT_ACT
   std::unordered_map<std::string, double> ldats;     ///< APO_DIST by name [mm]
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
+  std::unordered_map<std::string, KrlSetFrame> set_frames;  ///< if nothing else changes them
+  int robot_root = -1;                  ///< in `frames`: $ROBROOT of $machine.dat; -1: not given
   bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
   bool keeps_orientation = false;       ///< somewhere $ORI_TYPE (or ORI_TYP of LDAT) is #CONSTANT
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does

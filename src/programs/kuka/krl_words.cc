@@ -60,26 +60,30 @@ std::string krl_blending(std::string_view rest, const KrlMove& move) {
 
 std::vector<KrlCall> krl_calls(std::string_view source) {
   std::vector<KrlCall> calls;
-  int line = 1;
-  for (size_t begin = 0; begin < source.size(); ++line) {
-    const size_t end = std::min(source.find('\n', begin), source.size());
-    TextCursor cursor(source, begin, end);
+  each_line(source, [&](const Statement& line) {
+    TextCursor cursor(source, line.begin, line.end);
     cursor.next();
     const size_t statement = cursor.at();
-    begin = end + 1;
     if (contains({"GLOBAL", "DEF", "DEFFCT", "EXT", "EXTFCT", "DECL", "INTERRUPT", "TRIGGER"},
                  TextCursor(cursor).take_name()))
-      continue;
-    each_word(source, {line, statement, end},
+      return;
+    each_word(source, {line.line, statement, line.end},
               [&](const std::string& word, size_t at, TextCursor& behind) {
-                if (behind.next() == '(') calls.push_back({word, line, statement, at == statement});
+                if (behind.next() == '(')
+                  calls.push_back({word, line.line, statement, at == statement});
               });
-  }
+  });
   return calls;
 }
 
 bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
   return std::ranges::find(names, name) != names.end();
+}
+
+bool is_krl_frame_list(std::string_view name) {
+  if (!name.starts_with("BASE_DATA[") && !name.starts_with("TOOL_DATA[")) return false;
+  const std::string_view index = name.substr(name.find('[') + 1);
+  return index.find_first_not_of("0123456789") == index.size() - 1 && index.ends_with(']');
 }
 
 bool begins_krl_loop(std::string_view word) {

@@ -42,12 +42,18 @@ struct KrlCall {
   int line = 0;
   size_t statement = 0;       ///< where the statement begins that it stands in
   bool is_statement = false;  ///< else it stands in an expression
+
+  /// Where it runs: before the statement of an expression.
+  size_t place() const { return is_statement || statement == 0 ? statement : statement - 1; }
 };
 /// The calls of a source, given by masked(). What declares routines or lets an interrupt or a
 /// TRIGGER call them is no call.
 std::vector<KrlCall> krl_calls(std::string_view source);
 
 bool contains(std::initializer_list<std::string_view> names, std::string_view name);
+
+/// BASE_DATA[3], TOOL_DATA[1]: the same in all programs of a controller.
+bool is_krl_frame_list(std::string_view name);
 
 /// Whether a word in capitals begins or ends a loop.
 bool begins_krl_loop(std::string_view word);
