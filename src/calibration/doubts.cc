@@ -349,6 +349,15 @@ std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
   return sentences;
 }
 
+std::vector<std::string> off_and_counted(const std::vector<GrossPose>& gross) {
+  std::vector<std::string> sentences;
+  for (const GrossPose& pose : gross)
+    sentences.push_back(fmt::format(
+        "all readings of pose {} share an error of {:.4g} mm, which the figures contain: {}",
+        pose.id, pose.off / kMillimetre, pose.likely));
+  return sentences;
+}
+
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,
                                               const IdentifiableSet& set) {
   if (!campaign.has_touches_only()) return {};

@@ -132,14 +132,15 @@ double highest_of_floor(const NoiseFloor& noise, int readings) {
   return 1 + 2.33 * std::sqrt(cv * cv / std::max(1, readings) + by_replicates);
 }
 
-// Sets the p of the held-out errors. Returns the factor by which the uncertainty of the unknowns
-// raises the error of a complete model over the floor (99 % quantile): sqrt(1 + mean square by the
-// unknowns / variance of a reading).
+// Sets the p of the held-out errors and the poses that are wrong as wholes. Returns the factor by
+// which the uncertainty of the unknowns raises the error of a complete model over the floor (99 %
+// quantile): sqrt(1 + mean square by the unknowns / variance of a reading).
 double judge_held_out(const Uncertainty& if_complete, const Campaign& held_out,
                       LoopResult& result) {
   Robot robot = result.trace.fit.robot;
   robot.uncertainty = if_complete;
   result.outside_p = p_of_errors(robot, held_out);
+  result.gross_held_out = find_gross_held_out(robot, held_out);
   constexpr double kBeyond = 0.01;
   const MeanSquare by_unknowns = mean_square_by_uncertainty(robot, held_out);
   const double highest = by_unknowns.expected / by_unknowns.freedom *

@@ -74,6 +74,9 @@ std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
 /// A sentence for each pose that is left out because all its readings share a large error.
 std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross);
 
+/// The same for poses that no fit uses, such as those held out: their errors count.
+std::vector<std::string> off_and_counted(const std::vector<GrossPose>& gross);
+
 /// Sentences on the place of R_A and the scale, which touches do not show, the scale unless an
 /// artefact or an encoder of lengths does. Empty if not all readings are touches. `robot`: the one
 /// for which the set was chosen.
