@@ -565,6 +565,10 @@ TABLE = {
     # rows
     "readings one row late": (campaign(rows_late(1)), 1, "stand 1 row later than their joint angles"),
     "readings two rows early": (campaign(rows_late(-2)), 1, "stand 2 rows earlier than their joint angles"),
+    "readings one row late, in a long table": (
+        lambda: (make("simulate-poses", "--robot", ROBOT, "--count", 600, "--noise-mm", 0.1, "--noise-mrad", 0.15, "-o",
+                      "long.csv"), campaign(rows_late(1), source="long.csv")())[1], 1,
+        "stand 1 row later than their joint angles"),
     "rows doubled with other numbers": (campaign(numbered_copies), 0, "if they are copies"),
     # digits
     "points in steps of 1 mm": (campaign(rounded(1)), 0, "the points have steps of 1 mm"),
