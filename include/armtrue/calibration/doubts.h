@@ -17,8 +17,8 @@ namespace armtrue {
 std::string lines_in_words(const std::vector<int>& lines);
 
 /// A sentence if the readings that a fit leaves out stand together in time, as with a fault that
-/// lasts for a while, or on one target, as with a bad reflector (p < 0.001); empty if they lie at
-/// random, as blunders do. `lines`: of the file, those of gross poses included; ascending.
+/// lasts for a while, or on one target, contact or anchor, as with a bad reflector or a socket that
+/// was moved (p < 0.001); empty if they lie at random, as blunders do. `lines`: of the file, those of gross poses included; ascending.
 std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines);
 
 /// Why the readings contradict the noise that the rows or, without such a column, the robot file
