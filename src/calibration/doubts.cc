@@ -93,8 +93,7 @@ struct Things {
 };
 
 Things targets_of(const Campaign& campaign) {
-  return {"target",
-          "look whether it is damaged, dirty or loose, or leave its readings out",
+  return {"target", "look whether it is damaged, dirty or loose, or leave its readings out",
           campaign.target_names, campaign.target};
 }
 
@@ -135,8 +134,7 @@ std::string on_one_of(const Things& things, const Campaign& campaign,
   if (number < 2 || things.of_row.empty()) return "";
   std::map<std::pair<int, int>, bool> visits;  // by thing and pose, whether one is left out
   for (int row = 0; row < campaign.rows(); ++row)
-    if (things.of_row[row] >= 0)
-      visits[{things.of_row[row], campaign.pose[row]}] |= left_out[row];
+    if (things.of_row[row] >= 0) visits[{things.of_row[row], campaign.pose[row]}] |= left_out[row];
   std::vector<int> seen(number, 0), left(number, 0);
   for (const auto& [visit, is_left_out] : visits) {
     ++seen[visit.first];
@@ -391,22 +389,49 @@ std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
                             to_string(left_out.beside.front().driver)));
 }
 
-std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
+namespace {
+
+// Poses with one cause are one finding. `what`: what becomes of them.
+std::vector<std::string> in_words(const std::vector<GrossPose>& gross, std::string_view of_one,
+                                  std::string_view of_several) {
+  std::vector<std::pair<std::string, std::vector<const GrossPose*>>> causes;
+  for (const GrossPose& pose : gross) {
+    const auto known = pose.is_explained ? std::ranges::find(causes, pose.likely,
+                                                             [](const auto& c) { return c.first; })
+                                         : causes.end();
+    if (known == causes.end())
+      causes.push_back({pose.likely, {&pose}});
+    else
+      known->second.push_back(&pose);
+  }
   std::vector<std::string> sentences;
-  for (const GrossPose& pose : gross)
-    sentences.push_back(
-        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
-                    pose.id, pose.off / kMillimetre, pose.likely));
+  for (const auto& [likely, poses] : causes) {
+    if (poses.size() == 1) {
+      sentences.push_back(fmt::format("all readings of pose {} share an error of {:.4g} mm{}: {}",
+                                      poses.front()->id, poses.front()->off / kMillimetre, of_one,
+                                      likely));
+      continue;
+    }
+    std::vector<std::string> ids;
+    double most = 0;
+    for (const GrossPose* pose : poses) {
+      ids.push_back(pose->id);
+      most = std::max(most, pose->off);
+    }
+    sentences.push_back(fmt::format("readings of the poses {} are up to {:.4g} mm off{}: {}",
+                                    fmt::join(ids, ", "), most / kMillimetre, of_several, likely));
+  }
   return sentences;
 }
 
+}  // namespace
+
+std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
+  return in_words(gross, "; it is left out", "; they are left out");
+}
+
 std::vector<std::string> off_and_counted(const std::vector<GrossPose>& gross) {
-  std::vector<std::string> sentences;
-  for (const GrossPose& pose : gross)
-    sentences.push_back(fmt::format(
-        "all readings of pose {} share an error of {:.4g} mm, which the figures contain: {}",
-        pose.id, pose.off / kMillimetre, pose.likely));
-  return sentences;
+  return in_words(gross, ", which the figures contain", ", which the figures contain");
 }
 
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,

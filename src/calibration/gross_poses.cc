@@ -118,13 +118,23 @@ std::vector<GrossPose> described(const Robot& fitted, const Campaign& campaign, 
     std::ranges::sort(pose.rows);
     pose.id = campaign.pose_ids[campaign.pose[read.front()]];
   }
+  std::vector<std::vector<int>> rest;
+  std::vector<size_t> of_rest;
   for (size_t k = 0; k < list.size(); ++k) {
     const auto mistake = likely_mistake(fitted, campaign, readings, k, list[k].off, tolerance);
     list[k].is_explained = mistake.has_value();
     list[k].likely = mistake.value_or(
         "the readings fit no other pose or target: a reflector that was bumped, a target that "
         "moved, or joint angles that are not those of this pose");
+    if (mistake) continue;
+    rest.push_back(readings[k]);
+    of_rest.push_back(k);
   }
+  for (const MovedThing& moved : moved_things(fitted, campaign, rest, tolerance))
+    for (const size_t k : moved.poses) {
+      list[of_rest[k]].is_explained = true;
+      list[of_rest[k]].likely = moved.words;
+    }
   return list;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -12,7 +13,9 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/observation/observation.h"
+#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
@@ -223,6 +226,112 @@ void attempt_lengths(const Campaign& readings, Corrections& corrections) {
 }
 
 }  // namespace
+
+namespace {
+
+// What poses may show elsewhere: its place in a robot, and whether a row shows it.
+struct Thing {
+  std::string words;
+  std::function<Eigen::Vector3d&(Robot&)> place;
+  std::function<bool(int)> is_shown;
+};
+
+std::vector<Thing> things_of(const Robot& fitted, const Campaign& campaign) {
+  const KinematicChain& chain = fitted.chain;
+  std::vector<Thing> things;
+  const auto add = [&](const char* kind, const std::string& name, auto place, auto is_shown) {
+    things.push_back({fmt::format("{} '{}'", kind, name), place, is_shown});
+  };
+  const std::vector<ContactPoint> contacts = match_contacts(campaign, chain);
+  for (int k = 0; campaign.has_touches() && k < contact_count(chain); ++k)
+    if (is_touched(chain.contacts[k].kind))
+      add(
+          "contact", chain.contacts[k].name,
+          [k](Robot& r) -> Eigen::Vector3d& { return r.chain.contacts[k].place.translation; },
+          [&campaign, contacts, k](int row) {
+            return campaign.kind(row) == ReadingKind::touch &&
+                   contacts[campaign.touch[row].contact].contact == k;
+          });
+  const std::vector<int> targets = match_targets(campaign, chain);
+  for (int k = 0; campaign.targets() > 1 && k < std::ssize(targets); ++k)
+    add(
+        "target", campaign.target_names[k],
+        [of = targets[k]](Robot& r) -> Eigen::Vector3d& { return r.chain.targets[of].position; },
+        [&campaign, k](int row) { return campaign.target[row] == k; });
+  const std::vector<int> anchors = match_anchors(campaign, chain);
+  for (int k = 0; campaign.anchor_names.size() > 1 && k < std::ssize(anchors); ++k)
+    add(
+        "anchor", campaign.anchor_names[k],
+        [of = anchors[k]](Robot& r) -> Eigen::Vector3d& { return r.chain.anchors[of].position; },
+        [&campaign, k](int row) {
+          return campaign.kind(row) == ReadingKind::distance && campaign.anchor[row] == k;
+        });
+  return things;
+}
+
+Eigen::VectorXd position_residuals(const Robot& robot, const Campaign& readings) {
+  const int size = readings.reading_size().position;
+  const Evaluation evaluation = evaluate(robot, readings);
+  Eigen::VectorXd all(size * readings.rows());
+  for (int row = 0; row < readings.rows(); ++row)
+    all.segment(size * row, size) = evaluation.residuals[row].head(size);
+  return all;
+}
+
+// The shift of a thing with which all these readings fit [m]; nothing if they are too few to tell,
+// or do not.
+std::optional<double> common_shift(const Robot& fitted, const Thing& thing,
+                                   const Campaign& readings, double tolerance) {
+  constexpr int kSteps = 4;
+  constexpr Eigen::Index kSpareNumbers = 3;
+  constexpr double kOfTheError = 0.1;  // three numbers are so small by chance in one of 1000 cases
+  constexpr double kDifference = 1e-6, kShown = 1e-6;  // m; of the largest column
+  Robot moved = fitted;
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::VectorXd here = position_residuals(moved, readings);
+    Eigen::MatrixXd slope(here.size(), 3);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      Robot beside = moved;
+      thing.place(beside)[axis] += kDifference;
+      slope.col(axis) = (position_residuals(beside, readings) - here) / kDifference;
+    }
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(slope.rows(), slope.cols());
+    qr.setThreshold(kShown);
+    qr.compute(slope);
+    if (here.size() - qr.rank() < kSpareNumbers) return std::nullopt;
+    thing.place(moved) -= qr.solve(here);
+  }
+  const double most = std::min(tolerance, kOfTheError * Corrections::worst_miss(fitted, readings));
+  if (Corrections::worst_miss(moved, readings) >= most) return std::nullopt;
+  Robot before = fitted;
+  return (thing.place(moved) - thing.place(before)).norm();
+}
+
+}  // namespace
+
+std::vector<MovedThing> moved_things(const Robot& fitted, const Campaign& campaign,
+                                     const std::vector<std::vector<int>>& readings,
+                                     double tolerance) {
+  std::vector<MovedThing> found;
+  for (const Thing& thing : things_of(fitted, campaign)) {
+    MovedThing moved;
+    std::vector<int> rows;
+    for (size_t pose = 0; pose < readings.size(); ++pose)
+      if (std::ranges::all_of(readings[pose], thing.is_shown)) {
+        moved.poses.push_back(pose);
+        rows.insert(rows.end(), readings[pose].begin(), readings[pose].end());
+      }
+    if (moved.poses.size() < 2) continue;
+    const auto shift = common_shift(fitted, thing, campaign.select(rows), tolerance);
+    if (!shift) continue;
+    moved.words = fmt::format(
+        "they show the {} {:.3g} mm from where the others do: was it moved? Then give it another "
+        "name there",
+        thing.words, *shift / kMillimetre);
+    found.push_back(std::move(moved));
+  }
+  return found;
+}
 
 std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& campaign,
                                           const std::vector<std::vector<int>>& readings,

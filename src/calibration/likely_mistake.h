@@ -21,4 +21,18 @@ std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& c
                                           const std::vector<std::vector<int>>& readings,
                                           size_t which, double off, double tolerance);
 
+/// A contact, a target or an anchor that some poses show elsewhere than the others.
+struct MovedThing {
+  std::vector<size_t> poses;  ///< indices into the `readings`
+  std::string words;          ///< what it is, and by how much
+};
+
+/// The things that one shift for two or more poses explains: with it all of their readings fit
+/// within `tolerance` [m] and a tenth of the largest error, and they have three numbers more than
+/// the shift has directions that they show. `readings`: rows of each pose that no likely_mistake()
+/// explains.
+std::vector<MovedThing> moved_things(const Robot& fitted, const Campaign& campaign,
+                                     const std::vector<std::vector<int>>& readings,
+                                     double tolerance);
+
 }  // namespace armtrue

@@ -80,7 +80,8 @@ TEST(LeftOutTogether, AContactOrAnAnchorIsNamed) {
     touch.contact = row % 2 == 0 ? 0 : 1 + row / 2 % 2;
     touch.axis = 0;
   }
-  EXPECT_THAT(left_out_together(touches, lines), HasSubstr("in 12 of 60 poses readings of the contact 'cube'"));
+  EXPECT_THAT(left_out_together(touches, lines),
+              HasSubstr("in 12 of 60 poses readings of the contact 'cube'"));
   Campaign wires = sixty_poses();
   wires.target.clear();
   wires.target_names.clear();

@@ -39,7 +39,8 @@ struct GrossPose {
 /// stays. At most a quarter of the poses are gross. If more than 10 % are, the model lacks
 /// something and none is, unless one kind of mistake explains half of them. Empty if there are too
 /// few readings to decide, and beyond 2000 poses, where one pose matters little. The effects of the
-/// robot are fitted too.
+/// robot are fitted too. Poses that a shift of one contact, target or anchor explains together have
+/// the same words.
 std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign);
 
 /// The same among readings that took no part in the fit of `robot`, which must state its
