@@ -100,8 +100,8 @@ Things targets_of(const Campaign& campaign) {
 // Without images, which show corners one by one.
 Things contacts_of(const Campaign& campaign) {
   Things contacts{"contact",
-                  "was it moved, or is it loose or dirty? Where it was moved, give it another name "
-                  "from there on"};
+                  "was it moved, or named like another, or is it loose or dirty? Where it was "
+                  "moved, give it another name from there on"};
   std::vector<int> of_name;
   for (const std::string& text : campaign.contact_names) {
     const std::string touched = BeamName::is_one(text) ? BeamName(text).contact : text;
