@@ -298,7 +298,9 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
   // A noisier instrument is no other arm.
   Robot judged = robot;
   InstrumentNoise& reading = judged.uncertainty->reading;
-  const double noise = noise_floor(robot, campaign, evaluation).position;
+  const NoiseFloor floor = noise_floor(robot, campaign, evaluation);
+  const double usual = floor.median_sigma > 0 ? usual_sigma(campaign) / floor.median_sigma : 1;
+  const double noise = usual * floor.position;
   if (noise > reading.position) {
     reading.position = noise;
     inside = share_inside(predict(judged, campaign));
