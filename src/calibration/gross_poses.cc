@@ -390,7 +390,8 @@ std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& camp
 }
 
 std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& held_out) {
-  constexpr double kFar = 8;  // times as far as predicted, and as the others
+  constexpr double kFar = 8;         // times as far as predicted, and as the others
+  constexpr size_t kMostNamed = 50;  // each is compared with every other pose
   if (held_out.poses() > kMostPoses) return {};
   const Reduced all = reduced(held_out);
   const Campaign readings = held_out.select(all.rows);
@@ -414,6 +415,7 @@ std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& h
   if (static_cast<double>(far.size()) >
       std::max(1.0, kLargestShare * static_cast<double>(sizes.size())))
     return {};
+  if (far.size() > kMostNamed) far.resize(kMostNamed);
   std::vector<GrossPose> gross =
       described(robot, held_out, all, far, kTimesMiss * usual * median(deviations));
   std::erase_if(gross,
