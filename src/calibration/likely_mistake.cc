@@ -103,6 +103,18 @@ void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections&
                       [&](Campaign& c) { c.target = better; });
 }
 
+void attempt_anchors(const Campaign& readings, Corrections& corrections) {
+  const std::vector<std::string>& names = readings.anchor_names;
+  for (int second = 1; second < std::ssize(names); ++second)
+    for (int first = 0; first < second; ++first)
+      corrections.attempt(
+          fmt::format("the anchors '{}' and '{}' look exchanged", names[first], names[second]),
+          [first, second](Campaign& c) {
+            for (int& anchor : c.anchor)
+              anchor = anchor == first ? second : anchor == second ? first : anchor;
+          });
+}
+
 void attempt_sessions(const Campaign& readings, Corrections& corrections) {
   if (readings.session.empty()) return;
   for (int session = 0; session < std::ssize(readings.session_names); ++session)
@@ -341,6 +353,7 @@ std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& c
   attempt_joints(fitted.chain, corrections);
   attempt_lengths(own, corrections);
   attempt_targets(fitted, own, corrections);
+  attempt_anchors(own, corrections);
   attempt_sessions(own, corrections);
   // Every pose that touches the same contact has joint angles that fit.
   if (own.kind(0) == ReadingKind::touch)
