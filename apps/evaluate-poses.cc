@@ -106,7 +106,10 @@ int run(app::Command& command, const Arguments& arguments) {
                    {hidden_by_refit(app::split_list(arguments.refit), given, campaign).words});
   const Evaluation evaluation = evaluate(robot, campaign);
   std::vector<Prediction> predictions;
-  if (robot.uncertainty) predictions = predict(robot, campaign);
+  if (robot.uncertainty) {
+    predictions = predict(robot, campaign);
+    app::warn_of_all(command, off_and_counted(find_gross_held_out(robot, campaign)));
+  }
   const std::string broken = broken_bounds(robot, campaign, evaluation, predictions);
   const bool is_met =
       meets_criteria(command, arguments, given, robot, campaign, evaluation, broken);

@@ -7,10 +7,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/sessions.h"
@@ -82,29 +85,75 @@ std::string in_a_stretch(const Campaign& campaign, const std::vector<bool>& left
       place(visits[left[last]].last_row));
 }
 
-std::string on_one_target(const Campaign& campaign, const std::vector<bool>& left_out) {
-  const auto targets = static_cast<int>(campaign.target_names.size());
-  if (targets < 2 || campaign.target.empty()) return "";
-  std::vector<int> rows = campaign.first_rows_of_readings();
-  if (rows.empty()) {
-    rows.resize(campaign.rows());
-    std::iota(rows.begin(), rows.end(), 0);
+// Things of one kind, such as targets, of which a reading shows one.
+struct Things {
+  std::string_view kind, remedy;  // in words
+  std::vector<std::string> names{};
+  std::vector<int> of_row{};  // index into the names; -1: none
+};
+
+Things targets_of(const Campaign& campaign) {
+  return {"target", "look whether it is damaged, dirty or loose, or leave its readings out",
+          campaign.target_names, campaign.target};
+}
+
+// Without images, which show corners one by one.
+Things contacts_of(const Campaign& campaign) {
+  Things contacts{"contact",
+                  "was it moved, or named like another, or is it loose or dirty? Where it was "
+                  "moved, give it another name from there on"};
+  std::vector<int> of_name;
+  for (const std::string& text : campaign.contact_names) {
+    const std::string touched = BeamName::is_one(text) ? BeamName(text).contact : text;
+    const std::string name = touched.substr(0, touched.find('/'));
+    const auto known = std::ranges::find(contacts.names, name);
+    of_name.push_back(static_cast<int>(known - contacts.names.begin()));
+    if (known == contacts.names.end()) contacts.names.push_back(name);
   }
-  std::vector<int> readings(targets, 0), left(targets, 0);
-  for (int row : rows) {
-    ++readings[campaign.target[row]];
-    left[campaign.target[row]] += left_out[row];
+  for (int row = 0; row < campaign.rows() && campaign.has_touches(); ++row)
+    contacts.of_row.push_back(
+        campaign.kind(row) == ReadingKind::touch ? of_name[campaign.touch[row].contact] : -1);
+  return contacts;
+}
+
+Things anchors_of(const Campaign& campaign) {
+  Things anchors{"anchor",
+                 "was it moved, or hung its wire? Where it was moved, give it another name from "
+                 "there on",
+                 campaign.anchor_names};
+  for (int row = 0; row < campaign.rows() && !campaign.anchor.empty(); ++row)
+    anchors.of_row.push_back(campaign.kind(row) == ReadingKind::distance ? campaign.anchor[row]
+                                                                         : -1);
+  return anchors;
+}
+
+// Readings of one pose and thing may err together, so they count as one.
+std::string on_one_of(const Things& things, const Campaign& campaign,
+                      const std::vector<bool>& left_out) {
+  const auto number = static_cast<int>(things.names.size());
+  if (number < 2 || things.of_row.empty()) return "";
+  std::map<std::pair<int, int>, bool> visits;  // by thing and pose, whether one is left out
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (things.of_row[row] >= 0) visits[{things.of_row[row], campaign.pose[row]}] |= left_out[row];
+  std::vector<int> seen(number, 0), left(number, 0);
+  for (const auto& [visit, is_left_out] : visits) {
+    ++seen[visit.first];
+    left[visit.first] += is_left_out;
   }
   const int all = std::accumulate(left.begin(), left.end(), 0);
-  const auto count = static_cast<int>(rows.size());
-  for (int target = 0; target < targets; ++target)
-    if (left[target] >= kFewest &&
-        targets * hypergeometric_at_least(left[target], readings[target], all, count) < kNoChance)
+  const auto count = static_cast<int>(visits.size());
+  for (int thing = 0; thing < number; ++thing)
+    if (left[thing] >= kFewest &&
+        number * hypergeometric_at_least(left[thing], seen[thing], all, count) < kNoChance)
       return fmt::format(
-          "{} of the {} readings of target '{}' are left out, more than of the others: look "
-          "whether "
-          "it is damaged, dirty or loose, or leave its readings out",
-          left[target], readings[target], campaign.target_names[target]);
+          "in {} of {} poses readings of the {} '{}' are left out, more than of the others: {}",
+          left[thing], seen[thing], things.kind, things.names[thing], things.remedy);
+  return "";
+}
+
+std::string on_one_thing(const Campaign& campaign, const std::vector<bool>& left_out) {
+  for (const Things& things : {targets_of(campaign), contacts_of(campaign), anchors_of(campaign)})
+    if (std::string words = on_one_of(things, campaign, left_out); !words.empty()) return words;
   return "";
 }
 
@@ -125,8 +174,8 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
   std::vector<bool> left_out(campaign.rows());
   for (int row = 0; row < campaign.rows(); ++row)
     left_out[row] = std::ranges::binary_search(lines, campaign.line[row]);
-  const std::string on_target = on_one_target(campaign, left_out);
-  return on_target.empty() ? in_a_stretch(campaign, left_out) : on_target;
+  const std::string on_thing = on_one_thing(campaign, left_out);
+  return on_thing.empty() ? in_a_stretch(campaign, left_out) : on_thing;
 }
 
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
@@ -249,7 +298,9 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
   // A noisier instrument is no other arm.
   Robot judged = robot;
   InstrumentNoise& reading = judged.uncertainty->reading;
-  const double noise = noise_floor(robot, campaign, evaluation).position;
+  const NoiseFloor floor = noise_floor(robot, campaign, evaluation);
+  const double usual = floor.median_sigma > 0 ? usual_sigma(campaign) / floor.median_sigma : 1;
+  const double noise = usual * floor.position;
   if (noise > reading.position) {
     reading.position = noise;
     inside = share_inside(predict(judged, campaign));
@@ -340,13 +391,49 @@ std::string left_out_in_words(const Robot& robot, const LeftOut& left_out) {
                             to_string(left_out.beside.front().driver)));
 }
 
-std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
+namespace {
+
+// Poses with one cause are one finding. `what`: what becomes of them.
+std::vector<std::string> in_words(const std::vector<GrossPose>& gross, std::string_view of_one,
+                                  std::string_view of_several) {
+  std::vector<std::pair<std::string, std::vector<const GrossPose*>>> causes;
+  for (const GrossPose& pose : gross) {
+    const auto known = pose.is_explained ? std::ranges::find(causes, pose.likely,
+                                                             [](const auto& c) { return c.first; })
+                                         : causes.end();
+    if (known == causes.end())
+      causes.push_back({pose.likely, {&pose}});
+    else
+      known->second.push_back(&pose);
+  }
   std::vector<std::string> sentences;
-  for (const GrossPose& pose : gross)
-    sentences.push_back(
-        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
-                    pose.id, pose.off / kMillimetre, pose.likely));
+  for (const auto& [likely, poses] : causes) {
+    if (poses.size() == 1) {
+      sentences.push_back(fmt::format("all readings of pose {} share an error of {:.4g} mm{}: {}",
+                                      poses.front()->id, poses.front()->off / kMillimetre, of_one,
+                                      likely));
+      continue;
+    }
+    std::vector<std::string> ids;
+    double most = 0;
+    for (const GrossPose* pose : poses) {
+      ids.push_back(pose->id);
+      most = std::max(most, pose->off);
+    }
+    sentences.push_back(fmt::format("readings of the poses {} are up to {:.4g} mm off{}: {}",
+                                    fmt::join(ids, ", "), most / kMillimetre, of_several, likely));
+  }
   return sentences;
+}
+
+}  // namespace
+
+std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross) {
+  return in_words(gross, "; it is left out", "; they are left out");
+}
+
+std::vector<std::string> off_and_counted(const std::vector<GrossPose>& gross) {
+  return in_words(gross, ", which the figures contain", ", which the figures contain");
 }
 
 std::vector<std::string> not_shown_by_touches(const Robot& robot, const Campaign& campaign,

@@ -213,6 +213,7 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
   floor.points = share_of_points(campaign, evaluation, rows);
   Deviations deviations(campaign);
   const MedianResiduals residuals(campaign, evaluation, rows);
+  floor.median_sigma = residuals.position().value_or(0);
   for_each_replicates(campaign, residuals, rows,
                       [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
                         const double m = static_cast<double>(group.size());
@@ -419,7 +420,8 @@ double NoiseFloor::mean_error() const {
 double mean_error(const NoiseFloor& noise, const Campaign& campaign) {
   const std::vector<double>& own = campaign.sigma_position;
   if (own.empty()) return noise.mean_error();
-  const double per_sigma = noise.position / median(own);
+  const double per_sigma =
+      noise.position / (noise.median_sigma > 0 ? noise.median_sigma : median(own));
   std::vector<int> first = campaign.first_rows_of_readings();
   if (first.empty()) {
     const double mean = std::accumulate(own.begin(), own.end(), 0.0) / campaign.rows();

@@ -12,6 +12,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/registration.h"
@@ -31,6 +32,7 @@ constexpr double kTimesMiss = 4, kGap = 1.5;
 constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
 constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
 constexpr double kCommonShare = 0.1, kLargestShare = 0.25;  // of the poses
+constexpr double kNoEffect = 5e-3;                          // m: a larger error cannot be an effect
 
 // One reading for each session, pose and channel.
 struct Reduced {
@@ -99,6 +101,42 @@ struct Judged {
   double off = 0;             // m, mean over its rows that are off, or over all
   std::vector<int> rows_off;  // indices into Reduced::rows
 };
+
+// `fitted`: the robot without these poses. `tolerance`: within which a corrected pose fits [m].
+std::vector<GrossPose> described(const Robot& fitted, const Campaign& campaign, const Reduced& all,
+                                 const std::vector<Judged>& gross, double tolerance) {
+  std::vector<GrossPose> list;
+  std::vector<std::vector<int>> readings;
+  for (const Judged& judged : gross) {
+    GrossPose& pose = list.emplace_back();
+    std::vector<int>& read = readings.emplace_back();
+    pose.off = judged.off;
+    for (int k : judged.rows_off) {
+      read.push_back(all.rows[k]);
+      pose.rows.insert(pose.rows.end(), all.like[k].begin(), all.like[k].end());
+    }
+    std::ranges::sort(pose.rows);
+    pose.id = campaign.pose_ids[campaign.pose[read.front()]];
+  }
+  std::vector<std::vector<int>> rest;
+  std::vector<size_t> of_rest;
+  for (size_t k = 0; k < list.size(); ++k) {
+    const auto mistake = likely_mistake(fitted, campaign, readings, k, list[k].off, tolerance);
+    list[k].is_explained = mistake.has_value();
+    list[k].likely = mistake.value_or(
+        "the readings fit no other pose or target: a reflector that was bumped, a target that "
+        "moved, or joint angles that are not those of this pose");
+    if (mistake) continue;
+    rest.push_back(readings[k]);
+    of_rest.push_back(k);
+  }
+  for (const MovedThing& moved : moved_things(fitted, campaign, rest, tolerance))
+    for (const size_t k : moved.poses) {
+      list[of_rest[k]].is_explained = true;
+      list[of_rest[k]].likely = moved.words;
+    }
+  return list;
+}
 
 struct Deleted {
   Eigen::VectorXd error;
@@ -312,8 +350,6 @@ class Search {
         for (int row : all_.like[k])
           if (evaluation.position[row] < kWholePose * judged_[pose].off && all_.like[k].size() > 1)
             kept[pose] = false;
-      // A larger error cannot be an effect.
-      constexpr double kNoEffect = 5e-3;  // m
       if (judged_[pose].off < kNoEffect && has_company(pose, s2)) kept[pose] = false;
       if (judged_[pose].rows_off.empty()) kept[pose] = false;
     }
@@ -321,30 +357,12 @@ class Search {
   }
 
   std::vector<GrossPose> described() const {
-    std::vector<GrossPose> list;
-    std::vector<std::vector<int>> readings;
-    for (size_t pose = 0; pose < judged_.size(); ++pose) {
-      if (!gross_[pose]) continue;
-      GrossPose& found = list.emplace_back();
-      std::vector<int>& read = readings.emplace_back();
-      found.off = judged_[pose].off;
-      for (int k : judged_[pose].rows_off) {
-        read.push_back(all_.rows[k]);
-        const std::vector<int>& like = all_.like[k];
-        found.rows.insert(found.rows.end(), like.begin(), like.end());
-      }
-      std::ranges::sort(found.rows);
-      found.id = campaign_.pose_ids[campaign_.pose[read.front()]];
-    }
-    int explained = 0;
-    for (size_t k = 0; k < list.size(); ++k) {
-      const auto mistake = likely_mistake(fit_.robot, campaign_, readings, k, list[k].off,
-                                          kTimesMiss * typical_miss_);
-      explained += mistake ? 1 : 0;
-      list[k].likely = mistake.value_or(
-          "the readings fit no other pose or target: a reflector that was bumped, a target that "
-          "moved, or joint angles that are not those of this pose");
-    }
+    std::vector<Judged> gross;
+    for (size_t pose = 0; pose < judged_.size(); ++pose)
+      if (gross_[pose]) gross.push_back(judged_[pose]);
+    std::vector<GrossPose> list =
+        armtrue::described(fit_.robot, campaign_, all_, gross, kTimesMiss * typical_miss_);
+    const auto explained = std::ranges::count(list, true, &GrossPose::is_explained);
     const double most = std::max(1.0, kCommonShare * poses());
     if (static_cast<double>(list.size()) > most && 2 * explained < std::ssize(list)) return {};
     return list;
@@ -369,6 +387,40 @@ std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& camp
   } catch (const std::invalid_argument&) {
     return {};  // too few readings, of which calibrate() says so, or a session without a good one
   }
+}
+
+std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& held_out) {
+  constexpr double kFar = 8;         // times as far as predicted, and as the others
+  constexpr size_t kMostNamed = 50;  // each is compared with every other pose
+  if (held_out.poses() > kMostPoses) return {};
+  const Reduced all = reduced(held_out);
+  const Campaign readings = held_out.select(all.rows);
+  const std::vector<double> misses = position_errors(robot, readings);
+  std::vector<double> deviations;
+  for (const Prediction& prediction : predict(robot, readings))
+    deviations.push_back(std::max(kFinestReading, prediction.deviation));
+  std::vector<double> sizes;  // of each pose, RMS over its readings
+  for (const std::vector<int>& own : all.of_pose)
+    sizes.push_back(
+        std::sqrt(mean_of(own, [&](int k) { return std::pow(misses[k] / deviations[k], 2); })));
+  const double usual = std::max(1.0, median(sizes));
+  std::vector<Judged> far;
+  for (size_t pose = 0; pose < sizes.size(); ++pose) {
+    if (sizes[pose] <= kFar * usual) continue;
+    Judged& judged = far.emplace_back();
+    for (int k : all.of_pose[pose])
+      if (misses[k] > kTimesMiss * usual * deviations[k]) judged.rows_off.push_back(k);
+    judged.off = mean_of(judged.rows_off, [&](int k) { return misses[k]; });
+  }
+  if (static_cast<double>(far.size()) >
+      std::max(1.0, kLargestShare * static_cast<double>(sizes.size())))
+    return {};
+  if (far.size() > kMostNamed) far.resize(kMostNamed);
+  std::vector<GrossPose> gross =
+      described(robot, held_out, all, far, kTimesMiss * usual * median(deviations));
+  std::erase_if(gross,
+                [](const GrossPose& pose) { return !pose.is_explained && pose.off < kNoEffect; });
+  return gross;
 }
 
 std::vector<int> rows_of(const std::vector<GrossPose>& gross) {

@@ -12,6 +12,7 @@
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
 #include "calibration/moved_positions.h"
 #include "calibration/pose_after_pose.h"
 #include "calibration/prior.h"
@@ -74,6 +75,15 @@ std::vector<int> indices_of(const Robot& robot, const std::vector<std::string>& 
   for (const std::string& name : names)
     indices.push_back(find_parameter(robot.chain, name).value());
   return indices;
+}
+
+// The standard deviation that each row states, over `usual`; 0: over usual_sigma() of the campaign.
+std::vector<double> times_of_usual(const Campaign& campaign, double usual) {
+  std::vector<double> times = campaign.sigma_position;
+  if (times.empty()) return std::vector<double>(campaign.q.size(), 1);
+  if (usual <= 0) usual = usual_sigma(campaign);
+  for (double& sigma : times) sigma /= usual;
+  return times;
 }
 
 // Number of the pairs of a pose and a quantity that is read of it.
@@ -257,7 +267,9 @@ Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign
   Uncertainty uncertainty = uncertainty_of_fit(fit, campaign, evaluate(fit.robot, campaign));
   const Eigen::MatrixXd root = fit.inverse_root(stated_unknowns(fit), Eigen::all);
   // Readings of a pose may err together: they scatter about the model as single ones do.
-  const double scatter = std::max(1.0, uncertainty.reading.position / fit.sigma.position);
+  const double usual =  // of fit.sigma a row has the median
+      campaign.sigma_position.empty() ? 1 : usual_sigma(campaign) / median(campaign.sigma_position);
+  const double scatter = std::max(1.0, uncertainty.reading.position / (usual * fit.sigma.position));
   uncertainty.root = scatter * root_of(root * root.transpose());
   return uncertainty;
 }
@@ -311,13 +323,15 @@ std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
       known.largest_variance_of_point > 0 && !campaign.reads_one_number();
   const double largest =
       points_after_lengths ? known.largest_variance_of_point : known.largest_variance;
+  const std::vector<double> times = times_of_usual(campaign, 0);
   std::vector<Prediction> predictions;
   for (Eigen::MatrixXd& covariance : position_covariances(positions, campaign.rows())) {
+    const double of_row = known.reading.position * times[predictions.size()];
     Prediction& prediction = predictions.emplace_back();
     const double of_robot = covariance.trace();
     if (largest > 0) prediction.leverage = of_robot / largest;
     const auto axes = static_cast<double>(covariance.rows());
-    const double reading = known.reading.position * known.reading.position;
+    const double reading = of_row * of_row;
     prediction.deviation = std::sqrt(of_robot + axes * reading);
     covariance.diagonal().array() += known.tail * known.tail * reading;
     const double trace = covariance.trace(), of_reading = trace - of_robot;
@@ -331,11 +345,17 @@ std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
   return predictions;
 }
 
-double p_of_errors(const Robot& robot, const Campaign& campaign) {
+double usual_sigma(const Campaign& campaign) {
+  const std::vector<double>& own = campaign.sigma_position;
+  return own.empty() ? 0 : std::sqrt(mean_of(own, [](double sigma) { return sigma * sigma; }));
+}
+
+double p_of_errors(const Robot& robot, const Campaign& campaign, double usual) {
   const Uncertainty& known = robot.uncertainty.value();
   const Eigen::Index columns = known.root.cols();
   const int axes = campaign.reading_size().position;
   const std::vector<int> geometric = indices_of(robot, known.parameters);
+  const std::vector<double> times = times_of_usual(campaign, usual);
   std::map<int, PoseError> poses;
   MovedPositions(robot, campaign, geometric, known.root)
       .for_each_row([&](size_t row, const auto& moved, const auto& residual) {
@@ -344,8 +364,8 @@ double p_of_errors(const Robot& robot, const Campaign& campaign) {
           pose.moved = Eigen::MatrixXd::Zero(axes, columns);
           pose.residual = Eigen::VectorXd::Zero(axes);
         }
-        pose.moved += moved;
-        pose.residual += residual;
+        pose.moved += moved / times[row];  // as if all read with the usual noise
+        pose.residual += residual / times[row];
       });
   const double known_with = axes * std::max(1, known.poses - 1);
   const double bound_95 = axes * fisher_f_quantile(0.95, axes, known_with);

@@ -212,11 +212,12 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   ChangeResult result;
   result.sigma = spread;
   const NoiseFloor noise = noise_floor(previous, campaign, evaluate(previous, campaign));
-  if (noise.source == NoiseFloor::Source::replicates) {
-    result.noisier = times_noisier(noise, spread.position);
+  const bool is_measured = noise.source == NoiseFloor::Source::replicates;
+  if (is_measured) result.noisier = times_noisier(noise, spread.position);
+  if (is_measured || !campaign.sigma_position.empty())
     result.sigma.position = std::max(spread.position, noise.position);
+  if (is_measured || !campaign.sigma_orientation.empty())
     result.sigma.orientation = std::max(spread.orientation, noise.orientation);
-  }
   const auto need = [](double deviation, const char* what, const char* key) {
     if (!(deviation > 0))
       throw std::invalid_argument("the spread of " + std::string(what) +

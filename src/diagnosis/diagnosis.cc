@@ -3,13 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "armtrue/calibration/calibration.h"
@@ -224,21 +227,102 @@ void move_rows(Column& column, int by) {
   std::rotate(column.begin(), by > 0 ? column.begin() + by : column.end() + by, column.end());
 }
 
+// The rows of u and v of each corner of which both were read.
+std::vector<std::array<int, 2>> corners_of(const Campaign& campaign) {
+  std::vector<std::array<int, 2>> corners;
+  for (int row = 0; row + 1 < campaign.rows(); ++row)
+    if (campaign.touch[row].is_pixel && campaign.touch[row].axis == 0 &&
+        campaign.touch[row + 1].axis == 1 &&
+        campaign.touch[row + 1].contact == campaign.touch[row].contact)
+      corners.push_back({row, row + 1});
+  return corners;
+}
+
+// v from the lower edge in place of the upper one, as in a mirror.
+void turn_v_over(const Robot& robot, Campaign& campaign) {
+  const std::vector<ContactPoint> matched = match_contacts(campaign, robot.chain);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Touch& touch = campaign.touch[row];
+    if (!touch.is_pixel || touch.axis != 1) continue;
+    const Contact& camera = robot.chain.contacts[matched[touch.contact].contact];
+    campaign.distance[row] =
+        2 * camera.intrinsics[kCy] * campaign.metre_per_pixel - campaign.distance[row];
+  }
+}
+
+// Numbers the corners of a grid with other columns than rows along its columns. False for others.
+bool count_along_columns(Contact& board) {
+  constexpr double kSame = 1e-9;  // m
+  const auto corners = std::ssize(board.points);
+  const auto place = [&](std::ptrdiff_t k) { return board.points[k].position; };
+  std::ptrdiff_t columns = 1;
+  while (columns < corners && std::abs(place(columns).y() - place(0).y()) < kSame) ++columns;
+  const std::ptrdiff_t rows = corners / columns;
+  if (columns < 2 || rows < 2 || rows == columns || rows * columns != corners) return false;
+  const Eigen::Vector3d right = place(1) - place(0), up = place(columns) - place(0);
+  const Eigen::Vector3d first = place(0);
+  for (std::ptrdiff_t k = 0; k < corners; ++k)
+    if (!place(k).isApprox(first + static_cast<double>(k % columns) * right +
+                               static_cast<double>(k / columns) * up,
+                           kSame))
+      return false;
+  for (std::ptrdiff_t k = 0; k < corners; ++k)
+    board.points[k].position =
+        first + static_cast<double>(k / rows) * right + static_cast<double>(k % rows) * up;
+  return true;
+}
+
+// What may be wrong in images, or in the ids of their corners. Images that are turned by half a
+// turn are those of a camera that is.
+std::vector<Hypothesis> image_hypotheses(const KinematicChain& chain) {
+  std::vector<Hypothesis> hypotheses{
+      {"v_px seems to count upwards, or the images to be mirrored; v counts downwards from the "
+       "upper edge, u from the left one",
+       [](Robot& r, Campaign& c) { turn_v_over(r, c); }},
+      {"the columns u_px and v_px look exchanged", [](Robot&, Campaign& c) {
+         for (const auto& [u, v] : corners_of(c)) std::swap(c.distance[u], c.distance[v]);
+       }}};
+  for (int k = 0; k < contact_count(chain); ++k)
+    if (Contact board = chain.contacts[k];
+        board.kind == ContactKind::board && count_along_columns(board))
+      hypotheses.push_back(
+          {fmt::format("the corners of the board '{}' look counted along its columns; exchange its "
+                       "'columns' and 'rows' in the robot file",
+                       board.name),
+           [k](Robot& r, Campaign&) { count_along_columns(r.chain.contacts[k]); }});
+  return hypotheses;
+}
+
+// Of some rows the joint values that stand so many lines, or of images poses, before them among all
+// rows of their session.
+JointRows joints_before(const Campaign& all, const std::vector<int>& rows,
+                        const std::vector<int>& chosen, int late) {
+  const auto key = [&](int row) { return all.has_pixels_only() ? all.pose[row] : all.line[row]; };
+  std::vector<int> first_rows;
+  std::map<int, int> places;
+  for (const int row : rows)
+    if (places.try_emplace(key(row), static_cast<int>(first_rows.size())).second)
+      first_rows.push_back(row);
+  const auto count = static_cast<int>(first_rows.size());
+  JointRows joints;
+  for (const int row : chosen)
+    joints.push_back(all.q[first_rows[(places.at(key(row)) + count - late) % count]]);
+  return joints;
+}
+
 // Readings that stand a row or two away from their joint angles, as where one of two tables that
 // were put side by side has lost a row.
-std::vector<Hypothesis> row_hypotheses() {
+std::vector<Hypothesis> row_hypotheses(const Campaign& all, const std::vector<int>& rows,
+                                       const std::vector<int>& chosen) {
+  const std::string_view what = all.has_pixels_only() ? "pose" : "row";
   std::vector<Hypothesis> hypotheses;
   for (const int late : {1, -1, 2, -2})
     hypotheses.push_back(
-        {fmt::format("the readings stand {} {} {} than their joint angles: move them, or put the "
+        {fmt::format("the readings stand {} {}{} {} than their joint angles: move them, or put the "
                      "tables together again",
-                     std::abs(late), std::abs(late) == 1 ? "row" : "rows",
+                     std::abs(late), what, std::abs(late) == 1 ? "" : "s",
                      late > 0 ? "later" : "earlier"),
-         [late](Robot&, Campaign& c) {
-           move_rows(c.position, late);
-           move_rows(c.orientation, late);
-           move_rows(c.distance, late);
-         }});
+         [q = joints_before(all, rows, chosen, late)](Robot&, Campaign& c) { c.q = q; }});
   return hypotheses;
 }
 
@@ -367,7 +451,8 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   std::optional<Campaign> some;
   const Campaign& session =
       std::ssize(rows) == all.rows() ? all : some.emplace(all.select(rows));
-  const Campaign campaign = all.select(readings_evenly_chosen(all, rows, kRowsLookedAt));
+  const std::vector<int> chosen = readings_evenly_chosen(all, rows, kRowsLookedAt);
+  const Campaign campaign = all.select(chosen);
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
   const size_t poses = std::set<int>(campaign.pose.begin(), campaign.pose.end()).size();
@@ -386,8 +471,9 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   if (!fits) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
-    if (!few && std::ssize(rows) == campaign.rows() && campaign.touch.empty())
-      std::ranges::copy(row_hypotheses(), std::back_inserter(hypotheses));
+    if (campaign.has_pixels_only())
+      std::ranges::copy(image_hypotheses(robot.chain), std::back_inserter(hypotheses));
+    if (!few) std::ranges::copy(row_hypotheses(all, rows, chosen), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
     constexpr int kRowsForDepth = 100;  // it is tried at many scales
     if (findings.empty() && !few && !campaign.has_pixels())

@@ -47,13 +47,21 @@ Findings find_mistakes(const Robot& robot, const Campaign& campaign) {
     return {{of_travel.errors.front()}, {}};
   if (const auto mistakes = diagnose(robot, campaign); !mistakes.empty())
     return {{mistakes.front()}, {}};
-  const SensorError sensor = find_sensor_error(robot, campaign);
+  SensorError sensor = find_sensor_error(robot, campaign);
   Campaign without;  // a copy of many rows takes its memory
   if (!sensor.fields.empty()) {
     without = campaign;
     sensor.take_off(without, robot.chain);
   }
   Findings found = find_suspicions(robot, sensor.fields.empty() ? campaign : without);
+  // Where a camera or a board moved far, no place of it fits all images, and what that leaves
+  // within them looks like another lens.
+  if (found.of_change && !sensor.words.empty())
+    if (Findings as_read = sensor.fields.empty() ? found : find_suspicions(robot, campaign);
+        as_read.of_change) {
+      found = std::move(as_read);
+      sensor = {};
+    }
   if (!found.errors.empty())
     return {{found.errors.front() + (sensor.words.empty() ? "" : "; " + sensor.words)}, {}};
   if (!sensor.words.empty()) found.warnings.insert(found.warnings.begin(), sensor.words);

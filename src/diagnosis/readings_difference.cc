@@ -143,6 +143,14 @@ ChowFit chow_fit(const Eigen::MatrixXd& rows) {
   return {turned.tail(left).squaredNorm(), static_cast<double>(left), qr.rank()};
 }
 
+// In units of the scatter about the run's own fit: means of several visits, and readings of a
+// better instrument, scatter less, and the test takes all of both runs as alike.
+RunEquations in_own_scatter(RunEquations run) {
+  const ChowFit own = chow_fit(of_the_arm(run.rows, run.set_up));
+  if (own.freedom >= 1 && own.squares > 0) run.rows /= std::sqrt(own.squares / own.freedom);
+  return run;
+}
+
 struct ChowTest {
   double f = 0, lacking = 0, freedom = 0;
 };
@@ -257,9 +265,11 @@ std::optional<ReadingsDifference> readings_difference(const Robot& before, const
     set_up.push_back(parameter_name(before.chain, parameter));
   const Robot elsewhere = refit_set_up(before, of_second, set_up);
   const MeasuredRun one{&of_first, first.spread}, other{&of_second, second.spread};
-  const RunEquations own = equations_of(before, one, unknowns, false);
-  const auto found = told_apart(own, equations_of(elsewhere, other, unknowns, false));
-  const auto beside_scale = told_apart(own, equations_of(elsewhere, other, unknowns, true));
+  const RunEquations own = in_own_scatter(equations_of(before, one, unknowns, false));
+  const auto apart_from = [&](bool has_scale) {
+    return told_apart(own, in_own_scatter(equations_of(elsewhere, other, unknowns, has_scale)));
+  };
+  const auto found = apart_from(false), beside_scale = apart_from(true);
   if (!found || !beside_scale) return std::nullopt;
   return ReadingsDifference{found->p_value, beside_scale->p_value, found->f / found->critical};
 }

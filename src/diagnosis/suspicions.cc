@@ -1,6 +1,8 @@
 #include "armtrue/diagnosis/suspicions.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/campaign/sessions.h"
@@ -31,20 +33,25 @@ std::optional<Suspicion> best_change(const PlainFit& fit) {
   return by_place;
 }
 
-// The same if it explains more than a few blunders do; otherwise these are left out.
-std::optional<std::string> find_change(PlainFit fit) {
+using Refit = std::function<std::optional<PlainFit>(const Campaign& readings)>;
+
+// The same if it explains more than a few blunders do; otherwise these are left out. `refit`: to
+// what remains, because what a fit was bent by them, other causes would explain.
+std::optional<std::string> find_change(PlainFit fit, const Refit& refit) {
   for (;;) {
     const auto change = best_change(fit);
     const Blunders blunders = find_blunders(reading_equations(fit, {}), fit.poses());
     if (change && change->score > blunders.score) return change->words;
     if (blunders.score < kClearFall) return std::nullopt;
-    fit.readings = without_rows(fit.readings, blunders.rows);
+    auto without = refit(without_rows(fit.readings, blunders.rows));
+    if (!without) return std::nullopt;
+    fit = std::move(*without);
   }
 }
 
-std::optional<std::string> find_change_of_any(const PlainFit& fit) {
+std::optional<std::string> find_change_of_any(const PlainFit& fit, const Refit& refit) {
   const bool has_points = !fit.readings.reads_one_number() || fit.readings.has_pixels_only();
-  return has_points ? find_change(fit) : find_scale_of_anchor(fit);
+  return has_points ? find_change(fit, refit) : find_scale_of_anchor(fit);
 }
 
 }  // namespace
@@ -73,7 +80,8 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
     found.errors.push_back(*change);
     return found;
   }
-  auto suspicion = find_change_of_any(*fit);
+  auto suspicion = find_change_of_any(
+      *fit, [&](const Campaign& readings) { return fit_plainly(robot, readings); });
   found.of_change = suspicion.has_value();
   if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion)
@@ -98,7 +106,9 @@ std::optional<std::string> explanation_of_rest(const CalibrationResult& fit,
   if (rows_by_session(campaign).size() > kMostSessions) return std::nullopt;
   if (auto moved = find_far_set_up_change(fit.robot, campaign)) return moved;
   if (fit.spread.position < kResolution) return std::nullopt;
-  return find_change_of_any(beside_fit(fit, campaign));
+  return find_change_of_any(beside_fit(fit, campaign), [&](const Campaign& readings) {
+    return std::optional(PlainFit{readings, fit});  // blunders hardly bend a fit by Student's law
+  });
 }
 
 }  // namespace armtrue

@@ -17,7 +17,8 @@ constexpr double kMostBlunders = 0.3;   // of the rows
 std::vector<int> contradicted_rows(const Evaluation& evaluation, const NoiseFloor& noise,
                                    const Campaign& held_out) {
   const std::vector<double>& own = held_out.sigma_position;
-  const double per_sigma = own.empty() ? 0 : noise.position / median(own);
+  const double usual = noise.median_sigma > 0 || own.empty() ? noise.median_sigma : median(own);
+  const double per_sigma = own.empty() ? 0 : noise.position / usual;
   const auto is_within = [&](int row, double deviations) {
     const double deviation = own.empty() ? noise.position : per_sigma * own[row];
     return evaluation.position[row] <= deviations * deviation;

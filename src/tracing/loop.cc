@@ -120,26 +120,32 @@ Stage stage_of(size_t k, const Training& training, const std::vector<Calibration
 }
 
 // 99 % quantile of the mean error of a perfect model, as a factor of the floor: with n held-out
-// readings and f degrees of freedom of the floor, 1 + 2.33 sqrt(cv^2 / n + 1 / 2f). cv: standard
-// deviation over mean of the length of a normal error: 0.42 in three axes, 0.76 in one.
-double highest_of_floor(const NoiseFloor& noise, int readings) {
+// readings and f degrees of freedom of the floor, 1 + 2.33 sqrt(cv^2 (1 + v^2) / n + 1 / 2f). cv:
+// standard deviation over mean of the length of a normal error: 0.42 in three axes, 0.76 in one. v:
+// the same of the standard deviations that the rows state.
+double highest_of_floor(const NoiseFloor& noise, int readings, const Campaign& held_out) {
   const double mean_square = 3 * noise.points + 1 - noise.points;  // deviation 1 per axis
   const NoiseFloor of_one{.points = noise.points, .position = 1};
-  const double cv = std::sqrt(mean_square / (of_one.mean_error() * of_one.mean_error()) - 1);
+  const double cv2 = mean_square / (of_one.mean_error() * of_one.mean_error()) - 1;
+  double times = 1;  // 1 + v^2
+  if (const std::vector<double>& own = held_out.sigma_position; !own.empty()) {
+    const ErrorSummary of_rows = summarize(own);
+    times = std::pow(of_rows.rms / of_rows.mean, 2);
+  }
   const double by_replicates = noise.source == NoiseFloor::Source::replicates
                                    ? 0.5 / std::max(1, noise.degrees_of_freedom)
                                    : 0.0;
-  return 1 + 2.33 * std::sqrt(cv * cv / std::max(1, readings) + by_replicates);
+  return 1 + 2.33 * std::sqrt(times * cv2 / std::max(1, readings) + by_replicates);
 }
 
-// Sets the p of the held-out errors. Returns the factor by which the uncertainty of the unknowns
-// raises the error of a complete model over the floor (99 % quantile): sqrt(1 + mean square by the
-// unknowns / variance of a reading).
-double judge_held_out(const Uncertainty& if_complete, const Campaign& held_out,
-                      LoopResult& result) {
+// Sets the p of the held-out errors and the poses that are wrong as wholes. Returns the factor by
+// which the uncertainty of the unknowns raises the error of a complete model over the floor (99 %
+// quantile): sqrt(1 + mean square by the unknowns / variance of a reading).
+double judge_held_out(const Training& training, const Campaign& held_out, LoopResult& result) {
   Robot robot = result.trace.fit.robot;
-  robot.uncertainty = if_complete;
-  result.outside_p = p_of_errors(robot, held_out);
+  robot.uncertainty = *training.if_complete;
+  result.outside_p = p_of_errors(robot, held_out, usual_sigma(*training.sound));
+  result.gross_held_out = find_gross_held_out(robot, held_out);
   constexpr double kBeyond = 0.01;
   const MeanSquare by_unknowns = mean_square_by_uncertainty(robot, held_out);
   const double highest = by_unknowns.expected / by_unknowns.freedom *
@@ -294,11 +300,11 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
   double raised = 1;
   if (held_out.rows() > 0) {
     const Campaign sound = sound_held_out(held_out, result);
-    raised = judge_held_out(*training.if_complete, sound, result);
+    raised = judge_held_out(training, sound, result);
     result.after_sound = summarize(evaluate(result.trace.fit.robot, sound).reading_errors()).mean;
   }
   const auto readings = static_cast<int>(result.errors_after.size());
-  const double of_noise = highest_of_floor(result.noise, readings);
+  const double of_noise = highest_of_floor(result.noise, readings, held_out);
   // However uncertain the unknowns are: an error 30 % above the floor does not count as noise.
   constexpr double kMostOfUnknowns = 1.3;
   const double complete_high = raised * of_noise * result.floor;
@@ -335,10 +341,11 @@ void set_pattern(LoopResult& result) {
   }
 }
 
-void set_floor(const Training& training, LoopResult& result) {
+// The floor is that of the readings whose errors are reported.
+void set_floor(const Training& training, const Campaign& held_out, LoopResult& result) {
   result.noise = training.quality.noise;
   result.lack_of_fit = training.quality.lack_of_fit;
-  result.floor = mean_error(result.noise, *training.sound);
+  result.floor = mean_error(result.noise, held_out.rows() > 0 ? held_out : *training.sound);
 }
 
 void set_parts(LoopResult& result) {
@@ -397,7 +404,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   if (result.applied) result.stages.push_back(result.applied->stage);
   set_parts(result);
   set_excluded_rows(training, given, result);
-  set_floor(training, result);
+  set_floor(training, held_out, result);
 
   const std::vector<Effect>& effects = result.trace.fit.robot.effects;
   const size_t declared = effects.size() - result.trace.effects.size();

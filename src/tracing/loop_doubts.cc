@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/diagnosis/mistakes.h"
@@ -45,6 +47,7 @@ LoopDoubts doubts_of_loop(const Robot& robot, const Campaign& training, const Lo
         rejection_in_words(result), unknown_noise_in_words(result), result.left_out_together,
         contradiction_of_noise(robot, training, fit, result.noise)})
     if (!sentence.empty()) doubts.sentences.push_back(sentence);
+  std::ranges::copy(off_and_counted(result.gross_held_out), std::back_inserter(doubts.sentences));
   return doubts;
 }
 

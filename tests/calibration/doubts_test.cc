@@ -64,7 +64,32 @@ TEST(LeftOutTogether, AStretchOfVisitsIsNamed) {
 TEST(LeftOutTogether, ABadReflectorIsNamed) {
   const Campaign campaign = sixty_poses();
   EXPECT_THAT(left_out_together(campaign, {3, 11, 19, 31, 45, 51, 67, 75, 83, 91, 99, 111}),
-              HasSubstr("12 of the 60 readings of target 'right'"));
+              HasSubstr("in 12 of 60 poses readings of the target 'right' are left out"));
+}
+
+// A socket that was moved, and a wire that hung.
+TEST(LeftOutTogether, AContactOrAnAnchorIsNamed) {
+  const std::vector<int> lines{3, 11, 19, 31, 45, 51, 67, 75, 83, 91, 99, 111};
+  Campaign touches = sixty_poses();
+  touches.target.clear();
+  touches.target_names.clear();
+  touches.distance.assign(120, 0.0);
+  touches.contact_names = {"socket", "cube/left", "cube/right"};
+  for (int row = 0; row < 120; ++row) {
+    Touch& touch = touches.touch.emplace_back();
+    touch.contact = row % 2 == 0 ? 0 : 1 + row / 2 % 2;
+    touch.axis = 0;
+  }
+  EXPECT_THAT(left_out_together(touches, lines),
+              HasSubstr("in 12 of 60 poses readings of the contact 'cube'"));
+  Campaign wires = sixty_poses();
+  wires.target.clear();
+  wires.target_names.clear();
+  wires.distance.assign(120, 0.0);
+  wires.anchor_names = {"1", "2"};
+  for (int row = 0; row < 120; ++row) wires.anchor.push_back(row % 2);
+  EXPECT_THAT(left_out_together(wires, lines),
+              HasSubstr("in 12 of 60 poses readings of the anchor '2'"));
 }
 
 // Six of 120 points on one of two targets may be chance; eighteen of 360 numbers would be none.

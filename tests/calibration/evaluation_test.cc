@@ -9,8 +9,10 @@
 #include <random>
 #include <stdexcept>
 
+#include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/unseen_scale.h"
+#include "armtrue/campaign/simulation.h"
 #include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/io/campaign_io.h"
@@ -301,6 +303,60 @@ TEST(MeanSquare, IsThatOfAQuadraticFormOfNormalErrors) {
   const MeanSquare found = mean_square_by_uncertainty(robot, campaign);
   EXPECT_NEAR(found.expected, mean.trace(), 1e-6 * mean.trace());
   EXPECT_NEAR(found.freedom, mean.trace() * mean.trace() / (mean * mean).trace(), 1e-6);
+}
+
+// One instrument reads every fourth pose, eight times as coarse as the other, and the rows say so.
+Campaign of_two_instruments(const Robot& robot, int poses, unsigned seed) {
+  constexpr double kFine = 0.05e-3, kCoarse = 0.4e-3;
+  SimulationOptions options;
+  options.poses = poses;
+  options.orientation = false;
+  options.seed = seed;
+  Campaign campaign = simulate(robot, robot, options);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const double sigma = campaign.pose[row] % 4 == 0 ? kCoarse : kFine;
+    campaign.sigma_position.push_back(sigma);
+    for (double& x : campaign.position[row]) x += sigma * normal(random);
+  }
+  return campaign;
+}
+
+// The bounds of each hold, and their errors are no surprise.
+TEST(Prediction, EachReadingIsPredictedWithItsOwnNoise) {
+  const Robot nominal = read_robot(kSpindle).robot;
+  int unexpected = 0;
+  double coarse = 0, inside_coarse = 0, fine = 0, inside_fine = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Campaign training = of_two_instruments(nominal, 60, seed),
+                   others = of_two_instruments(nominal, 40, 100 + seed);
+    const CalibrationResult fit = calibrate(nominal, training);
+    Robot robot = fit.robot;
+    robot.uncertainty = uncertainty_of(fit, training);
+    unexpected += p_of_errors(robot, others) < 0.01;
+    const std::vector<Prediction> predictions = predict(robot, others);
+    const Evaluation evaluation = evaluate(robot, others);
+    for (int row = 0; row < others.rows(); ++row) {
+      const bool is_coarse = others.pose[row] % 4 == 0;
+      (is_coarse ? coarse : fine) += 1;
+      (is_coarse ? inside_coarse : inside_fine) +=
+          evaluation.position[row] <= predictions[row].bound_95;
+    }
+  }
+  EXPECT_LE(unexpected, 1);
+  EXPECT_GT(inside_coarse / coarse, 0.88);
+  EXPECT_GT(inside_fine / fine, 0.88);
+}
+
+// Held-out readings of another instrument than that of the floor.
+TEST(NoiseFloor, OfOtherReadingsIsByWhatTheyState) {
+  ReadTwice readings(9, 1e-4);
+  readings.campaign.sigma_position.assign(18, 0.1e-3);
+  const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
+  Campaign others = readings.campaign;
+  others.sigma_position.assign(18, 0.3e-3);
+  EXPECT_NEAR(mean_error(floor, others), 3 * mean_error(floor, readings.campaign), 1e-12);
 }
 
 }  // namespace

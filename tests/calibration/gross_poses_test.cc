@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
@@ -218,6 +219,70 @@ TEST(GrossPoses, ExchangedJointRowsAreNamed) {
   }
   std::printf("exchanged joint rows: %d of %u\n", named, campaigns);
   EXPECT_GE(100 * named, 95 * static_cast<int>(campaigns));
+}
+
+// The arm of three quarters of the poses, and the rest.
+struct HeldOut {
+  Robot arm;  // with its uncertainty
+  Campaign campaign;
+};
+
+HeldOut held_out(const Measured& given) {
+  std::vector<int> training, rest;
+  for (int row = 0; row < given.campaign.rows(); ++row)
+    (given.campaign.pose[row] % 4 == 3 ? rest : training).push_back(row);
+  const Campaign fitted = given.campaign.select(training);
+  const CalibrationResult fit = calibrate(given.robot, fitted);
+  HeldOut result{fit.robot, given.campaign.select(rest)};
+  result.arm.uncertainty = uncertainty_of(fit, fitted);
+  return result;
+}
+
+// Any one joint that is wrong is named with its value, and right poses are not suspected.
+TEST(GrossPoses, AHeldOutPoseWithAWrongJointIsNamed) {
+  int named = 0;
+  const int campaigns = 30;
+  for (unsigned seed = 1; seed <= campaigns; ++seed) {
+    Plan plan = plan_of(seed);
+    plan.poses = 40;
+    HeldOut given = held_out(measured(plan));
+    EXPECT_THAT(find_gross_held_out(given.arm, given.campaign), testing::IsEmpty()) << seed;
+    const int joint = static_cast<int>(seed) % 5;  // the sixth hardly moves the point
+    for (int row = 0; row < given.campaign.rows(); ++row)
+      if (given.campaign.pose[row] == 2) given.campaign.q[row][joint] += 0.1;
+    const auto gross = find_gross_held_out(given.arm, given.campaign);
+    named += gross.size() == 1 && gross[0].id == given.campaign.pose_ids[2] &&
+             gross[0].likely.starts_with("its q" + std::to_string(joint + 1) + "_deg of");
+  }
+  EXPECT_GE(named, 28);
+}
+
+// A pose under the name of another session fits that of its own; no fit has to see it for that.
+TEST(GrossPoses, APoseOfAnotherSessionIsNamed) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Plan plan = plan_of(seed);
+    plan.poses = 48;
+    plan.orientation = false;
+    Measured given = measured(plan);
+    Campaign& campaign = given.campaign;
+    const Pose moved{rotation_exp({0.02, -0.01, 0.3}), {0.4, -0.2, 0.1}};
+    campaign.session_names = {"monday", "tuesday"};
+    for (int row = 0; row < campaign.rows(); ++row) {
+      campaign.session.push_back(campaign.pose[row] % 2);
+      if (campaign.session[row] == 1) campaign.position[row] = moved * campaign.position[row];
+    }
+    HeldOut of_both = held_out(given);  // every fourth pose, of tuesday
+    for (int row = 0; row < of_both.campaign.rows(); ++row)
+      if (of_both.campaign.pose[row] == 3) of_both.campaign.session[row] = 0;
+    const auto held = find_gross_held_out(of_both.arm, of_both.campaign);
+    ASSERT_EQ(held.size(), 1u) << seed;
+    EXPECT_EQ(held[0].likely, "its readings fit the session 'tuesday', not 'monday'") << seed;
+    for (int row = 0; row < campaign.rows(); ++row)
+      if (campaign.pose[row] == 7) campaign.session[row] = 0;
+    const auto fitted = find_gross_poses(given.robot, campaign);
+    ASSERT_EQ(fitted.size(), 1u) << seed;
+    EXPECT_EQ(fitted[0].likely, "its readings fit the session 'tuesday', not 'monday'") << seed;
+  }
 }
 
 }  // namespace

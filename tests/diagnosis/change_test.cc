@@ -285,6 +285,28 @@ TEST(Change, VisitsThatScatterMoreThanAtTheCalibrationAreNamed) {
   EXPECT_EQ(named, 0);
 }
 
+// Single readings of a noisier instrument, whose rows say so.
+TEST(Change, HoldsWhereTheRowsStateMoreNoise) {
+  const Robot truth = shipped("kr360-table4");
+  const CalibrationResult previous = calibrate(shipped("kr360-spindle"), measured(truth, 60, 3, 1));
+  int holds = 0, holds_if_moved = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    SimulationOptions options;
+    options.poses = 25;
+    options.seed = kNewPoses + seed;
+    options.noise_position = 0.4e-3;
+    options.orientation = false;
+    Campaign fresh = simulate(shipped("kr360-spindle"), truth, options);
+    EXPECT_FALSE(detect_change(previous.robot, previous.spread, fresh).holds) << seed;
+    fresh.sigma_position.assign(fresh.q.size(), 0.4e-3);
+    holds += detect_change(previous.robot, previous.spread, fresh).holds;
+    for (int row = 0; row < fresh.rows(); ++row) fresh.q[row][1] += 3e-3;
+    holds_if_moved += detect_change(previous.robot, previous.spread, fresh).holds;
+  }
+  EXPECT_GE(holds, 19);
+  EXPECT_EQ(holds_if_moved, 0);
+}
+
 TEST(Change, NeedsAPreviousCalibration) {
   const Robot nominal = shipped("kr360-spindle");
   const Campaign fresh = measured(nominal, 10, 1, 1);

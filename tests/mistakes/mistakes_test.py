@@ -497,6 +497,12 @@ TABLE = {
     "points of the controller, change": (since("controller.csv"), 0, "as no instrument reads"),
     "one wire 1 % long": (campaign(scale(("l_mm",), 1.01, lambda r: r["anchor"] == "1"), "wires.yaml",
                                    source="wires.csv"), 1, "the distances from anchor 1 are too long by"),
+    "a wire that slipped": (
+        campaign(add("l_mm", 8, lambda r: r["anchor"] == "2" and int(r["pose"]) > 40), "wires.yaml", source="wires.csv"), 0,
+        "are left out, more than of the others"),
+    "two wires exchanged in one pose": (
+        campaign(each(lambda r: r.update(anchor={"1": "2", "2": "1"}.get(r["anchor"], r["anchor"])), lambda r: r["pose"] == "7"),
+                 "wires.yaml", source="wires.csv"), 0, "look exchanged"),
     "all wires 1 % long": (campaign(scale(("l_mm",), 1.01), "wires.yaml", source="wires.csv"), 3,
                            "the links come out longer"),
     "orientations of the calibrated model of the controller": (
@@ -565,6 +571,10 @@ TABLE = {
     # rows
     "readings one row late": (campaign(rows_late(1)), 1, "stand 1 row later than their joint angles"),
     "readings two rows early": (campaign(rows_late(-2)), 1, "stand 2 rows earlier than their joint angles"),
+    "readings one row late, in a long table": (
+        lambda: (make("simulate-poses", "--robot", ROBOT, "--count", 600, "--noise-mm", 0.1, "--noise-mrad", 0.15, "-o",
+                      "long.csv"), campaign(rows_late(1), source="long.csv")())[1], 1,
+        "stand 1 row later than their joint angles"),
     "rows doubled with other numbers": (campaign(numbered_copies), 0, "if they are copies"),
     # digits
     "points in steps of 1 mm": (campaign(rounded(1)), 0, "the points have steps of 1 mm"),

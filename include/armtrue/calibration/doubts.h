@@ -17,8 +17,9 @@ namespace armtrue {
 std::string lines_in_words(const std::vector<int>& lines);
 
 /// A sentence if the readings that a fit leaves out stand together in time, as with a fault that
-/// lasts for a while, or on one target, as with a bad reflector (p < 0.001); empty if they lie at
-/// random, as blunders do. `lines`: of the file, those of gross poses included; ascending.
+/// lasts for a while, or on one target, contact or anchor, as with a bad reflector or a socket that
+/// was moved (p < 0.001); empty if they lie at random, as blunders do. `lines`: of the file, those
+/// of gross poses included; ascending.
 std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines);
 
 /// Why the readings contradict the noise that the rows or, without such a column, the robot file
@@ -71,8 +72,12 @@ std::string far_from_readings(const WeightedZone& zone);
 /// show.
 std::string left_out_in_words(const Robot& robot, const LeftOut& left_out);
 
-/// A sentence for each pose that is left out because all its readings share a large error.
+/// A sentence for each pose that is left out because all its readings share a large error, and one
+/// for all poses that one cause explains.
 std::vector<std::string> off_as_wholes(const std::vector<GrossPose>& gross);
+
+/// The same for poses that no fit uses, such as those held out: their errors count.
+std::vector<std::string> off_and_counted(const std::vector<GrossPose>& gross);
 
 /// Sentences on the place of R_A and the scale, which touches do not show, the scale unless an
 /// artefact or an encoder of lengths does. Empty if not all readings are touches. `robot`: the one

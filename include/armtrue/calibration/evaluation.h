@@ -93,6 +93,7 @@ struct NoiseFloor {
   double position = 0;
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates, times the efficiency of their deviation
+  double median_sigma = 0;     ///< that the rows state, of which `position` is the noise [m]; or 0
 };
 
 /// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of
@@ -114,7 +115,7 @@ NoiseFloor noise_floor_without(const std::vector<int>& blunders, const Robot& ro
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);
 
 /// NoiseFloor::mean_error() of readings whose rows may state standard deviations: the mean over the
-/// readings, each with its own.
+/// readings, each with its own. They may be other readings than those of the floor.
 double mean_error(const NoiseFloor& noise, const Campaign& campaign);
 
 /// Compares the residual of a fit with the noise of its readings; blunders are left out. The

@@ -15,6 +15,7 @@ struct GrossPose {
   std::vector<int> rows;  ///< with the error
   double off;             ///< mean distance from what a fit without the pose predicts [m]
   std::string likely;     ///< probable cause, in words
+  bool is_explained = false;  ///< by a mistake whose correction makes the readings fit
 };
 
 /// Finds single poses whose readings all share one large error. The robust weights of calibrate()
@@ -38,8 +39,17 @@ struct GrossPose {
 /// stays. At most a quarter of the poses are gross. If more than 10 % are, the model lacks
 /// something and none is, unless one kind of mistake explains half of them. Empty if there are too
 /// few readings to decide, and beyond 2000 poses, where one pose matters little. The effects of the
-/// robot are fitted too.
+/// robot are fitted too. Poses that a shift of one contact, target or anchor explains together have
+/// the same words.
 std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign);
+
+/// The same among readings that took no part in the fit of `robot`, which must state its
+/// uncertainty. A pose is gross if the RMS of its errors over their predicted deviations
+/// (Prediction::deviation) is above 8, and above 8 times the median of the poses; that of points is
+/// then 14 standard deviations of an axis. Where the model lacks something, poses may be as far
+/// off: so a mistake must explain it, or it must be 5 mm or more. None if more than a quarter of
+/// the poses are as far off, or beyond 2000 poses; at most 50.
+std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& held_out);
 
 /// The rows of all gross poses, in ascending order.
 std::vector<int> rows_of(const std::vector<GrossPose>& gross);

@@ -38,8 +38,13 @@ MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campai
 /// the robot: P(X >= outside), X ~ Binomial(poses, 0.05). The errors of the robot are common to the
 /// poses. So each pose is predicted by the robot and by the poses before it (Kalman filter;
 /// Bar-Shalom, "Estimation with Applications", 2001, 5.4): these prediction errors are independent.
-/// The robot must state its uncertainty.
-double p_of_errors(const Robot& robot, const Campaign& campaign);
+/// The robot must state its uncertainty. Where rows state standard deviations, each counts by its
+/// own over `usual`, the usual_sigma() of the calibration [m]; 0: over that of the campaign.
+double p_of_errors(const Robot& robot, const Campaign& campaign, double usual = 0);
+
+/// RMS of the standard deviations that rows state [m], 0 if they state none: Uncertainty::reading
+/// is that of a row which states it.
+double usual_sigma(const Campaign& campaign);
 
 /// Uncertainty of a fit to a campaign. `evaluation`: of its robot on the campaign.
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
@@ -59,7 +64,8 @@ Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign
 Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
                         const std::vector<int>& refitted);
 
-/// One prediction for each row of a campaign. The robot must state its uncertainty.
+/// One prediction for each row of a campaign. The robot must state its uncertainty. Where rows
+/// state standard deviations, each counts by its own over the usual_sigma() of the campaign.
 std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

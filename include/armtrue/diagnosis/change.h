@@ -64,7 +64,8 @@ struct ChangeResult {
 /// x: the errors of the previous parameters, normal with the standard deviations of
 /// `previous.uncertainty`, without it of `previous.std`, and taken as independent of each other
 /// (strong correlations only make the test more cautious). e: normal with the `spread` that the
-/// previous calibration left, or with the scatter of the new replicates if that is larger.
+/// previous calibration left, or with the scatter of the new replicates if that is larger; without
+/// replicates, with the standard deviation that the rows state (their median) if that is larger.
 /// Replicates of a pose share the model error there, so together they count as one reading. A move
 /// adds an unknown with no prior.
 ///

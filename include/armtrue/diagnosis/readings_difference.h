@@ -33,7 +33,8 @@ struct ReadingsDifference {
 /// unknowns of the fits of their own,
 ///     F = (S_common - S_own) / q / (S_own / f).
 /// What the models lack stands in S_own, so that it is no change; a pose counts once, by the mean
-/// of its readings, because they share it. What models lack is not normal: a p below
+/// of its readings, because they share it. The numbers of each run count in units of their scatter
+/// about its own fit. What models lack is not normal: a p below
 /// kChangeSignificance must stand against the F of 199 exchanges of poses between the runs, too.
 /// Linear about `before`, the model of the first run; `after`
 /// is that of the second. Nothing where a run measured no points, where a model has sessions, or

@@ -85,6 +85,7 @@ struct LoopResult {
   /// poses.
   std::vector<int> excluded_rows;
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
+  std::vector<GrossPose> gross_held_out;  ///< see find_gross_held_out(); their errors count
   std::string left_out_together;       ///< see left_out_together()
   std::string explanation;             ///< see explanation_of_rest()
   std::string wrong_readings;          ///< see Findings; then nothing is explained
