@@ -289,6 +289,9 @@ std::string verdict_in_words(const LoopResult& result) {
     text += fmt::format("; {:.3g} mm without {} held-out {} that the others of {} contradict",
                         result.after_sound / kMillimetre, rows, rows == 1 ? "reading" : "readings",
                         rows == 1 ? "its pose" : "their poses");
+  if (const size_t rows = result.not_judged_rows.size(); rows > 0)
+    text += fmt::format("; {} held-out {} at a step in time may be of either side and {} not judged",
+                        rows, rows == 1 ? "reading" : "readings", rows == 1 ? "is" : "are");
   if (result.after_arm && *result.after_arm > kCountsAsWorse * result.after)
     text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
                         *result.after_arm / kMillimetre);

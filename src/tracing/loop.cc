@@ -19,6 +19,7 @@
 #include "tracing/contradicted_rows.h"
 #include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
+#include "tracing/rows_at_steps.h"
 
 namespace armtrue {
 namespace {
@@ -363,19 +364,22 @@ std::string describe(const Effect& effect) {
          to_string(effect.shape) + ")";
 }
 
-LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& held_out,
+LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& all_held_out,
                       const Catalogue& catalogue, const TraceOptions& options) {
-  require_known_sessions(given, held_out);
+  require_known_sessions(given, all_held_out);
   LoopResult result;
   result.of_touches = given.has_touches();
   result.of_images = given.has_pixels_only();
   result.of_distances = given.reads_one_number() && !result.of_touches;
   result.training_poses = count_poses(given);
-  result.held_out_poses = count_poses(held_out);
-  result.rows = given.readings() + held_out.readings();
+  result.rows = given.readings() + all_held_out.readings();
   JudgedTraining judged = judged_training(
-      robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
+      robot, given, all_held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
   Training& training = judged.training;
+  result.not_judged_rows = all_held_out.lines_of(
+      rows_at_steps(training.trace, *training.sound, all_held_out));
+  const Campaign held_out = judged_readings(result, all_held_out);
+  result.held_out_poses = count_poses(held_out);
   result.moved = something_moved(given, training);
   const bool has_effects = training.trace.stages.size() > 1;
   if (!result.moved) result.rejected = rejected_model(training.trace, held_out, options);
@@ -411,6 +415,13 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
   set_verdict(training, held_out, result);
   return result;
+}
+
+Campaign judged_readings(const LoopResult& result, const Campaign& held_out) {
+  std::vector<int> rows;
+  for (int row = 0; row < held_out.rows(); ++row)
+    if (std::ranges::binary_search(result.not_judged_rows, held_out.line[row])) rows.push_back(row);
+  return without_rows(held_out, rows);
 }
 
 const CalibrationResult& result_of(const LoopResult& result) {

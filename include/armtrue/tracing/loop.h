@@ -80,7 +80,8 @@ struct LoopResult {
   bool of_touches = false;    ///< position errors are those of touches
   bool of_images = false;     ///< all readings are pixels
   NoiseFloor noise;
-  int training_poses = 0, held_out_poses = 0, rows = 0;
+  int training_poses = 0, rows = 0;
+  int held_out_poses = 0;  ///< with readings that are judged
   /// Lines of the training file that the final fit counts as blunders; includes those of gross
   /// poses.
   std::vector<int> excluded_rows;
@@ -100,6 +101,9 @@ struct LoopResult {
   /// verdict does not.
   std::vector<int> contradicted_rows;
   double after_sound = 0;                           ///< as `after_named`, without them [m]
+  /// Lines of held-out readings at a step in time: between the training readings between which it
+  /// lies. They may be of either side, so nothing counts them.
+  std::vector<int> not_judged_rows;
   std::optional<WorstReading> worst;                ///< of those held out
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
@@ -147,6 +151,9 @@ struct LoopResult {
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
+
+/// The held-out readings without LoopResult::not_judged_rows.
+Campaign judged_readings(const LoopResult& result, const Campaign& held_out);
 
 /// The robot that is the result: that of `applied`, else that of the trace.
 const CalibrationResult& result_of(const LoopResult& result);
