@@ -144,6 +144,7 @@ Document write_loop(const LoopResult& result, const TraceOptions& options,
   if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
+  for (const std::string& effect : result.without_gain) root["without_gain"].push_back(effect);
   if (result.rejected) root["rejected"] = rejected_node(*result.rejected);
   for (const Part& part : result.parts)
     root["arm_and_station"].push_back(flow_map({{"what", part.what},
