@@ -563,8 +563,8 @@ bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
   if (may_be_rest_of_event(traced.effect, robot) && traced.evidence.delta_ebic < kRuledOut)
     return true;
-  return traced.in_words.empty() && (is_of_no_arm(traced.effect, robot.chain) ||
-                                     is_of_fastened(traced.effect, robot.chain));
+  return traced.in_words.empty() &&
+         (is_of_no_arm(traced.effect, robot.chain) || is_of_fastened(traced.effect, robot.chain));
 }
 
 }  // namespace armtrue

@@ -16,8 +16,8 @@ namespace armtrue {
 /// Smallest fall of EBIC for which one effect replaces another.
 inline constexpr double kMinFallToExchange = 2.0;
 /// Share of a campaign within which an event has one time. The time of a step that is just clear
-/// enough to be found (a fall of 30) lies within 11 / (4 * 30) of the readings (Hansen, Econometrica
-/// 68, 2000); what takes longer is no event.
+/// enough to be found (a fall of 30) lies within 11 / (4 * 30) of the readings (Hansen,
+/// Econometrica 68, 2000); what takes longer is no event.
 inline constexpr double kOneTime = 0.1;
 
 /// One search: forward steps, revisions between them, and the last refinements.

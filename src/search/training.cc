@@ -141,8 +141,7 @@ void leave_out_effect(Training& training, size_t k, const TraceOptions& options)
   near.start_near(trace.fit);
   CalibrationResult fit = calibrate(robot, sound, trace.fit.set, near);
   trace.fit = std::move(fit);
-  trace.bootstrap_draws =
-      bootstrap_coefficients(trace.fit, sound, options.bootstrap, options.seed);
+  trace.bootstrap_draws = bootstrap_coefficients(trace.fit, sound, options.bootstrap, options.seed);
   set_intervals(trace.bootstrap_draws, static_cast<int>(sound.pose_ids.size()), trace.fit.robot);
   for (size_t other = 0; other < trace.effects.size(); ++other)
     trace.effects[other].effect.coefficients = trace.fit.robot.effects[first + other].coefficients;

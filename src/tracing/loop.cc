@@ -417,8 +417,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   JudgedTraining judged = judged_training(
       robot, given, all_held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
   Training& training = judged.training;
-  result.not_judged_rows = all_held_out.lines_of(
-      rows_at_steps(training.trace, *training.sound, all_held_out));
+  result.not_judged_rows =
+      all_held_out.lines_of(rows_at_steps(training.trace, *training.sound, all_held_out));
   const Campaign held_out = judged_readings(result, all_held_out);
   result.held_out_poses = count_poses(held_out);
   result.moved = something_moved(given, training);

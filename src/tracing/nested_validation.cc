@@ -8,8 +8,8 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/sessions.h"
-#include "statistics/ordered_blocks.h"
 #include "armtrue/campaign/without_rows.h"
+#include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
 #include "tracing/rows_at_steps.h"
 

@@ -11,7 +11,8 @@ std::vector<int> rows_at_steps(const TraceResult& trace, const Campaign& trainin
                                const Campaign& held_out) {
   std::set<int> rows;
   const std::vector<Effect>& effects = trace.fit.robot.effects;
-  for (const Effect& effect : std::span(effects).subspan(trace.stages.front().robot.effects.size())) {
+  for (const Effect& effect :
+       std::span(effects).subspan(trace.stages.front().robot.effects.size())) {
     if (effect.driver.kind != DriverKind::time || effect.shape.kind != ShapeKind::step) continue;
     double before = -std::numeric_limits<double>::infinity(), after = -before;
     for (const double time : training.time_s)

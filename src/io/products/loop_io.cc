@@ -35,8 +35,7 @@ YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
   if (result.of_distances) data["measured"] = "distances";
   if (result.of_touches) data["measured"] = "touches";
   data["excluded_rows"] = lines_node(result.excluded_rows);
-  if (!result.not_judged_rows.empty())
-    data["not_judged_rows"] = lines_node(result.not_judged_rows);
+  if (!result.not_judged_rows.empty()) data["not_judged_rows"] = lines_node(result.not_judged_rows);
   if (!result.gross_poses.empty()) data["gross_poses"] = gross_poses_node(result.gross_poses);
   return data;
 }
