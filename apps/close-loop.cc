@@ -115,9 +115,10 @@ int run(app::Command& command, const app::LoopArguments& arguments) {
   for (const std::string& path : {arguments.residuals, command.output})
     command.report_written(path);
   if (arguments.page.is_wanted())
-    app::write_report(command, arguments.page,
-                      loop_page(result, fit, robot, measured.training, measured.held_out,
-                                app::page_head(command, product, about)));
+    app::write_report(
+        command, arguments.page,
+        loop_page(result, fit, robot, measured.training, judged_readings(result, measured.held_out),
+                  app::page_head(command, product, about)));
   const bool may_be_used = doubts.may_be_used && result.wrong_readings.empty() && !result.moved;
   return may_be_used ? app::kSuccess : app::kNotReached;
 }

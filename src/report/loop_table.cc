@@ -73,6 +73,8 @@ std::string before_after_table(const LoopResult& result) {
     table += "left out as blunders: " + lines + "\n";
   if (const std::string lines = lines_in_words(result.contradicted_rows); !lines.empty())
     table += "held out, and contradicted by the others of the pose: " + lines + "\n";
+  if (const std::string lines = lines_in_words(result.not_judged_rows); !lines.empty())
+    table += "held out at a step in time, on either side of it, and not judged: " + lines + "\n";
   table += shares_table(result.trace.effects);
   if (const auto& nested = result.nested)
     table += fmt::format(

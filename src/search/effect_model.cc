@@ -274,12 +274,15 @@ double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) con
   return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
 }
 
-bool EffectModel::split_families() {
+bool EffectModel::split_families(bool events) {
   std::vector<Effect> start = fit_.robot.effects;
   bool found = false;
   for (;;) {
-    const auto family = std::ranges::find_if(
-        chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
+    const auto family = std::ranges::find_if(chosen_, [&](const Candidate& candidate) {
+      const bool is_event =
+          !candidate.only_together && candidate.effect.shape.kind == ShapeKind::step;
+      return !candidate.effect.members.empty() && (is_event || !events);
+    });
     if (family == chosen_.end()) break;
     found = true;
     const int k = static_cast<int>(family - chosen_.begin());
@@ -419,6 +422,7 @@ void EffectModel::Fitted::forget_view() {
 
 void EffectModel::come_back(const Fitted& before) {
   chosen_ = before.chosen;
+  if (p_at_gate_.size() != chosen_.size()) p_at_gate_ = before.p_at_gate;
   fit_ = before.fit;
   near_ = before.near;
   start_ = before.start;
@@ -487,6 +491,25 @@ std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>&
   const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
   const ProjectedCandidates projected(scan, linear());
   return effect < 0 ? projected.scores() : projected.scores_without({effect});
+}
+
+std::vector<CandidateScore> EffectModel::scores_in_place_of(
+    const std::vector<int>& chosen, const std::vector<Candidate>& candidates) {
+  std::vector<int> effects;
+  for (int k : chosen) effects.push_back(in_fit(k));
+  const Robot& robot = fit_.robot;
+  const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
+  return ProjectedCandidates(scan, linear()).scores_without(effects);
+}
+
+CandidateScore EffectModel::score_as_one(const std::vector<int>& chosen) {
+  std::vector<int> effects;
+  double log_choices = 0;
+  for (int k : chosen) {
+    effects.push_back(in_fit(k));
+    log_choices = std::max(log_choices, chosen_[k].log_choices);
+  }
+  return armtrue::score_of(linear(), linear().without(effects), true, log_choices);
 }
 
 ProjectedCandidates::InPlace EffectModel::in_place_of(const std::vector<Candidate>& candidates,

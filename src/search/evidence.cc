@@ -76,13 +76,20 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
-// Whether a parameter is of a link behind the last joint, to which the tool is fastened.
 bool is_behind_joints(const KinematicChain& chain, const Parameter& parameter) {
   const auto found = find_parameter(chain, parameter);
   if (!found || !layout_of(chain).is_of_links(*found)) return false;
   for (int link = link_of_parameter(*found); link < std::ssize(chain.links); ++link)
     if (chain.links[link].joint != JointKind::fixed) return false;
   return true;
+}
+
+// Whether it moves what is fastened to the last joint, and nothing in the arm: in time, or with the
+// payload.
+bool is_of_fastened(const Effect& effect, const KinematicChain& chain) {
+  const Driver& driver = effect.driver;
+  return !driver.factor && (driver.follows_course() || driver.kind == DriverKind::payload) &&
+         (moved_by(effect) == Moved::fastened || is_behind_joints(chain, effect.parameter));
 }
 
 // Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect
@@ -556,7 +563,8 @@ bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
   if (may_be_rest_of_event(traced.effect, robot) && traced.evidence.delta_ebic < kRuledOut)
     return true;
-  return traced.in_words.empty() && is_of_no_arm(traced.effect, robot.chain);
+  return traced.in_words.empty() &&
+         (is_of_no_arm(traced.effect, robot.chain) || is_of_fastened(traced.effect, robot.chain));
 }
 
 }  // namespace armtrue

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <utility>
 
+#include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/refit.h"
 #include "armtrue/calibration/worthwhile.h"
@@ -111,6 +112,45 @@ void fall_back_to_geometry(Training& training) {
     training.if_complete = uncertainty_if_complete(trace.fit, *training.sound);
 }
 
+namespace {
+
+// What predictions of held-out poses need, of the last model.
+void set_predictions(Training& training) {
+  const CalibrationResult& fit = training.trace.fit;
+  const Campaign& sound = *training.sound;
+  const size_t effects = fit.robot.effects.size();
+  const size_t found = effects - training.trace.effects.size();
+  const size_t declared = training.trace.stages.front().robot.effects.size();
+  const SessionModels models(sound, fit.robot, fit.set.kept, fit.sigma);
+  training.without_effect.clear();
+  for (size_t k = found; k < effects; ++k)
+    training.without_effect.push_back(without_effect(fit, models, declared, found, k));
+  training.if_complete = uncertainty_if_complete(fit, sound);
+}
+
+}  // namespace
+
+void leave_out_effect(Training& training, size_t k, const TraceOptions& options) {
+  TraceResult& trace = training.trace;
+  const Campaign& sound = *training.sound;
+  Robot robot = trace.fit.robot;
+  const size_t first = robot.effects.size() - trace.effects.size();
+  robot.effects.erase(robot.effects.begin() + static_cast<std::ptrdiff_t>(first + k));
+  trace.effects.erase(trace.effects.begin() + static_cast<std::ptrdiff_t>(k));
+  CalibrationOptions near;
+  near.start_near(trace.fit);
+  CalibrationResult fit = calibrate(robot, sound, trace.fit.set, near);
+  trace.fit = std::move(fit);
+  trace.bootstrap_draws = bootstrap_coefficients(trace.fit, sound, options.bootstrap, options.seed);
+  set_intervals(trace.bootstrap_draws, static_cast<int>(sound.pose_ids.size()), trace.fit.robot);
+  for (size_t other = 0; other < trace.effects.size(); ++other)
+    trace.effects[other].effect.coefficients = trace.fit.robot.effects[first + other].coefficients;
+  trace.stages.push_back(trace.fit);
+  training.quality = assess(trace.fit, sound);
+  training.errors = errors_of_stages(training);
+  set_predictions(training);
+}
+
 Training search_training(const Robot& robot, const Campaign& given, Then then,
                          const Catalogue& catalogue, const TraceOptions& options) {
   Training training = trace_sound(robot, given, catalogue, options);
@@ -120,13 +160,7 @@ Training search_training(const Robot& robot, const Campaign& given, Then then,
   training.quality = assess(fit, sound);
   training.errors = errors_of_stages(training);
   require_worthwhile(robot, fit, sound, training.quality.blunders, given.rows() - sound.rows());
-  if (then == Then::report) return training;
-  const size_t effects = fit.robot.effects.size();
-  const size_t found = effects - training.trace.effects.size();
-  const SessionModels models(sound, fit.robot, fit.set.kept, fit.sigma);
-  for (size_t k = found; k < effects; ++k)
-    training.without_effect.push_back(without_effect(fit, models, robot.effects.size(), found, k));
-  training.if_complete = uncertainty_if_complete(fit, sound);
+  if (then == Then::predict) set_predictions(training);
   return training;
 }
 

@@ -283,12 +283,19 @@ std::string verdict_in_words(const LoopResult& result) {
                              100 * (result.after / std::max(result.before, 1e-300) - 1), floor)
                : fmt::format("no poses held out, floor {}", floor);
   if (result.rejected) text += "; effects predict worse and are left out";
+  if (const size_t effects = result.without_gain.size(); effects > 0)
+    text += fmt::format("; {} found {} with which they are predicted no better {} left out",
+                        effects, effects == 1 ? "effect" : "effects", effects == 1 ? "is" : "are");
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
   if (const size_t rows = result.contradicted_rows.size(); rows > 0)
     text += fmt::format("; {:.3g} mm without {} held-out {} that the others of {} contradict",
                         result.after_sound / kMillimetre, rows, rows == 1 ? "reading" : "readings",
                         rows == 1 ? "its pose" : "their poses");
+  if (const size_t rows = result.not_judged_rows.size(); rows > 0)
+    text +=
+        fmt::format("; {} held-out {} at a step in time may be of either side and {} not judged",
+                    rows, rows == 1 ? "reading" : "readings", rows == 1 ? "is" : "are");
   if (result.after_arm && *result.after_arm > kCountsAsWorse * result.after)
     text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
                         *result.after_arm / kMillimetre);
@@ -341,6 +348,10 @@ std::string verdict_in_words(const LoopResult& result) {
   if (result.trace.pattern_remains)
     return text + fmt::format("; what is left is no noise, p {:.2g}: {}", result.trace.remaining_p,
                               result.pattern);
+  if (!result.unconfirmed_curve.empty() && !(result.lack_of_fit && *result.lack_of_fit < 0.01) &&
+      result.left_out_together.empty())
+    return text + "; held-out poses do not confirm that " + result.unconfirmed_curve +
+           ", a curve that no listed cause explains";
   return text + (by_replicates ? "; a rest remains that no listed cause explains"
                                : "; unexplained, or the instrument is noisier than stated");
 }

@@ -19,6 +19,7 @@
 #include "tracing/contradicted_rows.h"
 #include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
+#include "tracing/rows_at_steps.h"
 
 namespace armtrue {
 namespace {
@@ -253,6 +254,42 @@ bool something_moved(const Campaign& given, const Training& training) {
   return explanation_of_rest(fit, *training.sound).has_value();
 }
 
+// The found effect that raises the errors of held-out poses most, in position, and does not lower
+// them in orientation.
+std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out) {
+  const auto errors = [&](const Robot& robot) { return errors_of(robot, held_out); };
+  const PoseErrors with = errors(training.trace.fit.robot);
+  std::optional<size_t> worst;
+  double least = 0;
+  for (size_t k = 0; k < training.trace.effects.size(); ++k) {
+    if (training.trace.effects[k].effect.family) continue;  // shown together, not alone
+    const PoseErrors without = errors(training.without_effect[k]);
+    const double gain = without.position.mean - with.position.mean;
+    const bool turns = with.orientation && without.orientation->mean > with.orientation->mean;
+    if (gain >= least || turns) continue;
+    least = gain;
+    worst = k;
+  }
+  return worst;
+}
+
+// Leaves out found effects with which held-out poses are predicted worse, the worst first.
+void leave_out_worse(JudgedTraining& judged, const Campaign& held_out, const Catalogue& catalogue,
+                     const TraceOptions& options, LoopResult& result) {
+  if (held_out.rows() == 0) return;
+  Training& training = judged.training;
+  const Campaign& sound = *training.sound;
+  while (const std::optional<size_t> worst = worst_effect(training, held_out)) {
+    result.without_gain.push_back(describe(training.trace.effects[*worst].effect));
+    leave_out_effect(training, *worst, options);
+  }
+  if (result.without_gain.empty()) return;
+  const CalibrationResult& fit = training.trace.fit;
+  judged.random = judged.instrument_errs
+                      ? random_effects_beside(without_laws(fit, sound), sound, &catalogue)
+                      : random_effects_beside(fit, sound);
+}
+
 // Mean held-out error with the effects of this campaign alone.
 double left_of_readings(const Robot& all, const Campaign& held_out) {
   return summarize(evaluate(all, in_order_of_visits(held_out)).reading_errors()).mean;
@@ -314,6 +351,10 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                               result.after > result.stages.front().held_out.position.mean;
   result.common_backlash =
       common_backlash(result.trace.fit.robot.chain, result.trace.effects);
+  for (size_t k = 0; k < result.gains.size() && result.unconfirmed_curve.empty(); ++k)
+    if (const TracedEffect& traced = result.trace.effects[k];
+        traced.in_words.empty() && !result.gains[k].confirmed())
+      result.unconfirmed_curve = describe(traced.effect);
   result.verdict = conclude({.effects = result.trace.effects,
                              .lack_of_fit = result.lack_of_fit,
                              .knows_noise = result.noise.source != NoiseFloor::Source::none,
@@ -326,7 +367,8 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                              .is_explained = !result.explanation.empty(),
                              .angles_read_early = result.common_backlash.has_value(),
                              .shown_family = !result.trace.shown_family.empty(),
-                             .pattern_remains = result.trace.pattern_remains});
+                             .pattern_remains = result.trace.pattern_remains,
+                             .unconfirmed_curve = !result.unconfirmed_curve.empty()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }
@@ -370,25 +412,30 @@ std::string describe(const Effect& effect) {
          to_string(effect.shape) + ")";
 }
 
-LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& held_out,
+LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& all_held_out,
                       const Catalogue& catalogue, const TraceOptions& options) {
-  require_known_sessions(given, held_out);
+  require_known_sessions(given, all_held_out);
   LoopResult result;
   result.of_touches = given.has_touches();
   result.of_images = given.has_pixels_only();
   result.of_distances = given.reads_one_number() && !result.of_touches;
   result.training_poses = count_poses(given);
-  result.held_out_poses = count_poses(held_out);
-  result.rows = given.readings() + held_out.readings();
+  result.rows = given.readings() + all_held_out.readings();
   JudgedTraining judged = judged_training(
-      robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
+      robot, given, all_held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
   Training& training = judged.training;
+  result.not_judged_rows =
+      all_held_out.lines_of(rows_at_steps(training.trace, *training.sound, all_held_out));
+  const Campaign held_out = judged_readings(result, all_held_out);
+  result.held_out_poses = count_poses(held_out);
   result.moved = something_moved(given, training);
   const bool has_effects = training.trace.stages.size() > 1;
   if (!result.moved) result.rejected = rejected_model(training.trace, held_out, options);
   const bool against_held = !result.rejected && is_against_held(training.trace, held_out);
   if (result.rejected || (result.moved && has_effects) || against_held)
     fall_back_to_geometry(judged);
+  else
+    leave_out_worse(judged, held_out, catalogue, options, result);
   if (!result.moved && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
     set_applied(judged, held_out, result);
   result.trace = std::move(training.trace);
@@ -418,6 +465,13 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
   set_verdict(training, held_out, result);
   return result;
+}
+
+Campaign judged_readings(const LoopResult& result, const Campaign& held_out) {
+  std::vector<int> rows;
+  for (int row = 0; row < held_out.rows(); ++row)
+    if (std::ranges::binary_search(result.not_judged_rows, held_out.line[row])) rows.push_back(row);
+  return without_rows(held_out, rows);
 }
 
 const CalibrationResult& result_of(const LoopResult& result) {

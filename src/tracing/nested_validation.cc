@@ -8,8 +8,10 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/sessions.h"
+#include "armtrue/campaign/without_rows.h"
 #include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
+#include "tracing/rows_at_steps.h"
 
 namespace armtrue {
 namespace {
@@ -79,8 +81,10 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
         const Campaign training = campaign.select(inside), held_out = campaign.select(outside);
         require_known_sessions(training, held_out);
         const TraceResult found_here = trace(robot, training, catalogue, of_fold);
-        return OuterFold{mean_error(found_here.stages.front().robot, held_out),
-                         mean_error(found_here.fit.robot, held_out), found_here.effects};
+        const Campaign judged =
+            without_rows(held_out, rows_at_steps(found_here, training, held_out));
+        return OuterFold{mean_error(found_here.stages.front().robot, judged),
+                         mean_error(found_here.fit.robot, judged), found_here.effects};
       },
       [&](const OuterFold& result) {
         before.push_back(result.before);

@@ -84,6 +84,7 @@ Verdict conclude(const Grounds& grounds) {
     return Verdict::not_separable;
   if (!grounds.knows_noise) return Verdict::unknown_noise;
   if (beyond_floor) return Verdict::too_few_poses;
+  if (grounds.unconfirmed_curve) return Verdict::unexplained;
   return grounds.effects.empty() ? Verdict::nothing_to_explain : Verdict::closed;
 }
 

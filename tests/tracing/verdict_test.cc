@@ -63,6 +63,12 @@ TEST(Verdict, APatternThatRemainsIsNoNoise) {
   }
 }
 
+TEST(Verdict, ACurveThatHeldOutPosesDoNotConfirmClosesNothing) {
+  Grounds grounds = at_the_floor(kOne);
+  grounds.unconfirmed_curve = true;
+  EXPECT_EQ(conclude(grounds), Verdict::unexplained);
+}
+
 TEST(Verdict, AnExplanationOfTheRestOverrulesAFloorHoweverLarge) {
   const std::vector<TracedEffect> rivals{with_a_rival()};
   for (const auto& effects : {kNone, kOne, rivals}) {

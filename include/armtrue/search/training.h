@@ -37,6 +37,10 @@ PoseErrors training_errors(const Robot& robot, const Training& training);
 /// stage, which is then also the last.
 void fall_back_to_geometry(Training& training);
 
+/// Removes the k-th found effect and refits the rest. The evidence of the other effects stays that
+/// of the search. `training`: for Then::predict.
+void leave_out_effect(Training& training, size_t k, const TraceOptions& options);
+
 /// Searches a campaign for effects. Throws std::invalid_argument as trace() does, and if a fit
 /// fails require_worthwhile().
 Training search_training(const Robot& robot, const Campaign& given, Then then,

@@ -80,7 +80,8 @@ struct LoopResult {
   bool of_touches = false;    ///< position errors are those of touches
   bool of_images = false;     ///< all readings are pixels
   NoiseFloor noise;
-  int training_poses = 0, held_out_poses = 0, rows = 0;
+  int training_poses = 0, rows = 0;
+  int held_out_poses = 0;  ///< with readings that are judged
   /// Lines of the training file that the final fit counts as blunders; includes those of gross
   /// poses.
   std::vector<int> excluded_rows;
@@ -95,12 +96,21 @@ struct LoopResult {
   /// Whether a camera or a board moved among the images: the result is the geometry.
   bool moved = false;
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
+  /// describe() of each found effect that is no part of the result, because held-out poses are
+  /// predicted no better with it.
+  std::vector<std::string> without_gain;
+  /// describe() of a found curve of no listed cause whose gain held-out poses do not confirm;
+  /// empty: none.
+  std::string unconfirmed_curve;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
   /// Lines of held-out readings that the others of their pose contradict. Errors count them; the
   /// verdict does not.
   std::vector<int> contradicted_rows;
   double after_sound = 0;                           ///< as `after_named`, without them [m]
+  /// Lines of held-out readings at a step in time: between the training readings between which it
+  /// lies. They may be of either side, so nothing counts them.
+  std::vector<int> not_judged_rows;
   std::optional<WorstReading> worst;                ///< of those held out
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
@@ -143,11 +153,16 @@ struct LoopResult {
 
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
 /// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
-/// effects together, the result is the geometry, and random effects are applied only where the mean
-/// error does not rise (by 5 % at most where AppliedArm::instrument_errs).
-/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
+/// effects together, the result is the geometry; a found effect with which they are higher is left
+/// out, unless it is one of a family, which has its evidence together; and random effects are
+/// applied only where the mean error does not rise (by 5 % at most where
+/// AppliedArm::instrument_errs). Throws std::invalid_argument if a session of `held_out` has no
+/// reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
+
+/// The held-out readings without LoopResult::not_judged_rows.
+Campaign judged_readings(const LoopResult& result, const Campaign& held_out);
 
 /// The robot that is the result: that of `applied`, else that of the trace.
 const CalibrationResult& result_of(const LoopResult& result);

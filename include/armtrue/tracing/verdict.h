@@ -44,6 +44,7 @@ struct Grounds {
   bool angles_read_early = false;  ///< see common_backlash()
   bool shown_family = false;       ///< see TraceResult::shown_family
   bool pattern_remains = false;    ///< see TraceResult::pattern_remains
+  bool unconfirmed_curve = false;  ///< see LoopResult::unconfirmed_curve
 };
 
 /// The mean backlash of the joints [rad], if more than half of them, three at least, have backlash

@@ -35,6 +35,7 @@ YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
   if (result.of_distances) data["measured"] = "distances";
   if (result.of_touches) data["measured"] = "touches";
   data["excluded_rows"] = lines_node(result.excluded_rows);
+  if (!result.not_judged_rows.empty()) data["not_judged_rows"] = lines_node(result.not_judged_rows);
   if (!result.gross_poses.empty()) data["gross_poses"] = gross_poses_node(result.gross_poses);
   return data;
 }
@@ -142,6 +143,7 @@ Document write_loop(const LoopResult& result, const TraceOptions& options,
   if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
+  for (const std::string& effect : result.without_gain) root["without_gain"].push_back(effect);
   if (result.rejected) root["rejected"] = rejected_node(*result.rejected);
   for (const Part& part : result.parts)
     root["arm_and_station"].push_back(flow_map({{"what", part.what},
