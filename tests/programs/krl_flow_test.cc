@@ -525,6 +525,41 @@ TEST(KrlFlowTest, FdatMayBeStatedWhereItIsSet) {
                           "holds the part"));
 }
 
+// BAS.SRC of the controller: #PTP_DAT and #CP_DAT set velocities alone.
+TEST(KrlFlowTest, FdatHoldsFromTheBasThatSetsFrames) {
+  const std::string fdat = "FDAT_ACT={TOOL_NO 1,BASE_NO 0,IPO_FRAME #BASE}\n",
+                    of_fdat = "BASE_DATA[0] TOOL_DATA[1]", before = "$NULLFRAME $NULLFRAME";
+  const auto last = [](const std::string& moves) {
+    const RobotProgram program = parsed(kHead + moves + kWhole);
+    return frames_of(program, program.targets.size() - 1);
+  };
+  EXPECT_EQ(last(fdat + "BAS(#PTP_DAT )\nBAS (#VEL_PTP,10 )\n"), before);
+  EXPECT_EQ(last(fdat + "BAS(#CP_DAT)\n"), before);
+  EXPECT_EQ(last("BAS(#PTP_DAT)\n" + fdat + "BAS (#FRAMES )\nBAS(#VEL_PTP,100)\n"), of_fdat);
+  EXPECT_EQ(last(fdat + "BAS(#PTP_DAT)\nBAS(#FRAMES)\n"), of_fdat);
+  EXPECT_EQ(last(fdat + "BAS(#PTP_PARAMS,30)\n"), of_fdat);
+  EXPECT_EQ(last(fdat + "BAS(#CP_PARAMS,0.2)\n$BASE=$NULLFRAME\n"), "$NULLFRAME TOOL_DATA[1]");
+  EXPECT_EQ(last(fdat + "BAS(#PTP_DAT)\n" + kWhole + "BAS(#CP_PARAMS,0.2)\n"), of_fdat);
+  // Of several ways one has another FDAT.
+  const RobotProgram several =
+      parsed(kHead + fdat + "BAS(#PTP_DAT)\nIF $IN[1] THEN\nFDAT_ACT={TOOL_NO 2,BASE_NO 0}\n" +
+             "BAS(#PTP_DAT)\nENDIF\n" + kWhole + "BAS(#FRAMES)\n" + kWhole);
+  EXPECT_EQ(several.targets.size(), 1U);
+  EXPECT_EQ(several.left_alone, 1);
+}
+
+// BAS.SRC of the controller.
+TEST(KrlFlowTest, InitmovSetsWorldAndTheFirstTool) {
+  const std::string init = "BAS (#INITMOV,0 )\n", initial = "BASE_DATA[0] TOOL_DATA[1]";
+  EXPECT_EQ(frames_of(parsed(kHead + init + kWhole), 0), initial);
+  EXPECT_EQ(frames_of(parsed(kHead + init + "$BASE=$NULLFRAME\n" + kWhole), 0),
+            "$NULLFRAME TOOL_DATA[1]");
+  EXPECT_EQ(frames_of(parsed(kHead + "sub()\nEND\nDEF sub()\n" + init + kWhole + "END\n"), 0),
+            initial);
+  // --base and --tool are for programs that state nothing.
+  EXPECT_EQ(parsed("DEF p()\n" + init + kWhole).targets.at(0).tool, -1);
+}
+
 // Another kinematic system carries it.
 TEST(KrlFlowTest, AnExternalBaseTakesThePlaceOfTheBaseBefore) {
   const RobotProgram program = parsed(kHead + "BAS(#EX_BASE,1)\n" + kWhole);
@@ -668,10 +703,30 @@ TEST(KrlFlowTest, AProgramBeginsWithTheFramesOfItsCallers) {
   EXPECT_EQ(
       base_of_called("DEF a()\nb()\n", "", "DEF b()\n" + kWhole + "IF $IN[1] THEN\na()\nENDIF\n"),
       "?");
+  const std::string initial = "DEF b()\nBAS(#INITMOV,0)\n" + kWhole;
+  EXPECT_EQ(base_of_called(kCaller + "b()\n", "", initial), "BASE_DATA[0]");
+  EXPECT_EQ(base_of_called("DEF a()\nb()\n", "", initial), "");
   // What is calculated is another frame at each call.
   EXPECT_EQ(base_of_called("DEF a()\n$TOOL=$NULLFRAME\n$BASE=BASE_DATA[n]\nb()\n"), "?");
   // A local routine of the caller has the name.
   EXPECT_EQ(base_of_called(kCaller + "b()\nEND\nDEF b()\n"), "");
+}
+
+TEST(KrlFlowTest, CallersAreNamedWhereTheFramesAreTheirs) {
+  const auto warnings = [](const std::string& own) {
+    const Dialect& krl = *find_dialect("krl");
+    const std::vector<ProgramText> project{{"a.src", kCaller + "b()\nEND\n"},
+                                           {"b.src", "DEF b()\n" + own + kWhole + kEnd}};
+    return parse_program(krl, {project[1]}, {}, TargetParts::pose,
+                         TextsOfOthers(krl, project).of("b.src"),
+                         neighbours_in(krl, project, {})["b.src"])
+        .warnings;
+  };
+  EXPECT_THAT(warnings(""), Contains(HasSubstr("b.src:2: $BASE and $TOOL are those with which")));
+  EXPECT_THAT(warnings("$TOOL=$NULLFRAME\n"), Contains(HasSubstr("are those with which")));
+  EXPECT_THAT(warnings("$TOOL=$NULLFRAME\n$BASE=BASE_DATA[1]\n"), IsEmpty());
+  EXPECT_THAT(warnings("$TOOL=$NULLFRAME\nIF $IN[1] THEN\n$BASE=BASE_DATA[1]\nENDIF\n"),
+              Contains(HasSubstr("are those with which")));
 }
 
 std::string base_behind(const std::string& call, const std::string& called) {
@@ -714,6 +769,11 @@ TEST(KrlFlowTest, AProgramGoesOnWithTheFramesThatACalledOneLeaves) {
   EXPECT_EQ(base_behind("b()", "DEF b(n:IN)\n$BASE=BASE_DATA[n]\nEND\n"), "?");
   EXPECT_EQ(base_behind("x=b()", "DEFFCT INT b()\n$BASE=BASE_DATA[2]\nRETURN 1\nENDFCT\n"), "?");
   EXPECT_EQ(base_behind("x=b()", "DEFFCT INT b()\nRETURN 1\nENDFCT\n"), "BASE_DATA[1]");
+  // BAS takes the FDAT that the other program has set.
+  const std::string fdat = "FDAT_ACT={TOOL_NO 1,BASE_NO 2}\nBAS(#FRAMES)\n";
+  EXPECT_EQ(base_behind("FDAT_ACT={TOOL_NO 1,BASE_NO 3}\nBAS(#FRAMES)\nb()\nBAS(#CP_PARAMS,1)",
+                        "DEF b()\n" + fdat + "END\n"),
+            "BASE_DATA[2]");
   // Another routine of it, and one that its own routine calls.
   EXPECT_EQ(
       base_behind("g()",

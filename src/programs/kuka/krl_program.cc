@@ -180,9 +180,9 @@ class KrlReader : MoveReader {
   }
 
   void warn_of_callers() {
-    for (const ProgramTarget& target : program_.targets) {
-      if (target.kind != TargetKind::cartesian ||
-          !(set_ups_.handed_on.contains(target.base) || set_ups_.handed_on.contains(target.tool)))
+    for (size_t k = 0; k < program_.targets.size(); ++k) {
+      const ProgramTarget& target = program_.targets[k];
+      if (target.kind != TargetKind::cartesian || !set_ups_.are_of_callers[move_of_target_[k]])
         continue;
       std::string callers;
       for (const auto& [routine, calls] : program_.neighbours.callers)

@@ -61,9 +61,12 @@ KrlSetUps::List KrlSetUps::read() {
   List list;
   list.behind.emplace_back();
   for (const KrlSetUp& statement : syntax_.set_ups) list.behind.push_back(at(statement.end));
-  for (const KrlMove& move : syntax_.moves) list.of_moves.push_back(at(move.begin, with_of(move)));
+  for (const KrlMove& move : syntax_.moves) {
+    const Settings with = with_of(move);
+    list.of_moves.push_back(at(move.begin, with));
+    list.are_of_callers.push_back(are_of_callers(move.begin, with));
+  }
   leave_subprograms(list);
-  list.handed_on = handed_on_;
   for (const auto& [routine, frames] : neighbours_.begins)
     if (std::ranges::any_of(frames, is_several)) list.callers = neighbours_.callers.at(routine);
   return list;
@@ -71,16 +74,114 @@ KrlSetUps::List KrlSetUps::read() {
 
 void KrlSetUps::follow_statements() {
   SettingsInOrder settings;
-  for (const KrlSetUp& statement : syntax_.set_ups) {
-    const Settings set = is_definition(statement.word) ? begin_of(statement) : set_by(statement);
-    for (size_t part = 0; part < set.size(); ++part)
-      if (set[part]) settings[part].push_back({statement.begin, *set[part]});
-  }
+  for (const KrlSetUp& statement : syntax_.set_ups)
+    add(is_definition(statement.word) ? begin_of(statement) : set_by(statement), statement,
+        settings);
+  std::vector<ProgramFlow::Setting> fdats;
   ProgramFlow flow = syntax_.steps.flow();
-  add_what_others_leave(settings);
+  add_what_others_leave(settings, fdats);
   add_callers(flow, settings);
+  add_fdats(flow, std::move(fdats), settings);
+  follow(flow, settings);
+  if (add_initial_frames(settings)) follow(flow, settings);
+  follow_without_callers(flow, settings);
+}
+
+// The same with a value of no frame for what the callers hand on.
+void KrlSetUps::follow_without_callers(const ProgramFlow& flow, SettingsInOrder& settings) {
+  without_callers_ = values_;
+  if (neighbours_.begins.empty()) return;
+  for (const size_t part : {kBase, kTool}) {
+    for (ProgramFlow::Setting& setting : settings[part])
+      if (setting.at > src_.size()) setting.value = kOfCaller;
+    without_callers_[part] = flow.follow(settings[part], kStart[part]);
+  }
+}
+
+bool KrlSetUps::are_of_callers(size_t place, const Settings& of_move) const {
+  return std::ranges::any_of(std::array{kBase, kTool}, [&](Part part) {
+    const int value = values_[part].at(place);
+    return !of_move[part] && value >= 0 && without_callers_[part].at(place) != value;
+  });
+}
+
+void KrlSetUps::add(const Settings& set, const KrlSetUp& statement, SettingsInOrder& settings) {
+  for (size_t part = 0; part < set.size(); ++part)
+    if (set[part]) settings[part].push_back({statement.begin, *set[part]});
+}
+
+void KrlSetUps::follow(const ProgramFlow& flow, const SettingsInOrder& settings) {
   for (size_t part = 0; part < settings.size(); ++part)
     values_[part] = flow.follow(settings[part], kStart[part]);
+}
+
+// FDAT_ACT only keeps tool and base; BAS(#FRAMES), BAS(#PTP_PARAMS,..) and BAS(#CP_PARAMS,..) set
+// them. Without an FDAT of this program they set what holds already. `kept`: calls of others that
+// may change FDAT_ACT.
+void KrlSetUps::add_fdats(const ProgramFlow& flow, std::vector<ProgramFlow::Setting> kept,
+                          SettingsInOrder& settings) {
+  bool is_kept = false;
+  for (size_t i = 0; i < syntax_.set_ups.size(); ++i) {
+    const KrlSetUp& statement = syntax_.set_ups[i];
+    if (statement.word == "FDAT_ACT") {
+      is_kept = true;
+      kept.push_back({statement.begin, static_cast<int>(i)});
+      if (is_without_bas(i)) add(read_fdat(statement, statement.begin), statement, settings);
+    } else if (is_definition(statement.word) && begin_of(statement)[kBase]) {
+      kept.push_back({statement.begin, *begin_of(statement)[kBase]});
+    }
+  }
+  if (!is_kept) return;
+  for (const auto& [routine, place] : behind_callers_of_) kept.push_back({place - 1, kNoFdat});
+  const ProgramFlow::Values fdats = flow.follow(kept, kNoFdat);
+  for (const KrlSetUp& statement : syntax_.set_ups) {
+    if (!is_bas(statement, {"FRAMES", "PTP_PARAMS", "CP_PARAMS"})) continue;
+    const int fdat = fdats.at(statement.begin);
+    if (fdat == kUncertain)
+      add({kUncertain, kUncertain, kUncertain}, statement, settings);
+    else if (fdat != kNoFdat)
+      add(read_fdat(syntax_.set_ups[fdat], statement.begin), statement, settings);
+  }
+}
+
+// Whether no BAS with data of moves stands between an FDAT_ACT and the next move, as in a text that
+// was shortened by hand: its FDAT is what the author means.
+bool KrlSetUps::is_without_bas(size_t fdat) const {
+  const auto next = std::ranges::upper_bound(syntax_.moves, syntax_.set_ups[fdat].begin, {},
+                                             [](const KrlMove& move) { return move.begin; });
+  const size_t end = next == syntax_.moves.end() ? src_.size() : next->begin;
+  for (size_t i = fdat + 1; i < syntax_.set_ups.size(); ++i) {
+    const KrlSetUp& statement = syntax_.set_ups[i];
+    if (statement.begin > end || is_definition(statement.word)) return true;
+    if (is_bas(statement, {"FRAMES", "PTP_PARAMS", "CP_PARAMS", "PTP_DAT", "CP_DAT"})) return false;
+  }
+  return true;
+}
+
+// BAS(#INITMOV,0) sets $BASE to $WORLD and $TOOL to TOOL_DATA[1]. Where nothing is stated before,
+// --base and --tool are what the program runs with. Whether something was added.
+bool KrlSetUps::add_initial_frames(SettingsInOrder& settings) {
+  bool is_added = false;
+  for (const KrlSetUp& statement : syntax_.set_ups) {
+    if (!is_bas(statement, {"INITMOV"})) continue;
+    const bool is_stated = values_[kBase].at(statement.begin) != kStart[kBase] ||
+                           values_[kTool].at(statement.begin) != kStart[kTool];
+    if (!is_stated) continue;
+    add({number_of("BASE_DATA", 0, statement.begin), number_of("TOOL_DATA", 1, statement.begin),
+         kStart[kMode]},
+        statement, settings);
+    is_added = true;
+  }
+  return is_added;
+}
+
+// Whether it calls BAS with one of these commands.
+bool KrlSetUps::is_bas(const KrlSetUp& statement,
+                       std::initializer_list<std::string_view> commands) const {
+  if (statement.word != "BAS") return false;
+  TextCursor cursor(src_, statement.begin, statement.end);
+  cursor.take_name();
+  return cursor.take('(') && cursor.take('#') && contains(commands, cursor.take_name());
 }
 
 // Other programs that call a routine of this one, as routines behind the text.
@@ -90,8 +191,6 @@ void KrlSetUps::add_callers(ProgramFlow& flow, SettingsInOrder& settings) {
     flow.add(ProgramFlow::Step::routine, ++place);
     for (size_t part = 0; part < frames.size(); ++part) {
       settings[part].push_back({place, handed(frames[part], part)});
-      if (part != kMode && settings[part].back().value >= 0)
-        handed_on_.insert(settings[part].back().value);
     }
     flow.add(ProgramFlow::Step::call, ++place, routine);
     behind_callers_of_[routine] = place;
@@ -100,7 +199,8 @@ void KrlSetUps::add_callers(ProgramFlow& flow, SettingsInOrder& settings) {
 }
 
 // A function in an expression may run at any place of its statement.
-void KrlSetUps::add_what_others_leave(SettingsInOrder& settings) {
+void KrlSetUps::add_what_others_leave(SettingsInOrder& settings,
+                                      std::vector<ProgramFlow::Setting>& fdats) {
   if (neighbours_.leaves.empty()) return;
   for (const KrlCall& call : krl_calls(masked(src_, ';', "\""))) {
     const auto found = neighbours_.leaves.find(call.name);
@@ -110,6 +210,7 @@ void KrlSetUps::add_what_others_leave(SettingsInOrder& settings) {
       if (frame.kind == HandedFrame::Kind::as_before) continue;
       settings[part].push_back(
           {call.place(), call.is_statement ? handed(frame, part) : kUncertain});
+      fdats.push_back({call.place(), kNoFdat});
     }
   }
 }
@@ -225,8 +326,6 @@ KrlSetUps::Settings KrlSetUps::set_by(const KrlSetUp& statement) {
   Settings settings;
   if (word == "BAS")
     read_bas(without_blanks(text(statement.begin, statement.end)), statement.begin, settings);
-  else if (word == "FDAT_ACT")
-    read_fdat(statement, settings);
   else if (word[0] == '$')
     assign(word, statement.begin, statement.end, statement.line, settings);
   return settings;
@@ -247,14 +346,15 @@ void KrlSetUps::read_bas(const std::string& spelled, size_t at, Settings& settin
   }
 }
 
-// FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}
-void KrlSetUps::read_fdat(const KrlSetUp& statement, Settings& settings) {
+// FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}. `place`: where it takes effect.
+KrlSetUps::Settings KrlSetUps::read_fdat(const KrlSetUp& statement, size_t place) {
   const std::string value = without_blanks(behind_equals(text(statement.begin, statement.end)));
   std::unordered_map<std::string, KrlFdat> stated;
   TextCursor cursor(src_, statement.begin, statement.end);
   take_krl_fdat(cursor, stated);
-  set_fdat(value, stated.empty() ? syntax_.fdats : stated, {statement.line, statement.begin},
-           settings);
+  Settings settings;
+  set_fdat(value, stated.empty() ? syntax_.fdats : stated, {statement.line, place}, settings);
+  return settings;
 }
 
 // `name`: of the FDAT, or what states it, which is the only one of `fdats` then.

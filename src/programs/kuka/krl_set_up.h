@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -17,8 +17,8 @@
 namespace armtrue {
 
 /// Follows $BASE and $TOOL through a KRL program, also through its calls, branches, loops and
-/// jumps: direct assignments, BAS(#BASE,n) and BAS(#TOOL,n), the FDAT of inline forms, WITH of
-/// spline moves and blocks (KUKA, KSS 8.x operating and programming instructions for system
+/// jumps: direct assignments, BAS with a base, a tool or #INITMOV, the FDAT of inline forms, WITH
+/// of spline moves and blocks (KUKA, KSS 8.x operating and programming instructions for system
 /// integrators), and what other programs of its project hand on: HandedFrames are base, tool and
 /// mode, `#TCP` if the tool is stationary, else `#BASE`. A subprogram that nothing calls begins
 /// without base and tool.
@@ -38,7 +38,7 @@ class KrlSetUps {
   struct List {
     std::vector<SetUp> of_moves;
     std::vector<SetUp> behind;  ///< so many statements of KrlSyntax::set_ups
-    std::set<int> handed_on;    ///< frames that callers in other programs hand on
+    std::vector<bool> are_of_callers;  ///< of moves: whether callers in other programs state them
     std::string callers;        ///< which hand on several; empty if none do
   };
 
@@ -58,13 +58,24 @@ class KrlSetUps {
   static constexpr std::array<int, 3> kStart{-1, -1, 0};
   static constexpr int kAnyMode = 2, kUncertain = ProgramFlow::kUncertain;
   static constexpr int kCalculated = -2;               // by another program, as it runs
+  static constexpr int kOfCaller = -3;                 // of without_callers_
+  static constexpr int kNoFdat = -1;                   // else: of the set-ups of the syntax
   using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
   using Fdats = std::unordered_map<std::string, KrlFdat>;
   using SettingsInOrder = std::array<std::vector<ProgramFlow::Setting>, 3>;
 
   void follow_statements();
+  void follow(const ProgramFlow& flow, const SettingsInOrder& settings);
+  static void add(const Settings& set, const KrlSetUp& statement, SettingsInOrder& settings);
+  void add_fdats(const ProgramFlow& flow, std::vector<ProgramFlow::Setting> kept,
+                 SettingsInOrder& settings);
+  bool is_without_bas(size_t fdat) const;
+  void follow_without_callers(const ProgramFlow& flow, SettingsInOrder& settings);
+  bool are_of_callers(size_t place, const Settings& of_move) const;
+  bool add_initial_frames(SettingsInOrder& settings);
+  bool is_bas(const KrlSetUp& statement, std::initializer_list<std::string_view> commands) const;
   void add_callers(ProgramFlow& flow, SettingsInOrder& settings);
-  void add_what_others_leave(SettingsInOrder& settings);
+  void add_what_others_leave(SettingsInOrder& settings, std::vector<ProgramFlow::Setting>& fdats);
   int handed(const HandedFrame& frame, size_t part);
   HandedFrame as_handed(int value, size_t part) const;
   HandedFrames all_as_handed(size_t place) const;
@@ -75,7 +86,7 @@ class KrlSetUps {
   Settings set_by(const KrlSetUp& statement);
   void assign(const std::string& name, size_t begin, size_t end, int line, Settings& settings);
   void read_bas(const std::string& spelled, size_t at, Settings& settings);
-  void read_fdat(const KrlSetUp& statement, Settings& settings);
+  Settings read_fdat(const KrlSetUp& statement, size_t place);
   void read_with(size_t begin, size_t end, int line, Settings& settings);
   void set_fdat(const std::string& name, const Fdats& fdats, const Statement& statement,
                 Settings& settings);
@@ -93,9 +104,8 @@ class KrlSetUps {
   const KnownFrames& known_;
   std::vector<ProgramFrame>& frames_;
   ProgramWarnings& warnings_;
-  std::set<int> handed_on_;                          // of the frames
   std::map<std::string, size_t> behind_callers_of_;  // places behind the text
-  std::array<ProgramFlow::Values, 3> values_;
+  std::array<ProgramFlow::Values, 3> values_, without_callers_;
   std::map<std::string, ProgramFlow::Values> of_set_frames_;  // by name: index in the frames
 };
 
