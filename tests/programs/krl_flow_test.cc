@@ -540,6 +540,8 @@ TEST(KrlFlowTest, FdatHoldsFromTheBasThatSetsFrames) {
   EXPECT_EQ(last(fdat + "BAS(#PTP_PARAMS,30)\n"), of_fdat);
   EXPECT_EQ(last(fdat + "BAS(#CP_PARAMS,0.2)\n$BASE=$NULLFRAME\n"), "$NULLFRAME TOOL_DATA[1]");
   EXPECT_EQ(last(fdat + "BAS(#PTP_DAT)\n" + kWhole + "BAS(#CP_PARAMS,0.2)\n"), of_fdat);
+  EXPECT_THAT(parsed(kHead + "FDAT_ACT=FX\nBAS(#PTP_PARAMS,1)\nBAS(#FRAMES)\n" + kWhole).warnings,
+              ElementsAre("p.src:4: the tool and base of 'FX' are not declared as FDAT"));
   // Of several ways one has another FDAT.
   const RobotProgram several =
       parsed(kHead + fdat + "BAS(#PTP_DAT)\nIF $IN[1] THEN\nFDAT_ACT={TOOL_NO 2,BASE_NO 0}\n" +

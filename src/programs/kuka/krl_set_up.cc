@@ -363,7 +363,8 @@ void KrlSetUps::set_fdat(const std::string& name, const Fdats& fdats, const Stat
   if (name.empty()) return;
   const auto found = name.starts_with('{') ? fdats.begin() : fdats.find(name);
   if (found == fdats.end() || !found->second.tool || !found->second.base) {
-    warnings_.add(statement.line, "the tool and base of '" + name + "' are not declared as FDAT");
+    if (undeclared_.emplace(statement.line, name).second)
+      warnings_.add(statement.line, "the tool and base of '" + name + "' are not declared as FDAT");
     settings[kTool] = add("TOOL_DATA[" + name + ".TOOL_NO]", std::nullopt);
     settings[kBase] = add("BASE_DATA[" + name + ".BASE_NO]", std::nullopt);
     return;

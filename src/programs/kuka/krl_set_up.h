@@ -5,9 +5,11 @@
 #include <initializer_list>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
@@ -104,6 +106,7 @@ class KrlSetUps {
   const KnownFrames& known_;
   std::vector<ProgramFrame>& frames_;
   ProgramWarnings& warnings_;
+  std::set<std::pair<int, std::string>> undeclared_;  // FDATs that were named, by line
   std::map<std::string, size_t> behind_callers_of_;  // places behind the text
   std::array<ProgramFlow::Values, 3> values_, without_callers_;
   std::map<std::string, ProgramFlow::Values> of_set_frames_;  // by name: index in the frames
