@@ -68,8 +68,8 @@ class HintedTargets {
     for (size_t row = 0; row < rows(); ++row) {
       const Pose changed{program_.poses[row].rotation,
                          factors.cwiseProduct(program_.poses[row].translation)};
-      most = std::max(
-          most, ((options_.base * changed).translation - hinted_[row].translation).norm());
+      most =
+          std::max(most, ((options_.base * changed).translation - hinted_[row].translation).norm());
     }
     return most;
   }
@@ -160,8 +160,9 @@ std::string contradiction_of_hints(const Program& program, const Robot& controll
   if (apart < kElsewhere) return "";
   const std::string remedy = targets.remedy();
   if (remedy.empty()) return "";
-  return fmt::format("the joint angles of the targets stand {:.4g} mm from their poses (median), and {}",
-                     apart / kMillimetre, remedy);
+  return fmt::format(
+      "the joint angles of the targets stand {:.4g} mm from their poses (median), and {}",
+      apart / kMillimetre, remedy);
 }
 
 }  // namespace armtrue

@@ -449,8 +449,7 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
                                  const std::vector<int>& rows) {
   // A copy of a million rows takes as much memory as the rest of a calibration.
   std::optional<Campaign> some;
-  const Campaign& session =
-      std::ssize(rows) == all.rows() ? all : some.emplace(all.select(rows));
+  const Campaign& session = std::ssize(rows) == all.rows() ? all : some.emplace(all.select(rows));
   const std::vector<int> chosen = readings_evenly_chosen(all, rows, kRowsLookedAt);
   const Campaign campaign = all.select(chosen);
   const Robot robot = robot_at_row(given, campaign, 0);
@@ -459,8 +458,7 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   if (poses < 4) return {};  // a base fits any three points
   const bool few = poses < kFewestPoses;
   if (!few)
-    if (const auto exchanged = find_exchanged_targets(robot, session))
-      return {{*exchanged}, true};
+    if (const auto exchanged = find_exchanged_targets(robot, session)) return {{*exchanged}, true};
   const double miss = median_miss(robot, campaign);
   const bool fits = miss <= kImplausibleMiss;
   const bool has_turns = !few && campaign.has_orientation();

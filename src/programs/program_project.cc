@@ -180,8 +180,7 @@ class ProjectRewriter {
       std::map<Key, TextEdit>& of_text = edits_[name];
       // Insertions at one place keep their order; a shared declaration changes once.
       const bool is_insertion = edit.begin == edit.end;
-      const Key key{edit.begin, edit.end,
-                    is_insertion ? ++insertions[{edit.file, edit.begin}] : 0};
+      const Key key{edit.begin, edit.end, is_insertion ? ++insertions[{edit.file, edit.begin}] : 0};
       of_text.try_emplace(key, TextEdit{0, edit.begin, edit.end, edit.text});
     }
   }

@@ -1039,9 +1039,9 @@ TEST(Certainty, AMoveThatIsLeftAloneLaterKeepsItsPoints) {
 
 // An arc of FANUC's A has no auxiliary point: no move before it goes with it.
 TEST(Certainty, AnArcOfOnePointIsLeftAloneByItself) {
-  RobotProgram program = fanuc(
-      "1:A P[1] 9mm/sec FINE ;\n2:A P[2] 9mm/sec FINE ;\n3:C P[1]\n:P[2] 9mm/sec FINE ;\n",
-      fanuc_position(1) + fanuc_position(2));
+  RobotProgram program =
+      fanuc("1:A P[1] 9mm/sec FINE ;\n2:A P[2] 9mm/sec FINE ;\n3:C P[1]\n:P[2] 9mm/sec FINE ;\n",
+            fanuc_position(1) + fanuc_position(2));
   ASSERT_THAT(lines_of(program), ElementsAre(3, 4, 5, 5));
   EXPECT_THAT(targets_of_move(program, 0), ElementsAre(0));
   EXPECT_THAT(targets_of_move(program, 1), ElementsAre(1));
