@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
@@ -42,6 +43,41 @@ Robot ideal_structure(Robot robot) {
   return robot;
 }
 
+// Coordinates of anchors; last those that the base imitates best. Of six that a motion of R_A,
+// with derivatives e_k^T (I, -[p]x / s) at an anchor p with the size s of all, changes almost
+// alike, as the heights of three on one line, it could not take up the errors.
+std::vector<int> coordinates_of_anchors(const KinematicChain& chain) {
+  constexpr int kMotions = 6;
+  constexpr double kLeast = 1e-3;  // of a derivative that the others leave
+  const int count = anchor_count(chain);
+  if (count == 0) return {};
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Anchor& anchor : chain.anchors) middle += anchor.position / count;
+  double square = 0;
+  for (const Anchor& anchor : chain.anchors)
+    square += (anchor.position - middle).squaredNorm() / count;
+  const double size = square > 0 ? std::sqrt(square) : 1;
+  Eigen::MatrixXd motions(3 * count, kMotions);
+  for (int a = 0; a < count; ++a)
+    motions.middleRows<3>(3 * a) << Eigen::Matrix3d::Identity(),
+        cross_matrix(middle - chain.anchors[a].position) / size;
+  std::set<int> references;
+  for (int k = 0; k < kMotions; ++k) {
+    int best = 0;
+    for (int row = 0; row < motions.rows(); ++row)
+      if (motions.row(row).norm() >= motions.row(best).norm()) best = row;
+    const Eigen::RowVectorXd along = motions.row(best);
+    if (along.norm() < kLeast) break;
+    references.insert(best);
+    motions -= motions * along.transpose() * along / along.squaredNorm();
+  }
+  std::vector<int> order(motions.rows());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_partition(order, [&](int row) { return !references.contains(row); });
+  for (int& row : order) row = first_anchor_parameter(chain) + 4 * (row / 3) + row % 3;
+  return order;
+}
+
 std::vector<int> preference_order(const Robot& robot) {
   const KinematicChain& chain = robot.chain;
   std::vector<int> order;
@@ -50,8 +86,7 @@ std::vector<int> preference_order(const Robot& robot) {
     for (int k : parameters_of_contact(chain.contacts[c]))
       order.push_back(contacts + kParametersOfContact * c + k);
   for (int k = 0; k < 6; ++k) order.push_back(kFirstBaseParameter + k);
-  for (int k = anchors; k < contacts; ++k)
-    if ((k - anchors) % 4 < 3) order.push_back(k);
+  std::ranges::copy(coordinates_of_anchors(chain), std::back_inserter(order));
   const ParameterLayout layout = layout_of(chain);
   for (int k = layout.targets; k < anchors; ++k) order.push_back(k);
   for (int k = 0; k < 6; ++k) order.push_back(layout.tool + k);

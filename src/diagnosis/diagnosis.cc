@@ -28,6 +28,7 @@
 #include "armtrue/observation/placement.h"
 #include "armtrue/observation/registration.h"
 #include "armtrue/statistics/summary.h"
+#include "diagnosis/board_check.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/exchanged_targets.h"
 #include "diagnosis/far_set_up_change.h"
@@ -393,6 +394,37 @@ std::vector<Hypothesis> inverse_pose_hypotheses() {
   return hypotheses;
 }
 
+// Boards whose corners lie in other rows than those of the robot file.
+std::vector<Hypothesis> board_hypotheses(const Robot& robot, const Campaign& campaign) {
+  std::vector<Hypothesis> hypotheses;
+  for (int k = 0; k < contact_count(robot.chain); ++k) {
+    const Contact& board = robot.chain.contacts[k];
+    if (board.kind != ContactKind::board) continue;
+    const auto columns = find_columns_of_board(robot, campaign, k);
+    if (!columns) continue;
+    hypotheses.push_back(
+        {fmt::format("the corners of board '{}' lie in rows of {}, not as the robot file has them: "
+                     "compare its 'columns' or 'pattern' with the board (a charuco board has one "
+                     "corner less in a row than squares)",
+                     board.name, *columns),
+         [k, columns](Robot& r, Campaign&) { set_columns(r.chain.contacts[k], *columns); }});
+  }
+  return hypotheses;
+}
+
+Hypothesis sides_exchanged() {
+  return {
+      "the camera looks fixed where the robot file has the board, and the board where it has "
+      "the camera: exchange 'on' of both (arm: it moves with the tool; cell: it is at rest)",
+      [](Robot& r, Campaign&) {
+        for (Contact& contact : r.chain.contacts)
+          if (contact.kind == ContactKind::camera || contact.kind == ContactKind::board) {
+            contact.on_arm = !contact.on_arm;
+            contact.is_placed = false;
+          }
+      }};
+}
+
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
                     const std::vector<Hypothesis>& hypotheses, double as_it_stands,
                     double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings) {
@@ -466,11 +498,16 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   // First of all: readings in two frames fit no arm, whatever is changed in all of them.
   if (!fits || !turns_fit)
     if (const auto moved = find_far_set_up_change(robot, session)) return {{*moved}, fits};
+  const std::vector<Hypothesis> boards =
+      campaign.has_pixels_only() ? board_hypotheses(robot, campaign) : std::vector<Hypothesis>();
   if (!fits) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
-    if (campaign.has_pixels_only())
+    if (campaign.has_pixels_only()) {
       std::ranges::copy(image_hypotheses(robot.chain), std::back_inserter(hypotheses));
+      hypotheses.push_back(sides_exchanged());
+      std::ranges::copy(boards, std::back_inserter(hypotheses));
+    }
     if (!few) std::ranges::copy(row_hypotheses(all, rows, chosen), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
     constexpr int kRowsForDepth = 100;  // it is tried at many scales
@@ -480,6 +517,7 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
                                      [&](const Campaign& c) { return median_miss(robot, c); }))
         findings.push_back(*depth);
   }
+  if (findings.empty() && !boards.empty()) findings.push_back(boards.front().remedy);
   if (few) return {findings, fits};
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))

@@ -38,10 +38,15 @@ PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign) {
 }
 
 std::optional<PlainFit> fit_plainly(const Robot& given, const Campaign& campaign) {
+  Robot robot = given;
+  robot.identify = {"auto"};
+  return fit_as_asked(robot, campaign);
+}
+
+std::optional<PlainFit> fit_as_asked(const Robot& given, const Campaign& campaign) {
   Campaign readings = part_of(campaign);
   Robot robot = given;
   robot.effects.clear();
-  robot.identify = {"auto"};
   try {
     CalibrationResult result = calibrate(robot, readings, {.robust = readings.has_pixels_only()});
     return PlainFit{std::move(readings), std::move(result)};

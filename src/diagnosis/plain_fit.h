@@ -25,6 +25,9 @@ struct PlainFit {
 /// Nothing if the readings are too few.
 std::optional<PlainFit> fit_plainly(const Robot& robot, const Campaign& campaign);
 
+/// The same with the parameters that `robot` asks for, not all that the readings show.
+std::optional<PlainFit> fit_as_asked(const Robot& robot, const Campaign& campaign);
+
 /// The same with a given fit, whose effects stay as they are.
 PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign);
 

@@ -40,6 +40,17 @@ std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
   return found;
 }
 
+namespace {
+
+std::string what_sets_the_scale(const Campaign& readings) {
+  if (readings.has_pixels_only()) return "the pitch of the board";
+  if (readings.has_touches_only() && !readings.has_beams_only())
+    return "the sizes of what is touched";
+  return "the scale and the unit of the instrument";
+}
+
+}  // namespace
+
 std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot& nominal) {
   constexpr double kLeastScale = 1e-3, kChance = 1e-4, kClearly = 5;  // standard deviations
   constexpr int kFewestLengths = 3;
@@ -50,7 +61,8 @@ std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot&
   for (size_t i = 0; i < kept.size(); ++i) {
     const int parameter = kept[i];
     if (!layout_of(nominal.chain).is_of_links(parameter) ||
-        parameter_unit(nominal.chain, parameter) != ParameterUnit::metre)
+        parameter_unit(nominal.chain, parameter) != ParameterUnit::metre ||
+        places_positioner(nominal, parameter))  // known roughly only
       continue;
     const Link& of = nominal.chain.links[link_of_parameter(parameter)];
     const Eigen::Index k = i;
@@ -68,9 +80,9 @@ std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot&
   if (student_t_above(std::abs(scale) / std::max(1e-300, by_lengths), changed - 1) > kChance)
     return std::nullopt;
   return fmt::format(
-      "the links come out {} by {:.2g} % alike, as no arm is made: check the scale and the unit of "
-      "the instrument, or the lengths of the robot file",
-      scale > 0 ? "longer" : "shorter", 100 * std::abs(scale));
+      "the links come out {} by {:.2g} % alike, as no arm is made: check {}, or the lengths of the "
+      "robot file",
+      scale > 0 ? "longer" : "shorter", 100 * std::abs(scale), what_sets_the_scale(fit.readings));
 }
 
 }  // namespace armtrue

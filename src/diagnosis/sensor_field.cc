@@ -102,6 +102,7 @@ struct Evidence {
 // the covariance of its errors (Bell, McCaffrey 2002).
 Eigen::VectorXd without_leverage(const Eigen::MatrixXd& basis, const Eigen::VectorXd& residual) {
   constexpr double kLeast = 1e-12, kMost = 1 - 1e-6;
+  if (basis.cols() == 0) return residual;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() * basis);
   Eigen::VectorXd factor = eigen.eigenvalues();
   for (double& value : factor) {
@@ -116,8 +117,11 @@ Eigen::VectorXd without_leverage(const Eigen::MatrixXd& basis, const Eigen::Vect
 class Test {
  public:
   explicit Test(const Equations& equations) : equations_(equations) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(equations.others);
-    basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(equations.others.rows(), qr.rank());
+    basis_ = Eigen::MatrixXd(equations.others.rows(), 0);
+    if (equations.others.cols() > 0) {
+      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(equations.others);
+      basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(equations.others.rows(), qr.rank());
+    }
     residual_ = equations.residual - basis_ * (basis_.transpose() * equations.residual);
     columns_ = equations.columns;
     scale_ = equations.squares.cwiseSqrt().cwiseMax(1e-300);
@@ -209,6 +213,7 @@ struct Corner {
 // Images of one camera; all that moves the board before the camera is taken off each image.
 struct CameraEquations {
   Equations of_lens, of_board;
+  Equations of_held;            // columns: the numbers of the lens that the fit has not identified
   std::vector<Corner> corners;  // of each row
   Eigen::MatrixXd columns;      // those of the lens as they are
   SensorField field;
@@ -267,8 +272,9 @@ void append(Equations& equations, int cluster, const Eigen::MatrixXd& place,
   equations.taken += static_cast<double>(place.cols());
 }
 
-std::optional<CameraEquations> equations_of_camera(const Robot& robot, const ReadingSigma& sigma,
-                                                   const Campaign& campaign, int camera) {
+std::optional<CameraEquations> equations_of_camera(const PlainFit& fit, int camera) {
+  const Robot& robot = fit.result.robot;
+  const Campaign& campaign = fit.readings;
   const KinematicChain& chain = robot.chain;
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
   std::vector<std::vector<Corner>> images;
@@ -305,7 +311,12 @@ std::optional<CameraEquations> equations_of_camera(const Robot& robot, const Rea
   const int lens = static_cast<int>(parameters.size());
   for (const int k : parameters_of_contact(chain.contacts[camera]))
     if (k >= kFirstIntrinsic) parameters.push_back(first + kParametersOfContact * camera + k);
-  const ObservationModel model(campaign, robot, parameters, sigma, 0);
+  const std::vector<int>& kept = fit.result.set.kept;
+  std::vector<int> held, identified;  // columns
+  for (int k = lens; k < std::ssize(parameters); ++k)
+    (std::ranges::find(kept, parameters[k]) == kept.end() ? held : identified).push_back(k);
+  found.of_held.choices = {static_cast<int>(held.size())};
+  const ObservationModel model(campaign, robot, parameters, fit.result.sigma, 0);
   const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
   Eigen::MatrixXd block(1, model.unknowns() + 1);
   for (std::vector<Corner>& corners : images) {
@@ -346,6 +357,7 @@ std::optional<CameraEquations> equations_of_camera(const Robot& robot, const Rea
     append_rows(found.columns, of_lens);
     append(found.of_lens, pose, of_place, of_lens, of_camera, residual);
     append(found.of_board, pose, of_place, of_board, of_camera, residual);
+    append(found.of_held, pose, of_place, all(sound, held), all(sound, identified), residual);
   }
   if (found.corners.empty()) return std::nullopt;
   return found;
@@ -420,7 +432,7 @@ Eigen::VectorXd values_beside_fit(const PlainFit& fit, const CameraEquations& eq
 }
 
 std::optional<Found> error_of_camera(const Robot& robot, const PlainFit& fit, int camera) {
-  auto equations = equations_of_camera(fit.result.robot, fit.result.sigma, fit.readings, camera);
+  auto equations = equations_of_camera(fit, camera);
   if (!equations) return std::nullopt;
   const Evidence lens = Test(equations->of_lens).evidence();
   const Evidence board = Test(equations->of_board).evidence();
@@ -451,6 +463,18 @@ std::optional<Found> error_of_scanner(const PlainFit& fit) {
   return Found{field, found.share, fit.result.spread.position,
                fmt::format("{:.2g} mm (RMS, off the surface)",
                            rms(found.explained) * fit.result.sigma.position / kMillimetre)};
+}
+
+// A camera of which numbers are not identified, though its images show other ones.
+std::optional<Found> wrong_numbers_of_camera(const PlainFit& fit, int camera) {
+  const auto equations = equations_of_camera(fit, camera);
+  if (!equations || equations->of_held.choices.front() == 0) return std::nullopt;
+  const Evidence held = Test(equations->of_held).evidence();
+  if (!is_no_chance(held)) return std::nullopt;
+  Found found{equations->field, held.share, fit.result.spread.position};
+  found.size = fmt::format(
+      "{:.2g} px", rms(held.explained) * fit.result.sigma.position / fit.readings.metre_per_pixel);
+  return found;
 }
 
 std::vector<Found> errors_of(const Robot& robot, const PlainFit& fit) {
@@ -510,6 +534,29 @@ std::string in_words(const Robot& robot, const Campaign& campaign, const Found& 
           ? fmt::format("`lens: {}` fits, state it", is_pinhole ? "fisheye" : "pinhole")
           : "state the numbers of a calibrated lens, or use corners in the middle of the image",
       field.degree);
+}
+
+// Adds the cameras whose numbers are held, though the images show other ones: their places, and
+// what else is identified, would take up the difference.
+void add_wrong_numbers(const Robot& robot, const Campaign& campaign, SensorError& error) {
+  if (!campaign.has_pixels_only() || robot.identify == std::vector<std::string>{"auto"}) return;
+  const auto fit = fit_as_asked(robot, campaign);
+  if (!fit || fit->result.sigma.position < kLeastSigma) return;
+  for (int camera = 0; camera < std::ssize(robot.chain.contacts); ++camera) {
+    if (robot.chain.contacts[camera].kind != ContactKind::camera) continue;
+    const auto found = wrong_numbers_of_camera(*fit, camera);
+    if (!found) continue;
+    error.is_left |= found->share > kShareThatStays;
+    error.words += fmt::format(
+        "{}the lens of camera '{}' is not that of the robot file: its numbers, which are held, "
+        "miss "
+        "the images by {} (RMS per axis, p < 0.001), and the place of the camera takes up a part "
+        "of "
+        "it; identify them, such as --identify \"{},camera {}.*\", or state those of a calibrated "
+        "lens",
+        error.words.empty() ? "" : "; ", robot.chain.contacts[camera].name, found->size,
+        fmt::join(robot.identify, ","), robot.chain.contacts[camera].name);
+  }
 }
 
 }  // namespace
@@ -574,6 +621,7 @@ SensorError find_sensor_error(const Robot& robot, const Campaign& campaign) {
   for (const auto& [camera, found] : first) sentences.push_back(in_words(robot, campaign, found));
   error.words = fmt::format("{}", fmt::join(sentences, "; "));
   if (error.is_left) error.words += "; the arm takes up what remains of it";
+  add_wrong_numbers(robot, campaign, error);
   return error;
 }
 

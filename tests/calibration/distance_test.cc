@@ -167,6 +167,27 @@ TEST(Distance, WhatAbsorbsTheAnchorIsNamed) {
   FAIL() << "anchor 1.y is not absorbed";
 }
 
+// Seen from above, three of these anchors stand on one line to 5 mm: their heights do not show how
+// R_A is tilted. What is held must show each of its six motions, here by 1 m and by 1 rad at 3 m.
+TEST(Distance, AnchorsOnOneLineAreNotWhatTheBaseIsBoundTo) {
+  Robot robot = shipped("kr360-spindle", 1);
+  robot.chain.anchors = {{"1", {-2.5, -2.5, 0.1}},
+                         {"2", {-2.2, 2.75, 0.1}},
+                         {"3", {4.1, -3.0, 0.05}},
+                         {"4", {0.36, 0.42, 4.5}}};
+  const auto kept = kept_names(robot, measured(robot, 80, 6));
+  Eigen::MatrixXd motions(0, 6);
+  for (const Anchor& anchor : robot.chain.anchors)
+    for (int axis : {0, 1, 2}) {
+      if (std::ranges::count(kept, "anchor " + anchor.name + "." + "xyz"[axis]) > 0) continue;
+      motions.conservativeResize(motions.rows() + 1, 6);
+      const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis);
+      motions.bottomRows<1>() << unit.transpose(), anchor.position.cross(unit).transpose() / 3;
+    }
+  ASSERT_EQ(motions.rows(), 6);
+  EXPECT_GT(motions.jacobiSvd().singularValues()[5], 0.1);
+}
+
 // A ball-bar of one length cannot tell its zero error from the size of the arm.
 TEST(Distance, OfOneLengthDoesNotShowTheZero) {
   Robot robot = shipped("kr360-spindle", 1);

@@ -208,6 +208,28 @@ TEST(SensorField, TheOtherModelOfALensIsNamedIfItFits) {
   EXPECT_THAT(find_sensor_error(robot, campaign).words, IsEmpty());
 }
 
+// Hand-eye alone with the lens of a data sheet: what its numbers err would stand in the place of
+// the camera. Right ones are not suspected, though the arm errs.
+TEST(SensorField, NumbersOfALensThatAreHeldAndWrongAreNamed) {
+  for (const unsigned seed : {1, 2, 3}) {
+    Measured of = images(300 + seed, 20, as_it_is, seed == 2 ? 2e-7 : 0);
+    of.robot.identify = {"base", "tool"};
+    const SensorError error = find_sensor_error(of.robot, of.campaign);
+    EXPECT_THAT(error.words, HasSubstr("the lens of camera 'eye' is not that of the robot file"));
+    EXPECT_THAT(error.words, HasSubstr("--identify \"base,tool,camera eye.*\""));
+    EXPECT_TRUE(error.fields.empty());
+    EXPECT_TRUE(error.is_left);
+    of.robot.identify = {"base", "tool", "camera *"};
+    EXPECT_THAT(find_sensor_error(of.robot, of.campaign).words, IsEmpty()) << seed;
+    const armtrue_oracle::Eye eye;
+    of.robot.chain.contacts.front().intrinsics.head<4>() << eye.fx, eye.fy, eye.cx, eye.cy;
+    for (const auto& held : {std::vector<std::string>{"base", "tool"}, {"auto", "-camera *"}}) {
+      of.robot.identify = held;
+      EXPECT_THAT(find_sensor_error(of.robot, of.campaign).words, IsEmpty()) << seed;
+    }
+  }
+}
+
 // The points of a board of which one end is bent up: other points in the robot file show the same.
 TEST(SensorField, ABoardThatIsBentIsNotTakenForALens) {
   Measured of = images(2, 40, as_it_is);
