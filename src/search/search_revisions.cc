@@ -221,7 +221,7 @@ std::vector<Candidate> ModelSearch::events_in_place_of(const std::vector<int>& s
   return events;
 }
 
-// Replaces steps at one time by one event that explains more, each with the charge of one cause:
+// Replaces steps at one time by one event that explains more by EBIC:
 // zeros that jumped together, a link that was bent, a knock. In the place of a single step an event
 // gains little, because the others explain a part of it. False if nothing changed.
 bool ModelSearch::merge_steps() {
@@ -232,7 +232,7 @@ bool ModelSearch::merge_steps() {
     if (events.empty()) continue;
     const std::vector<CandidateScore> scores = model_.scores_in_place_of(steps, events);
     const int best = best_first(scores).front();
-    if (scores[best].score <= model_.score_as_one(steps).score + kMinFallToExchange) continue;
+    if (scores[best].score <= model_.score_of(steps).score + kMinFallToExchange) continue;
     if (++merges_ > kMaxMerges) return false;
     const EffectModel::Fitted before = model_.fitted();
     model_.merge(steps, events[best]);
