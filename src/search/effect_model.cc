@@ -502,16 +502,6 @@ std::vector<CandidateScore> EffectModel::scores_in_place_of(
   return ProjectedCandidates(scan, linear()).scores_without(effects);
 }
 
-CandidateScore EffectModel::score_as_one(const std::vector<int>& chosen) {
-  std::vector<int> effects;
-  double log_choices = 0;
-  for (int k : chosen) {
-    effects.push_back(in_fit(k));
-    log_choices = std::max(log_choices, chosen_[k].log_choices);
-  }
-  return armtrue::score_of(linear(), linear().without(effects), true, log_choices);
-}
-
 ProjectedCandidates::InPlace EffectModel::in_place_of(const std::vector<Candidate>& candidates,
                                                       int effect) {
   const Robot& robot = fit_.robot;

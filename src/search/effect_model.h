@@ -110,9 +110,6 @@ class EffectModel {
   /// The same in the place of several chosen candidates.
   std::vector<CandidateScore> scores_in_place_of(const std::vector<int>& chosen,
                                                  const std::vector<Candidate>& candidates);
-  /// What some chosen candidates explain together if they are parts of one cause: one choice, and
-  /// the charge of a shrunken group.
-  CandidateScore score_as_one(const std::vector<int>& chosen);
   /// Candidates outside the scan in the place of an effect of the model.
   ProjectedCandidates::InPlace in_place_of(const std::vector<Candidate>& candidates, int effect);
   struct Refined {

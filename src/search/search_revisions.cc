@@ -221,9 +221,9 @@ std::vector<Candidate> ModelSearch::events_in_place_of(const std::vector<int>& s
   return events;
 }
 
-// Replaces steps at one time by one event that explains more by EBIC:
-// zeros that jumped together, a link that was bent, a knock. In the place of a single step an event
-// gains little, because the others explain a part of it. False if nothing changed.
+// Replaces steps at one time by one event that explains more by EBIC: zeros that jumped together, a
+// link that was bent, a knock. In the place of a single step an event gains little, because the
+// others explain a part of it. False if nothing changed.
 bool ModelSearch::merge_steps() {
   for (int k = 0; k < model_.chosen_count(); ++k) {
     const std::vector<int> steps = steps_at_time_of(k);
