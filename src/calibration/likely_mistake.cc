@@ -169,7 +169,7 @@ void attempt_joints(const KinematicChain& chain, Corrections& corrections) {
 // method.
 double best_turn(const Robot& fitted, const Campaign& readings, Eigen::Index joint) {
   constexpr int kSteps = 20;
-  constexpr double kDifference = 1e-6, kLongest = 0.5, kSettled = 1e-9;  // rad or m
+  constexpr double kDifference = 1e-6, kLongest = 0.5, kSmallest = 1e-9;  // rad or m
   const auto residuals_at = [&](double turn) {
     Campaign turned = readings;
     for (auto q : turned.q) q[joint] += turn;
@@ -187,7 +187,7 @@ double best_turn(const Robot& fitted, const Campaign& readings, Eigen::Index joi
     if (squares <= 0) break;  // the joint does not move the point
     const double change = std::clamp(-product / squares, -kLongest, kLongest);
     turn += change;
-    if (std::abs(change) < kSettled) break;
+    if (std::abs(change) < kSmallest) break;
   }
   return turn;
 }
