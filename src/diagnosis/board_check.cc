@@ -39,6 +39,14 @@ std::vector<Image> images_of(const Robot& robot, const Campaign& campaign, int b
   return images;
 }
 
+// Numbers the points of a grid row by row, with so many columns.
+void set_columns(Contact& board, int columns) {
+  const Eigen::Vector3d first = board.points[0].position;
+  const double pitch = board.points[1].position.x() - first.x();
+  for (int k = 0; k < std::ssize(board.points); ++k)
+    board.points[k].position = first + pitch * Eigen::Vector3d(k % columns, k / columns, 0);
+}
+
 // The columns of the grid that the points of a board make, row by row; 0 if they make none.
 int columns_of(const Contact& board) {
   constexpr double kSame = 1e-9;  // m
@@ -102,13 +110,6 @@ double median_off_grid(const std::vector<Image>& images, int columns) {
 }
 
 }  // namespace
-
-void set_columns(Contact& board, int columns) {
-  const Eigen::Vector3d first = board.points[0].position;
-  const double pitch = board.points[1].position.x() - first.x();
-  for (int k = 0; k < std::ssize(board.points); ++k)
-    board.points[k].position = first + pitch * Eigen::Vector3d(k % columns, k / columns, 0);
-}
 
 std::optional<int> find_columns_of_board(const Robot& robot, const Campaign& campaign, int board) {
   constexpr int kMostColumns = 60;

@@ -14,7 +14,4 @@ namespace armtrue {
 /// index into the chain's contacts. Nothing for boards that are no grids, numbered row by row.
 std::optional<int> find_columns_of_board(const Robot& robot, const Campaign& campaign, int board);
 
-/// Places the points of a grid anew, in rows of so many.
-void set_columns(Contact& board, int columns);
-
 }  // namespace armtrue

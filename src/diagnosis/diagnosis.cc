@@ -251,47 +251,24 @@ void turn_v_over(const Robot& robot, Campaign& campaign) {
   }
 }
 
-// Numbers the corners of a grid with other columns than rows along its columns. False for others.
-bool count_along_columns(Contact& board) {
-  constexpr double kSame = 1e-9;  // m
-  const auto corners = std::ssize(board.points);
-  const auto place = [&](std::ptrdiff_t k) { return board.points[k].position; };
-  std::ptrdiff_t columns = 1;
-  while (columns < corners && std::abs(place(columns).y() - place(0).y()) < kSame) ++columns;
-  const std::ptrdiff_t rows = corners / columns;
-  if (columns < 2 || rows < 2 || rows == columns || rows * columns != corners) return false;
-  const Eigen::Vector3d right = place(1) - place(0), up = place(columns) - place(0);
-  const Eigen::Vector3d first = place(0);
-  for (std::ptrdiff_t k = 0; k < corners; ++k)
-    if (!place(k).isApprox(first + static_cast<double>(k % columns) * right +
-                               static_cast<double>(k / columns) * up,
-                           kSame))
-      return false;
-  for (std::ptrdiff_t k = 0; k < corners; ++k)
-    board.points[k].position =
-        first + static_cast<double>(k / rows) * right + static_cast<double>(k % rows) * up;
-  return true;
-}
-
-// What may be wrong in images, or in the ids of their corners. Images that are turned by half a
-// turn are those of a camera that is.
-std::vector<Hypothesis> image_hypotheses(const KinematicChain& chain) {
-  std::vector<Hypothesis> hypotheses{
-      {"v_px seems to count upwards, or the images to be mirrored; v counts downwards from the "
-       "upper edge, u from the left one",
-       [](Robot& r, Campaign& c) { turn_v_over(r, c); }},
-      {"the columns u_px and v_px look exchanged", [](Robot&, Campaign& c) {
-         for (const auto& [u, v] : corners_of(c)) std::swap(c.distance[u], c.distance[v]);
-       }}};
-  for (int k = 0; k < contact_count(chain); ++k)
-    if (Contact board = chain.contacts[k];
-        board.kind == ContactKind::board && count_along_columns(board))
-      hypotheses.push_back(
-          {fmt::format("the corners of the board '{}' look counted along its columns; exchange its "
-                       "'columns' and 'rows' in the robot file",
-                       board.name),
-           [k](Robot& r, Campaign&) { count_along_columns(r.chain.contacts[k]); }});
-  return hypotheses;
+// What may be wrong in images. Images that are turned by half a turn are those of a camera that is.
+std::vector<Hypothesis> image_hypotheses() {
+  return {{"v_px seems to count upwards, or the images to be mirrored; v counts downwards from the "
+           "upper edge, u from the left one",
+           [](Robot& r, Campaign& c) { turn_v_over(r, c); }},
+          {"the columns u_px and v_px look exchanged",
+           [](Robot&, Campaign& c) {
+             for (const auto& [u, v] : corners_of(c)) std::swap(c.distance[u], c.distance[v]);
+           }},
+          {"the camera looks fixed where the robot file has the board, and the board where it has "
+           "the camera: exchange 'on' of both (arm: it moves with the tool; cell: it is at rest)",
+           [](Robot& r, Campaign&) {
+             for (Contact& contact : r.chain.contacts)
+               if (contact.kind == ContactKind::camera || contact.kind == ContactKind::board) {
+                 contact.on_arm = !contact.on_arm;
+                 contact.is_placed = false;
+               }
+           }}};
 }
 
 // Of some rows the joint values that stand so many lines, or of images poses, before them among all
@@ -394,35 +371,21 @@ std::vector<Hypothesis> inverse_pose_hypotheses() {
   return hypotheses;
 }
 
-// Boards whose corners lie in other rows than those of the robot file.
-std::vector<Hypothesis> board_hypotheses(const Robot& robot, const Campaign& campaign) {
-  std::vector<Hypothesis> hypotheses;
+// The board whose corners lie in other rows than those of the robot file.
+std::optional<std::string> find_other_board(const Robot& robot, const Campaign& campaign) {
   for (int k = 0; k < contact_count(robot.chain); ++k) {
     const Contact& board = robot.chain.contacts[k];
     if (board.kind != ContactKind::board) continue;
-    const auto columns = find_columns_of_board(robot, campaign, k);
-    if (!columns) continue;
-    hypotheses.push_back(
-        {fmt::format("the corners of board '{}' lie in rows of {}, not as the robot file has them: "
-                     "compare its 'columns' or 'pattern' with the board (a charuco board has one "
-                     "corner less in a row than squares)",
-                     board.name, *columns),
-         [k, columns](Robot& r, Campaign&) { set_columns(r.chain.contacts[k], *columns); }});
+    if (const auto columns = find_columns_of_board(robot, campaign, k))
+      return fmt::format(
+          "the corners of board '{}' lie in rows of {}, not as the robot file has them: compare "
+          "its "
+          "'columns' or 'pattern' with the board (a charuco board has one corner less in a row "
+          "than "
+          "squares)",
+          board.name, *columns);
   }
-  return hypotheses;
-}
-
-Hypothesis sides_exchanged() {
-  return {
-      "the camera looks fixed where the robot file has the board, and the board where it has "
-      "the camera: exchange 'on' of both (arm: it moves with the tool; cell: it is at rest)",
-      [](Robot& r, Campaign&) {
-        for (Contact& contact : r.chain.contacts)
-          if (contact.kind == ContactKind::camera || contact.kind == ContactKind::board) {
-            contact.on_arm = !contact.on_arm;
-            contact.is_placed = false;
-          }
-      }};
+  return std::nullopt;
 }
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
@@ -498,16 +461,15 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   // First of all: readings in two frames fit no arm, whatever is changed in all of them.
   if (!fits || !turns_fit)
     if (const auto moved = find_far_set_up_change(robot, session)) return {{*moved}, fits};
-  const std::vector<Hypothesis> boards =
-      campaign.has_pixels_only() ? board_hypotheses(robot, campaign) : std::vector<Hypothesis>();
-  if (!fits) {
+  if (campaign.has_pixels_only()) {
+    constexpr double kOdd = kImplausibleMiss / 4;  // what wrong images exceed, and few nominal arms
+    if (const auto other = find_other_board(robot, campaign)) return {{*other}, fits};
+    if (miss > kOdd)
+      try_hypotheses(robot, campaign, image_hypotheses(), miss, median_miss, findings);
+  }
+  if (!fits && findings.empty()) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
-    if (campaign.has_pixels_only()) {
-      std::ranges::copy(image_hypotheses(robot.chain), std::back_inserter(hypotheses));
-      hypotheses.push_back(sides_exchanged());
-      std::ranges::copy(boards, std::back_inserter(hypotheses));
-    }
     if (!few) std::ranges::copy(row_hypotheses(all, rows, chosen), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
     constexpr int kRowsForDepth = 100;  // it is tried at many scales
@@ -517,7 +479,6 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
                                      [&](const Campaign& c) { return median_miss(robot, c); }))
         findings.push_back(*depth);
   }
-  if (findings.empty() && !boards.empty()) findings.push_back(boards.front().remedy);
   if (few) return {findings, fits};
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))

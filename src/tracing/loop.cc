@@ -255,14 +255,16 @@ bool something_moved(const Campaign& given, const Training& training) {
 }
 
 // The found effect that raises the errors of held-out poses most, in position, and does not lower
-// them in orientation.
+// them in orientation. Where rivals explain as much, held-out poses deny its name, not that
+// something is there.
 std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out) {
   const auto errors = [&](const Robot& robot) { return errors_of(robot, held_out); };
   const PoseErrors with = errors(training.trace.fit.robot);
   std::optional<size_t> worst;
   double least = 0;
   for (size_t k = 0; k < training.trace.effects.size(); ++k) {
-    if (training.trace.effects[k].effect.family) continue;  // shown together, not alone
+    const TracedEffect& traced = training.trace.effects[k];
+    if (traced.effect.family || !traced.indistinguishable.empty()) continue;  // not shown alone
     const PoseErrors without = errors(training.without_effect[k]);
     const double gain = without.position.mean - with.position.mean;
     const bool turns = with.orientation && without.orientation->mean > with.orientation->mean;
