@@ -390,7 +390,8 @@ std::optional<std::string> find_other_board(const Robot& robot, const Campaign& 
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
                     const std::vector<Hypothesis>& hypotheses, double as_it_stands,
-                    double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings) {
+                    double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings,
+                    double much_better = kMuchBetter) {
   constexpr double kSame = 1.01;
   double best = std::numeric_limits<double>::infinity();
   std::vector<std::pair<double, std::string>> better;
@@ -399,7 +400,7 @@ void try_hypotheses(const Robot& robot, const Campaign& campaign,
     Campaign changed = campaign;
     hypothesis.change(changed_robot, changed);
     const double miss = measure(changed_robot, changed);
-    if (miss >= kMuchBetter * as_it_stands || miss > kSame * best) continue;
+    if (miss >= much_better * as_it_stands || miss > kSame * best) continue;
     best = std::min(best, miss);
     better.emplace_back(miss, hypothesis.remedy);
   }
@@ -462,10 +463,11 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   if (!fits || !turns_fit)
     if (const auto moved = find_far_set_up_change(robot, session)) return {{*moved}, fits};
   if (campaign.has_pixels_only()) {
-    constexpr double kOdd = kImplausibleMiss / 4;  // what wrong images exceed, and few nominal arms
+    constexpr double kOdd = kImplausibleMiss / 4;  // wrong images exceed it, few nominal arms do
+    constexpr double kBetter = 0.3;  // of hundreds of corners, which few hypotheses fit by chance
     if (const auto other = find_other_board(robot, campaign)) return {{*other}, fits};
     if (miss > kOdd)
-      try_hypotheses(robot, campaign, image_hypotheses(), miss, median_miss, findings);
+      try_hypotheses(robot, campaign, image_hypotheses(), miss, median_miss, findings, kBetter);
   }
   if (!fits && findings.empty()) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);

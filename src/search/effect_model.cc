@@ -274,15 +274,12 @@ double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) con
   return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
 }
 
-bool EffectModel::split_families(bool events) {
+bool EffectModel::split_families() {
   std::vector<Effect> start = fit_.robot.effects;
   bool found = false;
   for (;;) {
-    const auto family = std::ranges::find_if(chosen_, [&](const Candidate& candidate) {
-      const bool is_event =
-          !candidate.only_together && candidate.effect.shape.kind == ShapeKind::step;
-      return !candidate.effect.members.empty() && (is_event || !events);
-    });
+    const auto family = std::ranges::find_if(
+        chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
     if (family == chosen_.end()) break;
     found = true;
     const int k = static_cast<int>(family - chosen_.begin());
@@ -422,7 +419,6 @@ void EffectModel::Fitted::forget_view() {
 
 void EffectModel::come_back(const Fitted& before) {
   chosen_ = before.chosen;
-  if (p_at_gate_.size() != chosen_.size()) p_at_gate_ = before.p_at_gate;
   fit_ = before.fit;
   near_ = before.near;
   start_ = before.start;
@@ -491,15 +487,6 @@ std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>&
   const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
   const ProjectedCandidates projected(scan, linear());
   return effect < 0 ? projected.scores() : projected.scores_without({effect});
-}
-
-std::vector<CandidateScore> EffectModel::scores_in_place_of(
-    const std::vector<int>& chosen, const std::vector<Candidate>& candidates) {
-  std::vector<int> effects;
-  for (int k : chosen) effects.push_back(in_fit(k));
-  const Robot& robot = fit_.robot;
-  const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
-  return ProjectedCandidates(scan, linear()).scores_without(effects);
 }
 
 ProjectedCandidates::InPlace EffectModel::in_place_of(const std::vector<Candidate>& candidates,

@@ -51,9 +51,8 @@ class EffectModel {
   void exchange(int k, const Candidate& candidate);
   void drop(const std::vector<int>& ascending);
   /// Replaces chosen families by their members, each as a chosen candidate of its own; they still
-  /// share their prior deviation. False if there is none. With `events` only families of steps
-  /// whose members may occur alone.
-  bool split_families(bool events = false);
+  /// share their prior deviation. False if there is none.
+  bool split_families();
   /// Keeps chosen candidates in the model, but not among the chosen ones: only their prior holds
   /// them.
   void hold(const std::vector<int>& ascending);
@@ -83,7 +82,6 @@ class EffectModel {
   /// A model as it was fitted, to come back to.
   struct Fitted {
     std::vector<Candidate> chosen;
-    std::vector<std::optional<double>> p_at_gate;
     CalibrationResult fit, near;
     Robot start;
     std::shared_ptr<const Linearization> linear;
@@ -92,9 +90,9 @@ class EffectModel {
     /// Without what can be made again.
     void forget_view();
   };
-  Fitted fitted() const { return {chosen_, p_at_gate_, fit_, near_, start_, linear_, projected_}; }
-  /// Restores an earlier model. After exchanges alone it stays noted which effects replaced another
-  /// one.
+  Fitted fitted() const { return {chosen_, fit_, near_, start_, linear_, projected_}; }
+  /// Restores an earlier model with the same number of effects, before exchanges. It stays noted
+  /// which effects replaced another one.
   void come_back(const Fitted& before);
 
   /// What some chosen candidates, all on one parameter, explain together.
@@ -107,9 +105,6 @@ class EffectModel {
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
-  /// The same in the place of several chosen candidates.
-  std::vector<CandidateScore> scores_in_place_of(const std::vector<int>& chosen,
-                                                 const std::vector<Candidate>& candidates);
   /// Candidates outside the scan in the place of an effect of the model.
   ProjectedCandidates::InPlace in_place_of(const std::vector<Candidate>& candidates, int effect);
   struct Refined {

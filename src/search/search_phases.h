@@ -15,10 +15,6 @@ namespace armtrue {
 
 /// Smallest fall of EBIC for which one effect replaces another.
 inline constexpr double kMinFallToExchange = 2.0;
-/// Share of a campaign within which an event has one time. The time of a step that is just clear
-/// enough to be found (a fall of 30) lies within 11 / (4 * 30) of the readings (Hansen,
-/// Econometrica 68, 2000); what takes longer is no event.
-inline constexpr double kOneTime = 0.1;
 
 /// One search: forward steps, revisions between them, and the last refinements.
 class ModelSearch {
@@ -53,7 +49,6 @@ class ModelSearch {
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   bool is_half_shown(int k);
-  void split_events();
   bool may_be_knock(int k);
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 
@@ -70,9 +65,6 @@ class ModelSearch {
                                                         const ProjectedCandidates::Place& place);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
-  std::vector<int> steps_at_time_of(int k) const;
-  std::vector<Candidate> events_in_place_of(const std::vector<int>& steps) const;
-  bool merge_steps();
 
   // At the end (search_end.cc).
   void settle_inner_values();

@@ -1,8 +1,5 @@
 #include <algorithm>
-#include <cmath>
-#include <set>
 
-#include "search/driver_span.h"
 #include "search/search_phases.h"
 
 namespace armtrue {
@@ -175,72 +172,6 @@ bool ModelSearch::merge_into_spline(size_t least) {
   if (curve < 0 || ++merges_ > kMaxMerges) return false;
   model_.merge(merged, candidates()[curve]);
   return true;
-}
-
-// The chosen steps that may be of one time with the k-th, itself among them.
-std::vector<int> ModelSearch::steps_at_time_of(int k) const {
-  const Effect& first = model_.chosen()[k].effect;
-  const bool in_time = first.driver.kind == DriverKind::time;
-  const double reach = in_time ? kOneTime * time_span(campaign_).length() : 0;
-  std::vector<int> steps;
-  for (int other = 0; other < model_.chosen_count(); ++other) {
-    const Effect& effect = model_.chosen()[other].effect;
-    if (effect.shape.kind == ShapeKind::step && effect.driver == first.driver &&
-        std::abs(effect.shape.at - first.shape.at) <= reach)
-      steps.push_back(other);
-  }
-  return steps;
-}
-
-// The listed causes of a step that are not only these steps together, at each of their times.
-std::vector<Candidate> ModelSearch::events_in_place_of(const std::vector<int>& steps) const {
-  const std::vector<Candidate>& chosen = model_.chosen();
-  std::set<double> times;
-  for (int k : steps) times.insert(chosen[k].effect.shape.at);
-  const Driver& driver = chosen[steps.front()].effect.driver;
-  std::vector<Candidate> events;
-  std::set<std::string> causes;
-  for (const Candidate& candidate : candidates()) {
-    const Effect& cause = candidate.effect;
-    if (!candidate.from_catalogue || cause.shape.kind != ShapeKind::step ||
-        cause.driver != driver || !may_enter(candidate))
-      continue;
-    const auto is_part = [&](int k) {
-      return std::ranges::any_of(cause.members, [&](const Effect& member) {
-        return same_place(member, chosen[k].effect);
-      });
-    };
-    if (!candidate.only_together && std::ranges::all_of(steps, is_part)) continue;
-    if (!causes.insert(cause.name + to_string(cause.parameter)).second) continue;
-    for (double at : times) {
-      Candidate& event = events.emplace_back(candidate);
-      event.effect.shape.at = at;
-      for (Effect& member : event.effect.members) member.shape.at = at;
-    }
-  }
-  return events;
-}
-
-// Replaces steps at one time by one event that explains more by EBIC: zeros that jumped together, a
-// link that was bent, a knock. In the place of a single step an event gains little, because the
-// others explain a part of it. False if nothing changed.
-bool ModelSearch::merge_steps() {
-  for (int k = 0; k < model_.chosen_count(); ++k) {
-    const std::vector<int> steps = steps_at_time_of(k);
-    if (steps.size() < 2 || steps.front() != k) continue;
-    const std::vector<Candidate> events = events_in_place_of(steps);
-    if (events.empty()) continue;
-    const std::vector<CandidateScore> scores = model_.scores_in_place_of(steps, events);
-    const int best = best_first(scores).front();
-    if (scores[best].score <= model_.score_of(steps).score + kMinFallToExchange) continue;
-    if (++merges_ > kMaxMerges) return false;
-    const EffectModel::Fitted before = model_.fitted();
-    model_.merge(steps, events[best]);
-    if (!is_half_shown(model_.chosen_count() - 1)) return true;
-    barred_.insert(events[best].effect.name);
-    model_.come_back(before);
-  }
-  return false;
 }
 
 }  // namespace armtrue

@@ -255,7 +255,7 @@ bool something_moved(const Campaign& given, const Training& training) {
 }
 
 // The found effect that raises the errors of held-out poses most, in position, and does not lower
-// them in orientation. Where rivals explain as much, held-out poses deny its name, not that
+// them in orientation. Where other causes explain as much, held-out poses deny its name, not that
 // something is there.
 std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out) {
   const auto errors = [&](const Robot& robot) { return errors_of(robot, held_out); };
@@ -264,7 +264,7 @@ std::optional<size_t> worst_effect(const Training& training, const Campaign& hel
   double least = 0;
   for (size_t k = 0; k < training.trace.effects.size(); ++k) {
     const TracedEffect& traced = training.trace.effects[k];
-    if (traced.effect.family || !traced.indistinguishable.empty()) continue;  // not shown alone
+    if (traced.effect.family || is_undecided(traced)) continue;  // not shown alone
     const PoseErrors without = errors(training.without_effect[k]);
     const double gain = without.position.mean - with.position.mean;
     const bool turns = with.orientation && without.orientation->mean > with.orientation->mean;

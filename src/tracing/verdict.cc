@@ -12,15 +12,14 @@ namespace {
 constexpr double kSignificance = 0.01;
 constexpr double kMaxTimesFloor = 2.0;  // held-out errors of few poses scatter up to this
 
-// Whether these readings do not tell the cause of an effect, or not that the arm moves by it.
+}  // namespace
+
 bool is_undecided(const TracedEffect& traced) {
   return traced.effect.may_be_instrument ||
          std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
            return is_other_cause(traced.effect, rival);
          });
 }
-
-}  // namespace
 
 std::string to_string(Verdict verdict) {
   switch (verdict) {

@@ -154,8 +154,8 @@ struct LoopResult {
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
 /// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
 /// effects together, the result is the geometry; a found effect with which they are higher is left
-/// out, unless it is one of a family, which has its evidence together, or has rivals; and random
-/// effects are applied only where the mean error does not rise (by 5 % at most where
+/// out, unless it is one of a family, which has its evidence together, or is_undecided(); and
+/// random effects are applied only where the mean error does not rise (by 5 % at most where
 /// AppliedArm::instrument_errs). Throws std::invalid_argument if a session of `held_out` has no
 /// reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,

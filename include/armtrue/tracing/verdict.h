@@ -47,6 +47,9 @@ struct Grounds {
   bool unconfirmed_curve = false;  ///< see LoopResult::unconfirmed_curve
 };
 
+/// Whether these readings do not tell the cause of an effect, or not that the arm moves by it.
+bool is_undecided(const TracedEffect& traced);
+
 /// The mean backlash of the joints [rad], if more than half of them, three at least, have backlash
 /// and all have the same within three standard deviations or a quarter. Each gear has its own
 /// backlash; joint angles read before standstill look like a common one. Above zero: the joints
