@@ -222,12 +222,6 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, const C
   return hypotheses;
 }
 
-template <typename Column>
-void move_rows(Column& column, int by) {
-  if (column.empty()) return;
-  std::rotate(column.begin(), by > 0 ? column.begin() + by : column.end() + by, column.end());
-}
-
 // The rows of u and v of each corner of which both were read.
 std::vector<std::array<int, 2>> corners_of(const Campaign& campaign) {
   std::vector<std::array<int, 2>> corners;
@@ -379,10 +373,8 @@ std::optional<std::string> find_other_board(const Robot& robot, const Campaign& 
     if (const auto columns = find_columns_of_board(robot, campaign, k))
       return fmt::format(
           "the corners of board '{}' lie in rows of {}, not as the robot file has them: compare "
-          "its "
-          "'columns' or 'pattern' with the board (a charuco board has one corner less in a row "
-          "than "
-          "squares)",
+          "its 'columns' or 'pattern' with the board (a charuco board has one corner less in a "
+          "row than squares)",
           board.name, *columns);
   }
   return std::nullopt;

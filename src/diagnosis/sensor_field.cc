@@ -549,11 +549,9 @@ void add_wrong_numbers(const Robot& robot, const Campaign& campaign, SensorError
     error.is_left |= found->share > kShareThatStays;
     error.words += fmt::format(
         "{}the lens of camera '{}' is not that of the robot file: its numbers, which are held, "
-        "miss "
-        "the images by {} (RMS per axis, p < 0.001), and the place of the camera takes up a part "
-        "of "
-        "it; identify them, such as --identify \"{},camera {}.*\", or state those of a calibrated "
-        "lens",
+        "miss the images by {} (RMS per axis, p < 0.001), and the place of the camera takes up a "
+        "part of it; identify them, such as --identify \"{},camera {}.*\", or state those of a "
+        "calibrated lens",
         error.words.empty() ? "" : "; ", robot.chain.contacts[camera].name, found->size,
         fmt::join(robot.identify, ","), robot.chain.contacts[camera].name);
   }

@@ -284,8 +284,8 @@ std::string verdict_in_words(const LoopResult& result) {
                : fmt::format("no poses held out, floor {}", floor);
   if (result.rejected) text += "; effects predict worse and are left out";
   if (const size_t effects = result.without_gain.size(); effects > 0)
-    text += fmt::format("; {} found {} with which they are predicted no better {} left out",
-                        effects, effects == 1 ? "effect" : "effects", effects == 1 ? "is" : "are");
+    text += fmt::format("; {} found {} with which they are predicted worse {} left out", effects,
+                        effects == 1 ? "effect" : "effects", effects == 1 ? "is" : "are");
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
   if (const size_t rows = result.contradicted_rows.size(); rows > 0)

@@ -165,6 +165,14 @@ int poses_to_the_floor(const LoopResult& result, double floor_high) {
   return std::max(1, static_cast<int>(std::ceil(poses)) - result.training_poses);
 }
 
+// Of an effect; `without`: the model without it, `with`: the errors with it.
+HeldOutGain gain_over(const Robot& without, const std::vector<double>& with,
+                      const Campaign& held_out, const TraceOptions& options) {
+  const std::vector<double> errors = evaluate(without, held_out).reading_errors();
+  return {summarize(errors).mean - summarize(with).mean,
+          paired_bootstrap(errors, with, poses_of_readings(held_out), options)};
+}
+
 // Errors before and after on the held-out poses, and the held-out gain of each effect.
 void set_held_out(const Training& training, const Campaign& held_out, const TraceOptions& options,
                   LoopResult& result) {
@@ -190,12 +198,8 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
   result.removed_ci95 = removed_ci95(result, poses, options);
   result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
-  for (const Robot& robot : training.without_effect) {
-    const std::vector<double> without = evaluate(robot, held_out).reading_errors();
-    HeldOutGain& gain = result.gains.emplace_back();
-    gain.position = summarize(without).mean - result.after_named;
-    gain.ci95 = paired_bootstrap(without, named, poses, options);
-  }
+  for (const Robot& without : training.without_effect)
+    result.gains.push_back(gain_over(without, named, held_out, options));
 }
 
 // Whether a model predicts held-out poses worse than another: by a standard error, and by so much
@@ -254,34 +258,38 @@ bool something_moved(const Campaign& given, const Training& training) {
   return explanation_of_rest(fit, *training.sound).has_value();
 }
 
-// The found effect that raises the errors of held-out poses most, in position, and does not lower
-// them in orientation. Where other causes explain as much, held-out poses deny its name, not that
-// something is there.
-std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out) {
-  const auto errors = [&](const Robot& robot) { return errors_of(robot, held_out); };
-  const PoseErrors with = errors(training.trace.fit.robot);
+// Of the found effects that held-out poses deny in position, and do not support in orientation, the
+// one that raises the error most. Where other causes explain as much, held-out poses deny its name,
+// not that something is there.
+std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out,
+                                   const TraceOptions& options) {
+  const Robot& model = training.trace.fit.robot;
+  const std::vector<double> with = evaluate(model, held_out).reading_errors();
+  const auto turn = [&](const Robot& robot) {
+    const auto errors = errors_of(robot, held_out).orientation;
+    return errors ? errors->mean : 0;
+  };
   std::optional<size_t> worst;
   double least = 0;
   for (size_t k = 0; k < training.trace.effects.size(); ++k) {
     const TracedEffect& traced = training.trace.effects[k];
     if (traced.effect.family || is_undecided(traced)) continue;  // not shown alone
-    const PoseErrors without = errors(training.without_effect[k]);
-    const double gain = without.position.mean - with.position.mean;
-    const bool turns = with.orientation && without.orientation->mean > with.orientation->mean;
-    if (gain >= least || turns) continue;
-    least = gain;
+    const Robot& without = training.without_effect[k];
+    const HeldOutGain gain = gain_over(without, with, held_out, options);
+    if (!gain.denied() || gain.position >= least || turn(without) > turn(model)) continue;
+    least = gain.position;
     worst = k;
   }
   return worst;
 }
 
-// Leaves out found effects with which held-out poses are predicted worse, the worst first.
+// Leaves out found effects that held-out poses deny, the worst first.
 void leave_out_worse(JudgedTraining& judged, const Campaign& held_out, const Catalogue& catalogue,
                      const TraceOptions& options, LoopResult& result) {
   if (held_out.rows() == 0) return;
   Training& training = judged.training;
   const Campaign& sound = *training.sound;
-  while (const std::optional<size_t> worst = worst_effect(training, held_out)) {
+  while (const std::optional<size_t> worst = worst_effect(training, held_out, options)) {
     result.without_gain.push_back(describe(training.trace.effects[*worst].effect));
     leave_out_effect(training, *worst, options);
   }

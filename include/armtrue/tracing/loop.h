@@ -26,9 +26,10 @@ struct Stage {
 };
 
 /// By how much an effect lowers the error of held-out poses. Confirmed: the whole interval is above
-/// zero.
+/// zero. Denied: it is below.
 struct HeldOutGain {
   bool confirmed() const { return ci95[0] > 0; }
+  bool denied() const { return ci95[1] < 0; }
   double position = 0;               ///< mean error without the effect minus mean error with it [m]
   std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
 };
@@ -96,8 +97,8 @@ struct LoopResult {
   /// Whether a camera or a board moved among the images: the result is the geometry.
   bool moved = false;
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
-  /// describe() of each found effect that is no part of the result, because held-out poses are
-  /// predicted no better with it.
+  /// describe() of each found effect that is no part of the result, because held-out poses deny it;
+  /// see HeldOutGain.
   std::vector<std::string> without_gain;
   /// describe() of a found curve of no listed cause whose gain held-out poses do not confirm;
   /// empty: none.
@@ -153,7 +154,7 @@ struct LoopResult {
 
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
 /// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
-/// effects together, the result is the geometry; a found effect with which they are higher is left
+/// effects together, the result is the geometry; a found effect that held-out poses deny is left
 /// out, unless it is one of a family, which has its evidence together, or is_undecided(); and
 /// random effects are applied only where the mean error does not rise (by 5 % at most where
 /// AppliedArm::instrument_errs). Throws std::invalid_argument if a session of `held_out` has no

@@ -368,7 +368,7 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
   return added(point, list);
 }
 
-// Offs(p10,0,0,100), RelTool(p10,0,0,100\\Rx:=..\\Ry:=..\\Rz:=..). Numbers, or constants.
+// Offs(p10,0,0,100), RelTool(p10,0,0,100\Rx:=..\Ry:=..\Rz:=..). Numbers, or constants.
 std::optional<RapidData::Displacement> RapidData::displacement_of(const std::string& function,
                                                                   const Statement& argument) {
   TextCursor last(text_, argument.end - 1, argument.end);
