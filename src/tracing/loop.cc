@@ -1,5 +1,7 @@
 #include "armtrue/tracing/loop.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -393,6 +395,33 @@ void set_pattern(LoopResult& result) {
   }
 }
 
+// Where readings have no time, no cause that follows time can be found. Its pattern shows in the
+// order of the lines, which is no cause by itself: files are sorted, too.
+void look_at_order(const Training& training, const Catalogue& catalogue,
+                   const TraceOptions& options, LoopResult& result) {
+  if (!training.sound->time_s.empty() || result.trace.pattern_remains || result.trace.left_out)
+    return;
+  Catalogue of_time;
+  std::ranges::copy_if(catalogue, std::back_inserter(of_time), [](const CatalogueEntry& entry) {
+    return entry.driver.kind == DriverKind::time && !entry.driver.factor;
+  });
+  TraceOptions scan = options;
+  scan.start.clear();
+  scan.beyond_catalogue = false;
+  scan.max_effects = 0;
+  const TraceResult rest =
+      trace(result.trace.fit.robot, in_order_of_visits(*training.sound), of_time, scan);
+  if (!rest.pattern_remains || rest.ranking.empty()) return;
+  const Effect& effect = rest.ranking.front().effect;
+  result.trace.pattern_remains = true;
+  result.trace.remaining_p = rest.remaining_p;
+  result.pattern = fmt::format(
+      "{} follows the order of the lines ({}); with the time of each reading (t_s) its cause can "
+      "be "
+      "searched",
+      to_string(effect.parameter), to_string(effect.shape));
+}
+
 // The floor is that of the readings whose errors are reported.
 void set_floor(const Training& training, const Campaign& held_out, LoopResult& result) {
   result.noise = training.quality.noise;
@@ -472,6 +501,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   set_pattern(result);
   result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
   result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");
+  if (result.explanation.empty() && !result.rejected && !catalogue.empty())
+    look_at_order(training, catalogue, options, result);
   if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
   set_verdict(training, held_out, result);
   return result;

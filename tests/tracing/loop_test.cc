@@ -539,6 +539,26 @@ TEST(ReadingsOfARecord, AreFollowedInTheOrderOfVisits) {
   EXPECT_FALSE(left(other).after_readings);
 }
 
+// Without times no cause that follows time can be named; that something follows the order of the
+// lines is said all the same, and of what follows something else, or nothing, it is not.
+TEST(ReadingsOfARecord, ThatFollowTheOrderOfTheirLinesAreNotExplained) {
+  const std::map<std::string, std::string> expected{
+      {"drift", "base"}, {"knock", "base"}, {"null", ""}, {"compliance", ""}};
+  for (const auto& [family, parameter] : expected) {
+    armtrue_oracle::CampaignPlan plan;
+    plan.seed = 44;
+    HiddenCampaign campaign(kNominal, family, family == "null" ? 0 : 0.15, plan);
+    campaign.training.time_s.clear();
+    campaign.held_out.time_s.clear();
+    const LoopResult result = closed(campaign);
+    const bool is_said = result.pattern.find("follows the order of the lines") != std::string::npos;
+    EXPECT_EQ(is_said, !parameter.empty()) << family << ": " << result.pattern;
+    EXPECT_NE(result.pattern.find(parameter), std::string::npos)
+        << family << ": " << result.pattern;
+    if (is_said) EXPECT_EQ(result.verdict, Verdict::unexplained) << family;
+  }
+}
+
 // Draw-wires from three anchors, whose places and zero errors the file only knows roughly.
 armtrue_oracle::CampaignPlan three_wires(unsigned seed) {
   armtrue_oracle::CampaignPlan plan;
