@@ -240,7 +240,8 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
            " along a curve that no listed cause explains";
   } else {
     replace(text, "{j}", joint_of(traced, robot));
-    replace(text, "{k}", axis_name(robot, traced.effect.driver.joint));
+    const Driver& driver = traced.effect.driver;
+    replace(text, "{k}", axis_name(robot, driver.joint < 0 ? driver.second_joint : driver.joint));
     if (traced.effect.driver.kind == DriverKind::session) {
       replace(text, "during the campaign", "between two sessions");
       text += fmt::format(": it stands otherwise since session '{}'",
