@@ -7,7 +7,7 @@
 namespace armtrue {
 namespace {
 
-// With more columns the residual has too few dimensions left for a test.
+// With more coefficients the residual has too few dimensions left for a test.
 constexpr double kMaxShareOfFreedom = 0.75;
 constexpr double kMinShareLeft = 1e-12;  // keeps the logarithm finite where nothing is left
 
@@ -15,7 +15,7 @@ constexpr double kMinShareLeft = 1e-12;  // keeps the logarithm finite where not
 
 EbicFall::EbicFall(bool is_shrunken, double log_choices, int k, double freedom)
     : is_shrunken_(is_shrunken),
-      is_possible_(k != 0 && k <= kMaxShareOfFreedom * freedom),
+      is_possible_(k != 0 && (!is_shrunken || k <= kMaxShareOfFreedom * freedom)),
       log_choices_(log_choices),
       count_(k),
       freedom_(freedom),

@@ -7,16 +7,16 @@ namespace armtrue {
 ///     score  = fall - charge - 2 log_choices
 ///     fall   = -m ln(1 - gain / before),  m = `freedom`: independent equations of the residual
 ///     charge = k ln m.
-/// Positive: the model with the candidate is better. -infinity if k is 0, or above 3 m / 4: so many
-/// columns explain nearly all of the residual by chance, and what is left says nothing.
+/// Positive: the model with the candidate is better. -infinity if k is 0.
 ///
 /// Coefficients that share one prior deviation (`is_shrunken`: six of base or tool, those of a
 /// distortion, or a family) pay at most k (1 + ln(fall / k)), or the fall itself if fall <= k: the
 /// local empirical Bayes charge of Liang et al., JASA 103, 2008. It assumes that the fall by chance
 /// is k. If k is not small against m, that fall is -m ln(1 - k / m), so the fall is first divided
-/// by the ratio of the two (Bartlett's correction). The reason for the smaller charge: one cause
-/// moves a few of the coefficients much and the rest little. A curve on one parameter pays the full
-/// charge, because otherwise its coefficients would follow blunders.
+/// by the ratio of the two (Bartlett's correction). With k above 3 m / 4 there is no evidence:
+/// -infinity. The reason for the smaller charge: one cause moves a few of the coefficients much and
+/// the rest little. A curve on one parameter pays the full charge, because otherwise its
+/// coefficients would follow blunders.
 class EbicFall {
  public:
   EbicFall(bool is_shrunken, double log_choices, int k, double freedom);

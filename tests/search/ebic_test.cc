@@ -37,15 +37,6 @@ TEST(EbicFall, OfALargeGroupIsNothingByChance) {
   EXPECT_EQ(ebic_fall(true, 0, 91, 9, 10, 120), -std::numeric_limits<double>::infinity());
 }
 
-// The geometry has used up all that the readings are worth: residual_freedom() is 1, and ln 1 would
-// charge nothing. ln 1e6 of one column, or 28 ln 1e4 of a curve, are then no evidence.
-TEST(EbicFall, WhereNoFreedomIsLeftNothingIsEvidence) {
-  constexpr double kNone = -std::numeric_limits<double>::infinity();
-  EXPECT_EQ(ebic_fall(false, 0, 1, 10 - 1e-5, 10, 1), kNone);
-  EXPECT_EQ(ebic_fall(false, 0, 24, 10 - 1e-3, 10, 28), kNone);
-  EXPECT_GT(ebic_fall(false, 0, 1, 10 - 1e-5, 10, 2), 0);
-}
-
 TEST(EbicFall, IsLowestWithoutAColumnAndFiniteWhereNothingIsLeft) {
   EXPECT_EQ(ebic_fall(true, 0, 0, 5, 10, 100), -std::numeric_limits<double>::infinity());
   EXPECT_TRUE(std::isfinite(ebic_fall(false, 0, 1, 10, 10, 100)));

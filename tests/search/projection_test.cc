@@ -344,6 +344,25 @@ TEST(Projection, ACollinearCandidateHasNoDegreeOfFreedom) {
   EXPECT_NEAR(scores[0].unexplained_share, share, kFloat);
 }
 
+// Of 21 equations the model leaves 6: five cosines explain of noise what they like. One column is
+// judged.
+TEST(Projection, ACurveThatTakesNearlyAllFreedomIsNoEvidence) {
+  Random random(4);
+  const Campaign campaign = angles_by_hand(random, 7);
+  LinearProblem linear = problem_by_hand(random, campaign, 15);
+  linear.readings = normal_matrix(random, 21, 1);
+  std::vector<Candidate> candidates(2, candidate_of("A3.theta", 4));
+  candidates[0].effect.shape = series_shape(SeriesBasis::cosine, 5, -1.5, 1.5);
+  const Linearization fit(linear);
+  const CandidateScan scan(candidates, robot_by_hand(), campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const std::vector<CandidateScore> scores = projected.scores();
+  EXPECT_EQ(fit.residual_freedom(), 6);
+  EXPECT_EQ(scores[0].degrees_of_freedom, 5);
+  EXPECT_EQ(scores[0].score, -std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isfinite(scores[1].score));
+}
+
 // Steps on both sides of a reading, 0.3 urad apart: one of the four readings is on the other side.
 TEST(CandidateScan, TellsPlacesApartThatDifferByLessThanSixDecimals) {
   Campaign campaign;
