@@ -205,6 +205,13 @@ class Deviations {
   std::vector<Axes> of_session_;
 };
 
+double median_miss(const MedianResiduals& residuals, const std::vector<int>& rows) {
+  std::vector<double> misses;
+  misses.reserve(rows.size());
+  for (int row : rows) misses.push_back(residuals.at(row).head<3>().norm());
+  return median(std::move(misses));
+}
+
 NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<int>& rows) {
   NoiseFloor floor;
@@ -225,13 +232,17 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
   constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
   if (floor.degrees_of_freedom >= kMinReplicates) {
     const NoiseOfAxes noise = deviations.noise(0, floor.axes);
-    floor.source = NoiseFloor::Source::replicates;
-    floor.position = noise.deviation;
-    floor.even_axes = noise.even_axes;
-    floor.degrees_of_freedom = static_cast<int>(
-        kEfficiencyOfRobustDeviation * floor.degrees_of_freedom * floor.even_axes / floor.axes);
-    if (campaign.has_orientation()) floor.orientation = deviations.noise(3, 3).deviation;
-    return floor;
+    floor.are_copies =
+        noise.deviation < kFinestReading && median_miss(residuals, rows) >= kFinestReading;
+    if (!floor.are_copies) {
+      floor.source = NoiseFloor::Source::replicates;
+      floor.position = noise.deviation;
+      floor.even_axes = noise.even_axes;
+      floor.degrees_of_freedom = static_cast<int>(
+          kEfficiencyOfRobustDeviation * floor.degrees_of_freedom * floor.even_axes / floor.axes);
+      if (campaign.has_orientation()) floor.orientation = deviations.noise(3, 3).deviation;
+      return floor;
+    }
   }
   floor.position = residuals.position().value_or(stated_position_noise(robot, campaign));
   if (floor.position <= 0) return floor;

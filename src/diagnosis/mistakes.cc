@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -25,7 +28,14 @@ size_t reading_of(const Campaign& campaign, int row) {
   std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
   if (!campaign.position.empty())
     numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
-  if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
+  if (!campaign.distance.empty()) {
+    const double length = campaign.length(row);
+    // A pixel, whatever it is at the board beside other images; without what that rounds off.
+    constexpr double kDigits = 1e6;
+    numbers.push_back(campaign.kind(row) == ReadingKind::pixel
+                          ? std::round(kDigits * length / campaign.metre_per_pixel)
+                          : length);
+  }
   if (campaign.has_touches()) numbers.push_back(campaign.quantity(row));
   if (campaign.has_profiles())
     numbers.insert(numbers.end(), {campaign.profile[row].y, campaign.profile[row].z});
@@ -109,10 +119,32 @@ std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& c
 std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test) {
   std::unordered_map<size_t, int> row_of;
   for (int row = 0; row < training.rows(); ++row) row_of.emplace(reading_of(training, row), row);
-  for (int row = 0; row < test.rows(); ++row)
-    if (const auto same = row_of.find(reading_of(test, row)); same != row_of.end())
-      return SharedReading{same->second, row};
-  return std::nullopt;
+  struct CopiedRows {
+    int rows = 0, shared = 0;
+    SharedReading first{};
+  };
+  std::vector<CopiedRows> poses(test.pose_ids.size());
+  for (int row = 0; row < test.rows(); ++row) {
+    CopiedRows& pose = poses[test.pose[row]];
+    ++pose.rows;
+    const auto same = row_of.find(reading_of(test, row));
+    if (same == row_of.end()) continue;
+    if (pose.shared++ == 0) pose.first = {same->second, row};
+  }
+  // One number of a pose that is measured again is often the same to the last digit of its file.
+  constexpr double kByChance = 0.2;
+  constexpr int kNeverByChance = 12;
+  const bool by_one_number = test.reads_one_number();
+  const auto is_shared = [&](const CopiedRows& pose) {
+    return pose.shared > (by_one_number ? pose.rows / 2 : 0);
+  };
+  const auto count = static_cast<double>(std::ranges::count_if(poses, is_shared));
+  const bool maybe_chance = by_one_number && count <= kByChance * static_cast<double>(poses.size());
+  const auto copy = std::ranges::find_if(poses, [&](const CopiedRows& pose) {
+    return is_shared(pose) && !(maybe_chance && pose.shared < kNeverByChance);
+  });
+  if (copy == poses.end()) return std::nullopt;
+  return copy->first;
 }
 
 RepeatedPoses repeated_poses(const Campaign& training, const Campaign& test) {

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
+#include <cmath>
 #include <numeric>
+#include <optional>
+
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 namespace {
@@ -20,10 +23,9 @@ std::vector<int> sorted_by(const std::vector<double>& keys) {
 std::vector<double> pose_numbers(const Campaign& campaign) {
   std::vector<double> numbers;
   for (int pose : campaign.pose) {
-    const std::string& id = campaign.pose_ids[pose];
-    const auto [end, error] =
-        std::from_chars(id.data(), id.data() + id.size(), numbers.emplace_back());
-    if (error != std::errc() || end != id.data() + id.size()) return {};
+    const std::optional<double> number = read_number(campaign.pose_ids[pose]);
+    if (!number || !std::isfinite(*number)) return {};
+    numbers.push_back(*number);
   }
   return numbers;
 }

@@ -474,7 +474,13 @@ std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
   return text;
 }
 
-Shared shared_rows(const TrainingRows& before, const TrainingRows& after) {
+// Whether rows may be one number each, as of distances, touches and images.
+bool may_read_numbers(const ComparedRun& run) {
+  return run.robot && !(run.robot->chain.anchors.empty() && run.robot->chain.contacts.empty());
+}
+
+// `by_chance`: share of the rows that may be alike by chance.
+Shared shared_rows(const TrainingRows& before, const TrainingRows& after, double by_chance) {
   if (before.marks.empty() || after.marks.empty()) return Shared::unknown;
   // Of many rows the smallest marks are kept: beyond the last of either, rows cannot be looked up.
   const std::uint32_t end = std::min(before.marks.back(), after.marks.back());
@@ -483,7 +489,8 @@ Shared shared_rows(const TrainingRows& before, const TrainingRows& after) {
   };
   std::vector<std::uint32_t> both;
   std::ranges::set_intersection(before.marks, after.marks, std::back_inserter(both));
-  if (both.empty()) return Shared::none;
+  const auto fewer = static_cast<double>(std::min(count_to(before), count_to(after)));
+  if (static_cast<double>(both.size()) <= by_chance * fewer) return Shared::none;
   const bool is_all = before.rows == after.rows && std::ssize(both) == count_to(before) &&
                       std::ssize(both) == count_to(after);
   return is_all ? Shared::all : Shared::some;
@@ -519,7 +526,11 @@ std::string NamedEffect::in_words() const {
 
 Shared shared_readings(const ComparedRun& before, const ComparedRun& after) {
   if (before.training && after.training) {
-    const Shared by_rows = shared_rows(*before.training, *after.training);
+    // A number that is measured again at one pose is often the same to its last step.
+    constexpr double kOfNumbers = 0.5;
+    const bool may_be_alike = may_read_numbers(before) || may_read_numbers(after);
+    const Shared by_rows =
+        shared_rows(*before.training, *after.training, may_be_alike ? kOfNumbers : 0);
     if (by_rows != Shared::unknown) return by_rows;
   }
   return shared_files(before.readings, after.readings);

@@ -272,93 +272,138 @@ void append(Equations& equations, int cluster, const Eigen::MatrixXd& place,
   equations.taken += static_cast<double>(place.cols());
 }
 
-std::optional<CameraEquations> equations_of_camera(const PlainFit& fit, int camera) {
-  const Robot& robot = fit.result.robot;
-  const Campaign& campaign = fit.readings;
-  const KinematicChain& chain = robot.chain;
-  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
-  std::vector<std::vector<Corner>> images;
+// The images of one camera, and where in them and on their boards the corners lie.
+struct CameraImages {
+  std::vector<std::vector<Corner>> corners;  // of each image
   std::vector<Place> pixels, on_board;
-  std::set<int> poses, boards;
+  std::set<int> boards;
+};
+
+CameraImages images_of_camera(const PlainFit& fit, int camera) {
+  const Campaign& campaign = fit.readings;
+  const KinematicChain& chain = fit.result.robot.chain;
+  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+  CameraImages images;
   for (const std::vector<int>& image : rows_by_image(campaign)) {
     if (matched[campaign.touch[image.front()].contact].contact != camera) continue;
-    images.push_back(corners_of(campaign, matched, chain, image));
-    for (const Corner& corner : images.back()) {
-      pixels.push_back(corner.pixel);
-      on_board.push_back(corner.on_board);
-      boards.insert(corner.board);
+    images.corners.push_back(corners_of(campaign, matched, chain, image));
+    for (const Corner& corner : images.corners.back()) {
+      images.pixels.push_back(corner.pixel);
+      images.on_board.push_back(corner.on_board);
+      images.boards.insert(corner.board);
     }
   }
-  if (pixels.empty()) return std::nullopt;
+  std::erase_if(images.corners, [](const std::vector<Corner>& image) { return image.empty(); });
+  return images;
+}
+
+// The columns of a camera: those of the places of its boards, then of the numbers of its lens.
+struct CameraColumns {
+  std::vector<int> parameters;
+  std::map<int, int> place_of;        // first column of each board
+  int lens = 0;                       // first column of the lens
+  std::vector<int> held, identified;  // of those of the lens
+};
+
+CameraColumns columns_of_camera(const PlainFit& fit, int camera, const std::set<int>& boards) {
+  const KinematicChain& chain = fit.result.robot.chain;
+  const int first = first_contact_parameter(chain);
+  CameraColumns columns;
+  for (const int board : boards) {
+    columns.place_of[board] = static_cast<int>(columns.parameters.size());
+    for (int k = 0; k < kParametersPerPose; ++k)
+      columns.parameters.push_back(first + kParametersOfContact * board + k);
+  }
+  columns.lens = static_cast<int>(columns.parameters.size());
+  const std::vector<int>& kept = fit.result.set.kept;
+  for (const int k : parameters_of_contact(chain.contacts[camera])) {
+    if (k < kFirstIntrinsic) continue;
+    const int parameter = first + kParametersOfContact * camera + k;
+    const bool is_held = std::ranges::find(kept, parameter) == kept.end();
+    (is_held ? columns.held : columns.identified)
+        .push_back(static_cast<int>(columns.parameters.size()));
+    columns.parameters.push_back(parameter);
+  }
+  return columns;
+}
+
+// The whitened equations of the corners of one image, residual last, and by how much a pixel more
+// changes each residual.
+struct ImageEquations {
+  Eigen::MatrixXd all;
+  Eigen::VectorXd of_pixel;
+};
+
+ImageEquations equations_of_image(const std::vector<Corner>& corners, const ObservationModel& model,
+                                  const ObservationModel::At& at) {
+  const double metre_per_pixel = model.campaign().metre_per_pixel;
+  Eigen::MatrixXd block(1, model.unknowns() + 1);
+  ImageEquations image{Eigen::MatrixXd(std::ssize(corners), block.cols()),
+                       Eigen::VectorXd(std::ssize(corners))};
+  for (int k = 0; k < std::ssize(corners); ++k) {
+    at.block(corners[k].row, block);
+    image.all.row(k) = block;
+    image.of_pixel[k] = model.whitened(corners[k].row, {metre_per_pixel, 0, 0, 0, 0, 0})[0];
+  }
+  return image;
+}
+
+// Adds an image without the corners that contradict the others.
+void add_image(std::vector<Corner> corners, int pose, const ImageEquations& image,
+               const CameraColumns& columns, const SensorField& board_field,
+               CameraEquations& found) {
+  const auto& [all, of_pixel] = image;
+  // The place as the model has it: noise of a pixel would move its own column with its residual.
+  for (Corner& corner : corners) {
+    const auto first_row = (&corner - corners.data()) / 2 * 2;
+    for (int axis : {0, 1})
+      corner.pixel[axis] -= all(first_row + axis, Eigen::last) / of_pixel[first_row + axis];
+  }
+  const auto place = Eigen::seqN(columns.place_of.at(corners.front().board), kParametersPerPose);
+  std::vector<int> numbers(corners.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  const std::vector<int> sound = agreeing_rows(numbers, all(Eigen::all, place), all.rightCols<1>());
+  if (std::ssize(sound) <= kParametersPerPose) return;
+  Eigen::MatrixXd of_lens(std::ssize(sound), found.of_lens.choices.back());
+  Eigen::MatrixXd of_board(std::ssize(sound), found.of_board.choices.back());
+  for (int k = 0; k < std::ssize(sound); ++k) {
+    const Corner& corner = corners[sound[k]];
+    of_lens.row(k) = of_pixel[sound[k]] * terms_of(found.field, corner.pixel).row(corner.axis);
+    const Place scaled = (corner.on_board - board_field.middle).cwiseQuotient(board_field.half);
+    of_board.row(k) = all.row(sound[k]).segment<3>(place.first()) *
+                      of_each_coordinate(products(scaled, 1, kHighestOfBoard), 3);
+    found.corners.push_back(corner);
+  }
+  const Eigen::MatrixXd of_place = all(sound, place),
+                        of_camera = all(sound, Eigen::seq(columns.lens, Eigen::last - 1));
+  const Eigen::VectorXd residual = all(sound, Eigen::last);
+  append_rows(found.columns, of_lens);
+  append(found.of_lens, pose, of_place, of_lens, of_camera, residual);
+  append(found.of_board, pose, of_place, of_board, of_camera, residual);
+  append(found.of_held, pose, of_place, all(sound, columns.held), all(sound, columns.identified),
+         residual);
+}
+
+std::optional<CameraEquations> equations_of_camera(const PlainFit& fit, int camera) {
+  const CameraImages images = images_of_camera(fit, camera);
+  if (images.pixels.empty()) return std::nullopt;
+  const CameraColumns columns = columns_of_camera(fit, camera, images.boards);
   CameraEquations found;
-  found.field = field_over(camera, pixels, kHighestOfLens);
-  const SensorField board_field = field_over(0, on_board, kHighestOfBoard);
+  found.field = field_over(camera, images.pixels, kHighestOfLens);
+  const SensorField board_field = field_over(0, images.on_board, kHighestOfBoard);
   found.of_lens.choices = counts(kLowestOfLens, kHighestOfLens, [](int d) {
     return (d + 1) * (d + 2) - kFirstOfLens * (kFirstOfLens + 1);
   });
   // Shifts and turns of the board are taken off with its place, and its scale is that of the arm.
   found.of_board.choices =
       counts(1, kHighestOfBoard, [](int d) { return 3 * ((d + 1) * (d + 2) / 2 - 1); });
-
-  std::vector<int> parameters;
-  const int first = first_contact_parameter(chain);
-  std::map<int, int> place_of;  // first column of each board
-  for (const int board : boards) {
-    place_of[board] = static_cast<int>(parameters.size());
-    for (int k = 0; k < kParametersPerPose; ++k)
-      parameters.push_back(first + kParametersOfContact * board + k);
-  }
-  const int lens = static_cast<int>(parameters.size());
-  for (const int k : parameters_of_contact(chain.contacts[camera]))
-    if (k >= kFirstIntrinsic) parameters.push_back(first + kParametersOfContact * camera + k);
-  const std::vector<int>& kept = fit.result.set.kept;
-  std::vector<int> held, identified;  // columns
-  for (int k = lens; k < std::ssize(parameters); ++k)
-    (std::ranges::find(kept, parameters[k]) == kept.end() ? held : identified).push_back(k);
-  found.of_held.choices = {static_cast<int>(held.size())};
-  const ObservationModel model(campaign, robot, parameters, fit.result.sigma, 0);
+  found.of_held.choices = {static_cast<int>(columns.held.size())};
+  const ObservationModel model(fit.readings, fit.result.robot, columns.parameters, fit.result.sigma,
+                               0);
   const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  Eigen::MatrixXd block(1, model.unknowns() + 1);
-  for (std::vector<Corner>& corners : images) {
-    Eigen::MatrixXd all(std::ssize(corners), block.cols());
-    Eigen::VectorXd of_pixel(std::ssize(corners));
-    std::vector<int> numbers(corners.size());
-    std::iota(numbers.begin(), numbers.end(), 0);
-    for (int k : numbers) {
-      at.block(corners[k].row, block);
-      all.row(k) = block;
-      of_pixel[k] = model.whitened(corners[k].row, {campaign.metre_per_pixel, 0, 0, 0, 0, 0})[0];
-    }
-    if (corners.empty()) continue;
-    // The place as the model has it: noise of a pixel would move its own column with its residual.
-    for (Corner& corner : corners) {
-      const auto first_row = (&corner - corners.data()) / 2 * 2;
-      for (int axis : {0, 1})
-        corner.pixel[axis] -= all(first_row + axis, Eigen::last) / of_pixel[first_row + axis];
-    }
-    const auto place = Eigen::seqN(place_of.at(corners.front().board), kParametersPerPose);
-    const std::vector<int> sound =
-        agreeing_rows(numbers, all(Eigen::all, place), all.rightCols<1>());
-    if (std::ssize(sound) <= kParametersPerPose) continue;
-    Eigen::MatrixXd of_lens(std::ssize(sound), found.of_lens.choices.back());
-    Eigen::MatrixXd of_board(std::ssize(sound), found.of_board.choices.back());
-    for (int k = 0; k < std::ssize(sound); ++k) {
-      const Corner& corner = corners[sound[k]];
-      of_lens.row(k) = of_pixel[sound[k]] * terms_of(found.field, corner.pixel).row(corner.axis);
-      const Place scaled = (corner.on_board - board_field.middle).cwiseQuotient(board_field.half);
-      of_board.row(k) = all.row(sound[k]).segment<3>(place.first()) *
-                        of_each_coordinate(products(scaled, 1, kHighestOfBoard), 3);
-      found.corners.push_back(corner);
-    }
-    const int pose = campaign.pose[corners.front().row];
-    const Eigen::MatrixXd of_place = all(sound, place),
-                          of_camera = all(sound, Eigen::seq(lens, Eigen::last - 1));
-    const Eigen::VectorXd residual = all(sound, Eigen::last);
-    append_rows(found.columns, of_lens);
-    append(found.of_lens, pose, of_place, of_lens, of_camera, residual);
-    append(found.of_board, pose, of_place, of_board, of_camera, residual);
-    append(found.of_held, pose, of_place, all(sound, held), all(sound, identified), residual);
-  }
+  for (const std::vector<Corner>& corners : images.corners)
+    add_image(corners, fit.readings.pose[corners.front().row],
+              equations_of_image(corners, model, at), columns, board_field, found);
   if (found.corners.empty()) return std::nullopt;
   return found;
 }

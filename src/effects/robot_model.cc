@@ -257,9 +257,13 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
   const bool linear_load =
       (driver_.kind == DriverKind::gravity_torque || driver_.kind == DriverKind::moment) &&
       shape_.kind == ShapeKind::linear;
-  if (!linear_load)
-    return evaluate(
-        shape_, driver_value(driver_.kind, driver_.joint, member, context, frames, jacobian), out);
+  if (!linear_load) {
+    double x = driver_value(driver_.kind, driver_.joint, member, context, frames, jacobian);
+    // What warms up has not begun to before its time.
+    if (driver_.kind == DriverKind::time && shape_.kind == ShapeKind::exponential)
+      x = std::max(x, shape_.at);
+    return evaluate(shape_, x, out);
+  }
   // Without masses, all values of the basis; none if gravity does no work on this parameter.
   if (load_on(member).value_count() > 0) load_on(member).values(context, *frames, out);
 }

@@ -2,6 +2,8 @@
 
 #include <signal.h>
 
+#include <initializer_list>
+
 namespace armtrue {
 
 /// While one exists, SIGINT, SIGTERM, SIGHUP and SIGQUIT wait: files become whole, and no temporary

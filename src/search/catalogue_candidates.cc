@@ -207,78 +207,115 @@ double mean_temperature(const Driver& driver, const Campaign& campaign) {
   return std::round(10 * sum / static_cast<double>(values.size())) / 10;
 }
 
+// The candidates of a catalogue, one entry after the other.
+class CatalogueSearch {
+ public:
+  CatalogueSearch(const Robot& robot, const Campaign& campaign)
+      : robot_(robot),
+        campaign_(campaign),
+        span_(time_span(campaign)),
+        between_sessions_(session_driver(campaign)),
+        gravity_(robot) {}
+
+  void add(const CatalogueEntry& entry) {
+    for (const Effect& effect : expand(entry, robot_))
+      if (is_shown(effect, robot_, campaign_, gravity_)) add_effect(entry, effect);
+  }
+
+  // Each is charged for one of the candidates that are at least as usual, and may be chosen.
+  std::vector<Candidate> take() {
+    std::map<Usual, long> alone;
+    for (size_t k = 0; k < candidates_.size(); ++k)
+      alone[usual_[k]] += may_be_alone(candidates_[k]);
+    for (size_t k = 0; k < candidates_.size(); ++k) {
+      long choices = 0;
+      for (const auto& [usual, count] : alone)
+        if (usual <= usual_[k]) choices += count;
+      candidates_[k].log_choices = std::log(static_cast<double>(std::max(1L, choices)));
+    }
+    return std::move(candidates_);
+  }
+
+ private:
+  void add_effect(const CatalogueEntry& entry, const Effect& effect) {
+    double furthest = 0;
+    if (entry.most_of_length != 0) {
+      furthest = entry.most_of_length * length_of(effect.parameter, robot_);
+      if (furthest == 0) return;  // what has no length does not grow
+    }
+    const bool is_searched = entry.cycle[1] > 0;
+    const double resolution = is_searched ? resolution_of(entry, effect, robot_, campaign_) : 0;
+    for (const Driver& driver : drivers_of(effect)) {
+      if (!is_driven(driver, campaign_, span_)) continue;
+      const double degree = is_travel(driver, robot_.chain) ? kTravelForDegree : kDegree;
+      for (const Shape& shape :
+           is_searched ? cycles_of(entry, resolution)
+                       : shapes_of(effect, driver, robot_, span_of(driver, campaign_), degree)) {
+        if (is_plain_sign(shape, driver, campaign_)) continue;
+        Candidate& candidate = candidates_.emplace_back(candidate_of(entry, effect, driver, shape));
+        candidate.degree = degree;
+        candidate.frequency_resolution = resolution;
+        candidate.furthest = furthest;
+        usual_.push_back(entry.usual);
+      }
+    }
+  }
+
+  // The driver of an effect, or each that a campaign has in its place.
+  std::vector<Driver> drivers_of(const Effect& effect) const {
+    std::vector<Driver> drivers{effect.driver};
+    if (effect.driver.involves(DriverKind::temperature) && effect.driver.where.empty()) {
+      drivers.clear();
+      for (const std::string& where : campaign_.temperature_names) {
+        drivers.push_back(effect.driver);
+        drivers.back().where = where;
+      }
+    }
+    // A step in time may have come between two sessions.
+    if (effect.driver.kind == DriverKind::time && effect.shape.kind == ShapeKind::step &&
+        between_sessions_ && !is_of_each_session(effect.parameter, robot_)) {
+      drivers.push_back(effect.driver);
+      drivers.back().kind = DriverKind::session;
+      drivers.back().sessions = between_sessions_->sessions;
+    }
+    return drivers;
+  }
+
+  Candidate candidate_of(const CatalogueEntry& entry, const Effect& effect, const Driver& driver,
+                         const Shape& shape) const {
+    Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
+    candidate.effect.driver = driver;
+    candidate.effect.shape = shape;
+    Shape& own = candidate.effect.shape;
+    if (driver.kind == DriverKind::time && counts_from(shape.kind)) own.at = begin_of_time(span_);
+    if (driver.kind == DriverKind::temperature && counts_from(shape.kind) &&
+        effect.parameter.owner == Owner::instrument)
+      own.at = mean_temperature(driver, campaign_);
+    if (is_polynomial(shape)) set_range_of_places(robot_, campaign_, own);
+    candidate.in_words = entry.in_words;
+    candidate.of_most_arms = entry.usual == Usual::most_arms;
+    if (effect.family) candidate.of_family = effect.family->name;
+    candidate.only_together = entry.only_together;
+    candidate.alike = entry.alike;
+    return candidate;
+  }
+
+  const Robot& robot_;
+  const Campaign& campaign_;
+  const Span span_;
+  const std::optional<Driver> between_sessions_;
+  GravityTurns gravity_;
+  std::vector<Candidate> candidates_;
+  std::vector<Usual> usual_;  // of each candidate
+};
+
 }  // namespace
 
 std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
                                             const Campaign& campaign) {
-  const Span span = time_span(campaign);
-  const std::optional<Driver> between_sessions = session_driver(campaign);
-  GravityTurns gravity(robot);
-  std::vector<Candidate> candidates;
-  std::vector<Usual> usual;
-  for (const CatalogueEntry& entry : catalogue)
-    for (const Effect& effect : expand(entry, robot)) {
-      std::vector<Driver> drivers{effect.driver};
-      if (effect.driver.involves(DriverKind::temperature) && effect.driver.where.empty()) {
-        drivers.clear();
-        for (const std::string& where : campaign.temperature_names) {
-          drivers.push_back(effect.driver);
-          drivers.back().where = where;
-        }
-      }
-      // A step in time may have come between two sessions.
-      if (effect.driver.kind == DriverKind::time && effect.shape.kind == ShapeKind::step &&
-          between_sessions && !is_of_each_session(effect.parameter, robot)) {
-        drivers.push_back(effect.driver);
-        drivers.back().kind = DriverKind::session;
-        drivers.back().sessions = between_sessions->sessions;
-      }
-      if (!is_shown(effect, robot, campaign, gravity)) continue;
-      double furthest = 0;
-      if (entry.most_of_length != 0) {
-        furthest = entry.most_of_length * length_of(effect.parameter, robot);
-        if (furthest == 0) continue;  // what has no length does not grow
-      }
-      const bool is_searched = entry.cycle[1] > 0;
-      const double resolution = is_searched ? resolution_of(entry, effect, robot, campaign) : 0;
-      for (const Driver& driver : drivers) {
-        if (!is_driven(driver, campaign, span)) continue;
-        const double degree = is_travel(driver, robot.chain) ? kTravelForDegree : kDegree;
-        for (const Shape& shape :
-             is_searched ? cycles_of(entry, resolution)
-                         : shapes_of(effect, driver, robot, span_of(driver, campaign), degree)) {
-          if (is_plain_sign(shape, driver, campaign)) continue;
-          Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
-          candidate.effect.driver = driver;
-          candidate.effect.shape = shape;
-          if (driver.kind == DriverKind::time && counts_from(shape.kind))
-            candidate.effect.shape.at = begin_of_time(span);
-          if (driver.kind == DriverKind::temperature && counts_from(shape.kind) &&
-              candidate.effect.parameter.owner == Owner::instrument)
-            candidate.effect.shape.at = mean_temperature(driver, campaign);
-          if (is_polynomial(shape)) set_range_of_places(robot, campaign, candidate.effect.shape);
-          candidate.degree = degree;
-          candidate.frequency_resolution = resolution;
-          candidate.in_words = entry.in_words;
-          candidate.of_most_arms = entry.usual == Usual::most_arms;
-          candidate.furthest = furthest;
-          if (effect.family) candidate.of_family = effect.family->name;
-          candidate.only_together = entry.only_together;
-          candidate.alike = entry.alike;
-          candidates.push_back(std::move(candidate));
-          usual.push_back(entry.usual);
-        }
-      }
-    }
-  // The charge for one of the candidates that are at least as usual, and may be chosen.
-  for (Candidate& candidate : candidates) {
-    long choices = 0;
-    const Usual own = usual[&candidate - candidates.data()];
-    for (size_t k = 0; k < candidates.size(); ++k)
-      choices += usual[k] <= own && may_be_alone(candidates[k]);
-    candidate.log_choices = std::log(static_cast<double>(std::max(1L, choices)));
-  }
-  return candidates;
+  CatalogueSearch search(robot, campaign);
+  for (const CatalogueEntry& entry : catalogue) search.add(entry);
+  return search.take();
 }
 
 }  // namespace armtrue

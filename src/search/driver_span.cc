@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <ranges>
@@ -31,6 +32,25 @@ Span span_of(const Driver& driver, const Campaign& campaign) {
   std::set<double> distinct;
   for (const JointVector& q : campaign.q) distinct.insert(q[driver.joint]);
   return {{distinct.begin(), distinct.end()}};
+}
+
+std::pair<double, double> travel_covered(const Campaign& campaign, int joint) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& q : campaign.q) {
+    low = std::min(low, q[joint]);
+    high = std::max(high, q[joint]);
+  }
+  return {low, high};
+}
+
+std::pair<double, double> range_of_curve(const Campaign& campaign, int joint,
+                                         const KinematicChain& chain) {
+  constexpr double kMargin = 0.25;
+  const auto [low, high] = travel_covered(campaign, joint);
+  const auto [least, most] = travel(joint_link(chain, joint));
+  const double margin = kMargin * (high - low);
+  return {std::min(low, std::max(low - margin, least)),
+          std::max(high, std::min(high + margin, most))};
 }
 
 std::optional<Driver> session_driver(const Campaign& campaign) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/driver.h"
 #include "armtrue/effects/shape.h"
+#include "armtrue/kinematics/chain.h"
 
 namespace armtrue {
 
@@ -25,6 +27,13 @@ Span time_span(const Campaign& campaign);
 /// Values of the time [s], of a joint angle [rad; m for a prismatic joint] or of sessions, which are
 /// their numbers.
 Span span_of(const Driver& driver, const Campaign& campaign);
+
+/// The least and the largest value of a joint in the readings [rad or m].
+std::pair<double, double> travel_covered(const Campaign& campaign, int joint);
+/// The range of a curve over a joint: what the readings cover and a quarter of that at each end, as
+/// far as the joint travels. Cosines are level at the ends of their range.
+std::pair<double, double> range_of_curve(const Campaign& campaign, int joint,
+                                         const KinematicChain& chain);
 
 /// The driver of what happened between sessions: nothing if there are none, or if times show it,
 /// because each session begins after another has ended.

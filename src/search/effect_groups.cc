@@ -25,7 +25,6 @@ constexpr double kOfInstrument = 3e-4;  // m: three times the noise of a tracker
 constexpr double kLever = 1.0;           // m
 constexpr double kWithinThree = 1.0986;  // ln 3: two thirds of all arms are within a factor of three
 constexpr int kContexts = 1000;          // tell an RMS to two digits
-constexpr double kMarginOfTravel = 0.25;  // of the travel covered: no cosine has to be flat at its ends
 constexpr double kMinNew = 1e-6, kRounding = 1e-12;  // of a sum of squares
 
 class Groups {
@@ -129,7 +128,7 @@ class Groups {
     if (!is_driven(driver, campaign_, span_)) return;
     RandomEffect random{{"", parameter_of(robot_.chain, parameter), driver, shape, {}}, {}};
     if (is_of_one_angle(random.effect)) {
-      const auto [low, high] = travel_covered(driver.joint);
+      const auto [low, high] = travel_covered(campaign_, driver.joint);
       random.effect.driver_range = {low, high};
     }
     const BoundEffect bound(random.effect, robot_, campaign_.temperature_names);
@@ -214,21 +213,10 @@ class Groups {
       for (int k = 3; k < 6; ++k) add(k, {DriverKind::moment, -1, -1, ""}, Shape{}, kOfFoot);
   }
 
-  std::pair<double, double> travel_covered(int joint) const {
-    const auto [low, high] =
-        std::minmax_element(campaign_.q.begin(), campaign_.q.end(),
-                            [&](const auto& a, const auto& b) { return a[joint] < b[joint]; });
-    return {(*low)[joint], (*high)[joint]};
-  }
-
   // Cosines over the angles covered and a margin, weight of the k-th 1 / k^power.
   void add_curve(int parameter, int joint, int count, double power, int first, double size) {
-    auto [low, high] = travel_covered(joint);
+    const auto [low, high] = range_of_curve(campaign_, joint, robot_.chain);
     if (!(low < high)) return;
-    const auto [lowest, highest] = travel(joint_link(robot_.chain, joint));
-    const double margin = kMarginOfTravel * (high - low);
-    low = std::min(low, std::max(low - margin, lowest));
-    high = std::max(high, std::min(high + margin, highest));
     std::vector<double> weights;
     for (int k = 1; k <= count; ++k) weights.push_back(k < first ? 0 : std::pow(k, -power));
     add(parameter, angle_of(joint), series_shape(SeriesBasis::cosine, count, low, high), size,

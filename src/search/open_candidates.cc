@@ -22,7 +22,6 @@ constexpr double kMaxCycles = 410;
 constexpr double kFinestPitch = 5e-3;  // m: of a rack or a screw
 // Curves that a campaign of some tens of poses can carry.
 constexpr int kCurveCosines = 6, kCurveSplines = 8;
-constexpr double kMarginOfCurve = 0.25;  // of the angles covered, at each end
 constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
 
 bool slides(const Robot& robot, int joint) { return is_prismatic(joint_link(robot.chain, joint)); }
@@ -144,17 +143,12 @@ class OpenSearch {
     add_curves(parameter, driver);
   }
 
-  // Over the angles of the readings and a margin, as the cosines are level at the ends of their
-  // range; outside the readings a curve keeps its value (Effect::measured). On a part of their
-  // range cosines are nearly dependent: those of the whole travel would swing between few readings
-  // far beyond their values.
+  // Outside the readings a curve keeps its value (Effect::driver_range). On a part of their range
+  // cosines are nearly dependent: those of the whole travel would swing between few readings far
+  // beyond their values.
   void add_curves(const Parameter& parameter, const Driver& driver) {
-    auto [low, high] = travel_covered(driver.joint);
+    const auto [low, high] = range_of_curve(campaign_, driver.joint, robot_.chain);
     if (!(low < high)) return;
-    const auto [lowest, highest] = travel(joint_link(robot_.chain, driver.joint));
-    const double margin = kMarginOfCurve * (high - low);
-    low = std::min(low, std::max(low - margin, lowest));
-    high = std::max(high, std::min(high + margin, highest));
     add(parameter, driver, series_shape(SeriesBasis::cosine, kCurveCosines, low, high));
     add(parameter, driver, series_shape(SeriesBasis::spline, kCurveSplines, low, high));
   }
@@ -174,7 +168,7 @@ class OpenSearch {
 
   // From one whole cycle over the travel to the highest motor order.
   void add_periodogram(const Parameter& parameter, const Driver& driver) {
-    const auto [low, high] = travel_covered(driver.joint);
+    const auto [low, high] = travel_covered(campaign_, driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
     if (covered * most_cycles(robot_, driver.joint) < 1) return;  // not one cycle of any
     const double step = 1 / (kFrequencySteps * covered);
@@ -186,7 +180,7 @@ class OpenSearch {
 
   // On a grid of knots that does not depend on where the poses are.
   void add_fine_curves(const Parameter& parameter, const Driver& driver) {
-    const auto [low, high] = travel_covered(driver.joint);
+    const auto [low, high] = travel_covered(campaign_, driver.joint);
     for (double step : {20.0, 10.0, 5.0, 2.5}) {
       const double knot = step * degree_of(robot_, driver.joint);
       const double first = std::floor(low / knot), last = std::ceil(high / knot);
@@ -198,20 +192,13 @@ class OpenSearch {
     }
   }
 
-  std::pair<double, double> travel_covered(int joint) const {
-    const auto [low, high] =
-        std::minmax_element(campaign_.q.begin(), campaign_.q.end(),
-                            [&](const auto& a, const auto& b) { return a[joint] < b[joint]; });
-    return {(*low)[joint], (*high)[joint]};
-  }
-
   // A local error: a dent in a track, a collision of cables. Neighbours overlap at half height. The
   // widths are those of mechanical parts and do not depend on the travel limits.
   void add_bumps(const Parameter& parameter, const Driver& driver) {
     const bool own =
         *find_parameter(robot_.chain, parameter) == zero_offset(robot_.chain, driver.joint);
     const double degree = degree_of(robot_, driver.joint);
-    const auto [low, high] = travel_covered(driver.joint);
+    const auto [low, high] = travel_covered(campaign_, driver.joint);
     const Span readings = span_of(driver, campaign_);
     for (double width : {80 * degree, 40 * degree, 20 * degree, 10 * degree}) {
       const bool narrow = width < 40 * degree;

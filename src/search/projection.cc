@@ -359,9 +359,12 @@ ProjectedCandidates::InPlace ProjectedCandidates::in_place(double least, double 
 
 std::vector<CandidateScore> ProjectedCandidates::scores() const {
   std::vector<CandidateScore> scores;
-  for (int candidate = 0; candidate < static_cast<int>(solutions_.size()); ++candidate)
-    scores.push_back(score(candidate, solutions_[candidate], slope_of(candidate, slopes_),
-                           fit_.residual_norm()));
+  for (int candidate = 0; candidate < static_cast<int>(solutions_.size()); ++candidate) {
+    CandidateScore& own = scores.emplace_back(score(
+        candidate, solutions_[candidate], slope_of(candidate, slopes_), fit_.residual_norm()));
+    if (take_nearly_all(own.degrees_of_freedom))
+      own.score = -std::numeric_limits<double>::infinity();
+  }
   return scores;
 }
 

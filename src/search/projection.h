@@ -129,6 +129,11 @@ class ProjectedCandidates {
   Solution solve(int candidate, const Eigen::MatrixXd& gram) const;
   CandidateScore score(int candidate, const Solution& solution, const Eigen::VectorXd& slope,
                        double norm) const;
+  // Whether so many columns explain nearly all of the residual by chance: they are no evidence.
+  bool take_nearly_all(int columns) const {
+    constexpr double kMostOfFreedom = 0.75;
+    return columns > kMostOfFreedom * fit_.residual_freedom();
+  }
   double most_gain(int candidate, const Eigen::VectorXd& slope) const;
   bool can_exceed(double least, int candidate, const Eigen::VectorXd& slope, double norm) const;
   static constexpr double kNoImitation = std::numeric_limits<double>::infinity();

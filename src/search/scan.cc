@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -23,11 +25,14 @@ std::string value_key(const Effect& effect) {
   if (!members.empty()) return members;
   std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
                     std::to_string(static_cast<int>(shape.basis)) + "|" +
-                    std::to_string(shape.count) + "|" + std::to_string(shape.at) + "|" +
-                    std::to_string(shape.tau) + "|" + std::to_string(shape.low[0]) + "|" +
-                    std::to_string(shape.high[0]) + "|" + std::to_string(shape.low[1]) + "|" +
-                    std::to_string(shape.high[1]) + "|" + std::to_string(shape.low[2]) + "|" +
-                    std::to_string(shape.high[2]);
+                    std::to_string(shape.count);
+  const auto add = [&](double number) {  // all its bits: places between two readings may be close
+    key += "|" + std::to_string(std::bit_cast<std::uint64_t>(number));
+  };
+  add(shape.at);
+  add(shape.tau);
+  std::ranges::for_each(shape.low, add);
+  std::ranges::for_each(shape.high, add);
   const bool by_own_length =  // of a wire, from its anchor
       effect.driver.kind == DriverKind::range && effect.parameter.owner == Owner::anchor;
   if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force) ||

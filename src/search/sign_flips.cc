@@ -138,7 +138,7 @@ Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin
   Eigen::VectorXd to_beat = Eigen::VectorXd::Constant(flips, kInfinity);
   for (int candidate = begin; candidate < end; ++candidate) {
     const Solution& solution = solutions_[candidate];
-    if (solution.degrees_of_freedom == 0) continue;
+    if (solution.degrees_of_freedom == 0 || take_nearly_all(solution.degrees_of_freedom)) continue;
     if (scan_.candidates_[candidate].only_together) continue;  // no step of a search adds it
     RowMajor<float> slope = RowMajor<float>::Zero(scan_.coefficient_count_[candidate], flips);
     for (const auto& term : scan_.terms_[candidate])

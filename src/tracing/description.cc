@@ -240,7 +240,8 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
            " along a curve that no listed cause explains";
   } else {
     replace(text, "{j}", joint_of(traced, robot));
-    replace(text, "{k}", axis_name(robot, traced.effect.driver.joint));
+    const Driver& driver = traced.effect.driver;
+    replace(text, "{k}", axis_name(robot, driver.joint < 0 ? driver.second_joint : driver.joint));
     if (traced.effect.driver.kind == DriverKind::session) {
       replace(text, "during the campaign", "between two sessions");
       text += fmt::format(": it stands otherwise since session '{}'",
@@ -272,7 +273,10 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
   return text;
 }
 
-std::string verdict_in_words(const LoopResult& result) {
+namespace {
+
+// The held-out error, and that of parts of the readings or of the model.
+std::string errors_in_words(const LoopResult& result) {
   const bool held_out = result.held_out_poses > 0;
   const std::string floor = result.noise.source == NoiseFloor::Source::none
                                 ? "unknown"
@@ -304,56 +308,77 @@ std::string verdict_in_words(const LoopResult& result) {
         "; {:.3g} mm of the readings, if what follows the time or the ways of this campaign "
         "is taken off, too",
         *result.after_readings / kMillimetre);
-  const bool by_replicates = result.noise.source == NoiseFloor::Source::replicates;
+  return text;
+}
+
+std::string not_separable_in_words(const LoopResult& result) {
+  const std::vector<TracedEffect>& effects = result.trace.effects;
+  if (effects.empty())
+    return fmt::format(
+        "'{}' is there, but these poses cannot tell in which parts: all of 'held_by_priors' share "
+        "it",
+        result.trace.shown_family);
+  if (const std::string doubtful = only_doubtful(effects); !doubtful.empty())
+    return "these poses cannot tell whether it is the arm that moves where " + doubtful +
+           ": programs are not corrected by that";
+  if (result.common_backlash && std::ranges::none_of(effects, is_undecided))
+    return "the joints have one backlash, as if their angles had been read before the arm stood "
+           "still";
+  return "the cause is one of several that these poses cannot distinguish";
+}
+
+std::string unexplained_in_words(const LoopResult& result) {
+  constexpr double kUnlikely = 0.01;  // p, as for the verdict
+  if (!result.wrong_readings.empty())
+    return "but " + result.wrong_readings + "; do not correct programs with this result";
+  if (const auto& left_out = result.trace.left_out)
+    return fmt::format(
+        "the rest is of {} parameters that 'identify' leaves out: with them {:.3g} mm of {:.3g} "
+        "would be left in the training poses",
+        left_out->parameters.size(), left_out->with / kMillimetre, left_out->without / kMillimetre);
+  if (!result.explanation.empty())
+    return "a change among the readings explains what is left: " + result.explanation +
+           (result.moved ? "; do not correct programs with this result" : "");
+  if (result.outside_p < kUnlikely)
+    return "held-out poses lie beyond their predicted bounds: the model lacks something that the "
+           "training poses do not show";
+  if (result.trace.pattern_remains)
+    return fmt::format("what is left is no noise, p {:.2g}: {}", result.trace.remaining_p,
+                       result.pattern);
+  const bool fits = !(result.lack_of_fit && *result.lack_of_fit < kUnlikely);
+  if (fits && !result.left_out_together.empty()) return result.left_out_together;
+  if (fits && !result.unconfirmed_curve.empty())
+    return "held-out poses do not confirm that " + result.unconfirmed_curve +
+           ", a curve that no listed cause explains";
+  return result.noise.source == NoiseFloor::Source::replicates
+             ? "a rest remains that no listed cause explains"
+             : "unexplained, or the instrument is noisier than stated";
+}
+
+std::string conclusion_in_words(const LoopResult& result) {
   switch (result.verdict) {
     case Verdict::closed:
-      return text + "; nothing is left that these poses could show";
+      return "nothing is left that these poses could show";
     case Verdict::nothing_to_explain:
-      return text + "; nothing to explain: what is left is noise";
+      return "nothing to explain: what is left is noise";
     case Verdict::not_separable:
-      if (result.trace.effects.empty())
-        return text + fmt::format(
-                          "; '{}' is there, but these poses cannot tell in which parts: all "
-                          "of 'held_by_priors' share it",
-                          result.trace.shown_family);
-      if (const std::string doubtful = only_doubtful(result.trace.effects); !doubtful.empty())
-        return text + "; these poses cannot tell whether it is the arm that moves where " +
-               doubtful + ": programs are not corrected by that";
-      return text + "; the cause is one of several that these poses cannot distinguish";
+      return not_separable_in_words(result);
     case Verdict::too_few_poses:
-      return text + fmt::format("; too few poses to explain the rest: measure some {} more",
-                                result.more_poses);
+      return fmt::format("too few poses to explain the rest: measure some {} more",
+                         result.more_poses);
     case Verdict::unknown_noise:
-      return text + "; neither repeats nor the robot file say how large the noise is, so nothing "
-                    "shows whether more than noise is left";
+      return "neither repeats nor the robot file say how large the noise is, so nothing shows "
+             "whether more than noise is left";
     case Verdict::unexplained:
       break;
   }
-  if (!result.wrong_readings.empty())
-    return text + "; but " + result.wrong_readings + "; do not correct programs with this result";
-  if (result.trace.left_out)
-    return text +
-           fmt::format("; the rest is of {} parameters that 'identify' leaves out: with them {:.3g} mm "
-                       "of {:.3g} would be left in the training poses",
-                       result.trace.left_out->parameters.size(),
-                       result.trace.left_out->with / kMillimetre,
-                       result.trace.left_out->without / kMillimetre);
-  if (!result.explanation.empty())
-    return text + "; a change among the readings explains what is left: " + result.explanation +
-           (result.moved ? "; do not correct programs with this result" : "");
-  if (result.outside_p < 0.01)
-    return text +
-           "; held-out poses lie beyond their predicted bounds: the model lacks something "
-           "that the training poses do not show";
-  if (result.trace.pattern_remains)
-    return text + fmt::format("; what is left is no noise, p {:.2g}: {}", result.trace.remaining_p,
-                              result.pattern);
-  if (!result.unconfirmed_curve.empty() && !(result.lack_of_fit && *result.lack_of_fit < 0.01) &&
-      result.left_out_together.empty())
-    return text + "; held-out poses do not confirm that " + result.unconfirmed_curve +
-           ", a curve that no listed cause explains";
-  return text + (by_replicates ? "; a rest remains that no listed cause explains"
-                               : "; unexplained, or the instrument is noisier than stated");
+  return unexplained_in_words(result);
+}
+
+}  // namespace
+
+std::string verdict_in_words(const LoopResult& result) {
+  return errors_in_words(result) + "; " + conclusion_in_words(result);
 }
 
 std::string rejection_in_words(const LoopResult& result) {

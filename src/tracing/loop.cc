@@ -157,10 +157,10 @@ double judge_held_out(const Training& training, const Campaign& held_out, LoopRe
   return std::sqrt(1 + highest / std::max(1e-300, result.noise.axes * of_reading * of_reading));
 }
 
-// The excess of the squared error over the floor falls with the number of poses.
+// The excess of the squared error over the floor falls with the number of poses. The error is that
+// on which the verdict stands.
 int poses_to_the_floor(const LoopResult& result, double floor_high) {
-  const double error = result.contradicted_rows.empty() ? result.after : result.after_sound;
-  const double excess = error * error - result.floor * result.floor;
+  const double excess = result.after_sound * result.after_sound - result.floor * result.floor;
   const double allowed = floor_high * floor_high - result.floor * result.floor;
   if (allowed <= 0) return 0;
   const double poses = result.training_poses * excess / allowed;

@@ -40,6 +40,7 @@ std::vector<int> outer_folds(const Campaign& campaign, int folds, std::uint64_t 
 
 FoldMean mean_over(const std::vector<double>& folds) {
   const double n = static_cast<double>(folds.size());
+  if (n < 2) return {folds.empty() ? 0 : folds.front(), 0};
   double mean = 0, squares = 0;
   for (double value : folds) mean += value / n;
   for (double value : folds) squares += (value - mean) * (value - mean);
@@ -68,6 +69,7 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
   struct OuterFold {
     double before = 0, after = 0;  // mean error of the poses left out
     std::vector<TracedEffect> effects;
+    bool is_judged = true;  // not if all its readings lie at a step
   };
   const auto mean_error = [](const Robot& model, const Campaign& poses) {
     return summarize(evaluate(model, poses).reading_errors()).mean;
@@ -84,12 +86,15 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
         const Campaign judged =
             without_rows(held_out, rows_at_steps(found_here, training, held_out));
         return OuterFold{mean_error(found_here.stages.front().robot, judged),
-                         mean_error(found_here.fit.robot, judged), found_here.effects};
+                         mean_error(found_here.fit.robot, judged), found_here.effects,
+                         judged.rows() > 0};
       },
       [&](const OuterFold& result) {
-        before.push_back(result.before);
-        after.push_back(result.after);
-        gain.push_back(result.before - result.after);
+        if (result.is_judged) {
+          before.push_back(result.before);
+          after.push_back(result.after);
+          gain.push_back(result.before - result.after);
+        }
         for (size_t k = 0; k < found.size(); ++k)
           nested.found_again[k] += std::any_of(result.effects.begin(), result.effects.end(),
                                                [&](const TracedEffect& traced) {

@@ -65,6 +65,22 @@ TEST(NoiseFloor, OfReplicatesIsTheirScatterAboutThePose) {
   EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
 }
 
+// A table that holds each reading twice has no noise of zero, unless all that it reads is exact.
+TEST(NoiseFloor, OfCopiesIsThatOfTheInstrument) {
+  const ReadTwice copies(9, 0);
+  Robot robot;
+  robot.noise.position = 1e-4;
+  const NoiseFloor floor = noise_floor(robot, copies.campaign, copies.evaluation);
+  EXPECT_TRUE(floor.are_copies);
+  EXPECT_EQ(floor.source, NoiseFloor::Source::instrument);
+  EXPECT_EQ(floor.position, 1e-4);
+  EXPECT_EQ(noise_floor({}, copies.campaign, copies.evaluation).source, NoiseFloor::Source::none);
+  ReadTwice exact(9, 0);
+  for (auto& residual : exact.evaluation.residuals) residual *= 1e-6;
+  EXPECT_EQ(noise_floor(robot, exact.campaign, exact.evaluation).source,
+            NoiseFloor::Source::replicates);
+}
+
 // Readings that state twice the standard deviation scatter twice as far: one floor, of the median.
 TEST(NoiseFloor, WeighsReadingsByTheirOwnDeviation) {
   ReadTwice readings(9, 1e-4);

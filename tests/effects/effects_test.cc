@@ -365,6 +365,24 @@ TEST(RobotModel, AFactorMultipliesTheShape) {
 }
 
 // A step between sessions stands from one of them on, and in sessions that came after all of them.
+// 1 - exp(-x / tau) would be -1.7 a time constant before the begin, and -22025 ten of them.
+TEST(RobotModel, AWarmUpIsNothingBeforeItsBegin) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Effect& warm = robot.effects.emplace_back();
+  warm = {"warm-up", "A2.theta", *parse_driver("time"), exponential_shape(100), {{"c", 4e-4}}};
+  warm.shape.at = 5000;
+  const RobotModel model(robot);
+  const int parameter = *find_parameter(robot.chain, "A2.theta");
+  Context context;
+  const auto offset_at = [&](double time_s) {
+    context.time_s = time_s;
+    return model.offsets(context)[parameter];
+  };
+  EXPECT_EQ(offset_at(4000), 0);
+  EXPECT_EQ(offset_at(4900), 0);
+  EXPECT_NEAR(offset_at(5000 + 100 * std::log(2.0)), 2e-4, 1e-15);
+}
+
 TEST(RobotModel, AStepBetweenSessionsStandsSinceOne) {
   Robot robot = read_robot(kRobotFile).robot;
   Effect step{"re-mastered joint", "A2.theta", *parse_driver("session"), step_shape(0.5), {{"c", 1e-3}}};

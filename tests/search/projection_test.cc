@@ -344,6 +344,44 @@ TEST(Projection, ACollinearCandidateHasNoDegreeOfFreedom) {
   EXPECT_NEAR(scores[0].unexplained_share, share, kFloat);
 }
 
+// Of 21 equations the model leaves 6: five cosines explain of noise what they like. One column is
+// judged.
+TEST(Projection, ACurveThatTakesNearlyAllFreedomIsNoEvidence) {
+  Random random(4);
+  const Campaign campaign = angles_by_hand(random, 7);
+  LinearProblem linear = problem_by_hand(random, campaign, 15);
+  linear.readings = normal_matrix(random, 21, 1);
+  std::vector<Candidate> candidates(2, candidate_of("A3.theta", 4));
+  candidates[0].effect.shape = series_shape(SeriesBasis::cosine, 5, -1.5, 1.5);
+  const Linearization fit(linear);
+  const CandidateScan scan(candidates, robot_by_hand(), campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const std::vector<CandidateScore> scores = projected.scores();
+  EXPECT_EQ(fit.residual_freedom(), 6);
+  EXPECT_EQ(scores[0].degrees_of_freedom, 5);
+  EXPECT_EQ(scores[0].score, -std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isfinite(scores[1].score));
+}
+
+// Steps on both sides of a reading, 0.3 urad apart: one of the four readings is on the other side.
+TEST(CandidateScan, TellsPlacesApartThatDifferByLessThanSixDecimals) {
+  Campaign campaign;
+  for (const double angle : {0.0, 0.1000002, 0.2, 0.3}) {
+    campaign.pose.push_back(static_cast<int>(campaign.pose.size()));
+    campaign.pose_ids.push_back(std::to_string(campaign.pose.back()));
+    campaign.q.push_back(JointVector::Constant(6, angle));
+    campaign.position.emplace_back(0, 0, 0);
+  }
+  std::vector<Candidate> steps(2, candidate_of("A1.theta", 0, ShapeKind::step));
+  steps[0].effect.shape.at = 0.1000001;
+  steps[1].effect.shape.at = 0.1000004;
+  const CandidateScan scan(steps, robot_by_hand(), campaign);
+  const Eigen::VectorXd one = Eigen::VectorXd::Ones(1);
+  const double possible = 0.02;  // deviation of what an effect may add [rad]
+  EXPECT_NEAR(scan.share_of_possible(0, one), std::sqrt(3.0) / 4 / possible, 1e-6);
+  EXPECT_NEAR(scan.share_of_possible(1, one), 0.5 / possible, 1e-6);
+}
+
 TEST(BestFirst, KeepsTheOrderOfScoresThatDifferByRounding) {
   std::vector<CandidateScore> scores(4);
   scores[0].score = 1.0;

@@ -54,6 +54,25 @@ TEST(Description, AFamilyOfWhichNoMemberIsShownHasItsName) {
   EXPECT_THAT(verdict_in_words(loop), HasSubstr("'thermal growth of the arm' is there"));
 }
 
+// No effect has a rival: what is not decided is when the angles were read.
+TEST(Description, OneBacklashOfAllJointsIsNoChoiceBetweenCauses) {
+  LoopResult loop = found(false, {});
+  loop.verdict = Verdict::not_separable;
+  loop.common_backlash = 2e-4;
+  EXPECT_THAT(verdict_in_words(loop),
+              AllOf(HasSubstr("the joints have one backlash"), Not(HasSubstr("one of several"))));
+}
+
+// The verdict is `unexplained` though the other readings fit.
+TEST(Description, ReadingsThatAreLeftOutTogetherAreWhatSpeaksAgainstTheModel) {
+  LoopResult loop = found(false, {});
+  loop.left_out_together = "readings are left out in 5 of 5 visits";
+  loop.lack_of_fit = 0.4;
+  EXPECT_THAT(verdict_in_words(loop), HasSubstr("; readings are left out in 5 of 5 visits"));
+  loop.lack_of_fit = 1e-4;
+  EXPECT_THAT(verdict_in_words(loop), HasSubstr("; unexplained, or the instrument is noisier"));
+}
+
 TEST(Description, TheNoiseToStateIsThatOfTheReadings) {
   LoopResult loop = found(true, {});
   loop.after = 1e-4;

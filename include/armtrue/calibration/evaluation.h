@@ -94,14 +94,18 @@ struct NoiseFloor {
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates, times the efficiency of their deviation
   double median_sigma = 0;     ///< that the rows state, of which `position` is the noise [m]; or 0
+  /// Replicates agree to kFinestReading where the model does not agree with them: copies of one
+  /// reading, or readings that were rounded. They say nothing of the noise.
+  bool are_copies = false;
 };
 
 /// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of
 /// freedom or more: the robust_deviation() of
 ///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
 /// with r the residual of a row times (median sigma / own sigma), of each axis and session
-/// (sessions of fewer than 30 count as one), and the root of their mean square. Otherwise it is the
-/// median `sigma_mm` of the rows, else the noise that the robot file states. Replicates read one
+/// (sessions of fewer than 30 count as one), and the root of their mean square. Otherwise, or if
+/// they are copies, it is the median `sigma_mm` of the rows, else the noise that the robot file
+/// states. Replicates read one
 /// after the other at standstill show the noise of the instrument only, not how well the arm
 /// returns to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);

@@ -33,7 +33,9 @@ struct SharedReading {
   int training, test;
 };
 /// The first reading of `test` whose joint angles and numbers are those of one of `training`: a
-/// model that was fitted to it is not tested by it.
+/// model that was fitted to it is not tested by it. Where a row is one number (distance, pixel,
+/// ...), some are alike by chance: then more than half of the rows of a pose must be, and more
+/// poses than chance makes.
 std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test);
 
 /// A sentence with file, line and remedy if a reading stands in both; else empty.
