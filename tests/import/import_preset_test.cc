@@ -72,6 +72,19 @@ TEST(ImportPreset, PointsOfSpatialAnalyzerHaveTheUnitOfTheirAxes) {
   EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 62);
 }
 
+TEST(ImportPreset, PointsOfSpatialAnalyzerOfTwoDaysAreADayApart) {
+  std::string points = kSpatialAnalyzer;
+  const size_t second = points.rfind("02/12/25 16:39:31");
+  points.replace(second, 8, "03/12/25");
+  ImportOptions options = with({"spatialanalyzer"});
+  options.join = "order";
+  options.columns = {"pose=Group", "target=Point"};
+  EXPECT_THAT(error_of(points, kTwoJointRows, options), HasSubstr("--dates"));
+  options.dates = "day-first";
+  const Campaign campaign = import_two(points, kTwoJointRows, options).campaign;
+  EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 86400 + 62);
+}
+
 TEST(ImportPreset, PointsOfSpatialAnalyzerMayHaveFewerNames) {
   ImportOptions options = with({"spatialanalyzer"});
   options.length_unit = "mm";
