@@ -29,8 +29,8 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
 
 /// TSV of Qualisys Track Manager with markers (3D) or rigid bodies (6D): lines such as
 /// NO_OF_FRAMES, then that of the column titles, such as Frame, Time, Tool X, Y, Z, Roll, Pitch,
-/// Yaw, Residual, Rot[0] to Rot[8]. A body that was not seen has zeros everywhere: its cells become
-/// blank.
+/// Yaw, Residual, Rot[0] to Rot[8]. A body or marker that was not seen has zeros everywhere: its
+/// cells become blank.
 PlainTable read_qualisys(const std::string& path, const std::string& body);
 
 }  // namespace armtrue

@@ -202,16 +202,17 @@ QualisysHeader read_qualisys_header(TableLines& lines) {
   return header;
 }
 
-// Empties the cells of a body that was not seen: its rotation matrix is 0.
+// Empties the cells of a body or marker that was not seen: its rotation matrix, or all three
+// coordinates of a marker, are 0.
 void blank_unseen(const std::vector<BodyColumn>& columns, PlainRow& row) {
-  bool has_rotation = false, is_seen = false;
+  const auto is_of_matrix = [](const BodyColumn& column) { return column.name.starts_with("Rot["); };
+  const bool has_matrix = std::ranges::any_of(columns, is_of_matrix);
   for (size_t k = 0; k < columns.size(); ++k) {
-    if (!columns[k].name.starts_with("Rot[")) continue;
-    has_rotation = true;
+    if (has_matrix && !is_of_matrix(columns[k])) continue;
     const auto number = plain_number(row.cells[k + 1], '.');  // behind the time
-    is_seen = is_seen || !number || number->value != 0;
+    if (!number || number->value != 0) return;
   }
-  if (has_rotation && !is_seen) std::fill(row.cells.begin() + 1, row.cells.end(), "");
+  std::fill(row.cells.begin() + 1, row.cells.end(), "");
 }
 
 }  // namespace

@@ -267,6 +267,10 @@ TEST(ImportPreset, MarkersOfQualisysArePoints) {
       import_two(qualisys("3D", titles, rows), kTwoJointRows, options).campaign;
   EXPECT_NEAR(campaign.position[1].x(), 0.011, 1e-15);
   EXPECT_FALSE(campaign.has_orientation());
+  const std::string lost = "3\t0.7\t0.000\t0.000\t0.000\t1\t2\t3\t\n";
+  EXPECT_EQ(import_two(qualisys("3D", titles, rows + lost), kTwoJointRows + "30,0,0,0,0,0\n", options)
+                .campaign.rows(),
+            2);
   EXPECT_THAT(error_of(qualisys("3D", "MARKER_NAMES\tball 1\tfoot", rows), kTwoJointRows, options),
               HasSubstr("no line above the data names a column Time"));
   EXPECT_THAT(error_of(qualisys("2D", titles, rows), kTwoJointRows, options),
