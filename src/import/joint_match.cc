@@ -223,7 +223,7 @@ class IdJoin {
                    fmt::format("stands {} times here and {} times in {}, so that rows cannot be "
                                "told apart; number the visits in both: --column repeat=NAME",
                                here.size(), rows.size(), joints_.table().file));
-    return rows[std::ranges::find(here, r) - here.begin()];
+    return rows[std::ranges::lower_bound(here, r) - here.begin()];
   }
 
   const TableReader& points_;
