@@ -50,9 +50,8 @@ double TableReader::number(int r, const MappedColumn& column) const {
   const auto read = plain_number(text, mapping_.decimal_sign);
   const char* const sign = mapping_.decimal_sign == ',' ? "comma" : "point";
   if (!read)
-    table_.fail(
-        row(r), column.column,
-        fmt::format("is no number with a decimal {}; correct it or remove the row", sign));
+    table_.fail(row(r), column.column,
+                fmt::format("is no number with a decimal {}; correct it or remove the row", sign));
   if (read->ambiguous && !mapping_.decimal_stated)
     table_.fail(
         row(r), column.column,
@@ -117,11 +116,11 @@ Eigen::Quaterniond TableReader::orientation(int r) const {
     table_.fail(
         row(r), orientation_.front()->column,
         std::string(
-             mapping_.orientation == "matrix"
-                 ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
-                   "right angles, or it mirrors"
-                 : "begins a quaternion whose length is not 1") +
-             "; are these its columns? Correct or remove the row");
+            mapping_.orientation == "matrix"
+                ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
+                  "right angles, or it mirrors"
+                : "begins a quaternion whose length is not 1") +
+            "; are these its columns? Correct or remove the row");
   return *rotation;
 }
 

@@ -209,6 +209,23 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   EXPECT_FALSE(marker.has_orientation());
 }
 
+TEST(ImportPreset, BodiesThatViconDidNotSeeAreNoReadings) {
+  ImportOptions options = with({"vicon"});
+  options.join = "order";
+  const std::string joints = kTwoJointRows + "30,0,0,0,0,0\n";
+  for (const std::string table :
+       {"Objects\n100\n,,tool:tool,,,,,,\nFrame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ\n,,,,,,mm,mm,mm\n"
+        "1,0,0,0,0,1,1000,200,3\n2,0,0,0,0,0,0,0,0\n3,0,0,0,0,1,1001,200,3\n",
+        "Trajectories\n100\n,,tip,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+        "1,0,1000,200,3\n2,0,0,0,0\n3,0,1001,200,3\n",
+        "Trajectories;;;;\n100;;;;\n;;tip;;\nFrame;Sub Frame;X;Y;Z\n;;mm;mm;mm\n"
+        "1;0;1000,0;200;3\n2;0;0,000;0,000;0,000\n3;0;1001,0;200;3\n"}) {
+    const Campaign campaign = import_two(table, joints, options).campaign;
+    ASSERT_EQ(campaign.rows(), 2);
+    EXPECT_NEAR(campaign.position[1].x(), 1.001, 1e-12);
+  }
+}
+
 // Header, titles, first row and the order of the matrix after an export of
 // github.com/shiplab/dt_cv, data/basin/raw; the facts of 3D files after docs.qualisys.com, "Motion
 // data (.tsv)".
@@ -268,9 +285,10 @@ TEST(ImportPreset, MarkersOfQualisysArePoints) {
   EXPECT_NEAR(campaign.position[1].x(), 0.011, 1e-15);
   EXPECT_FALSE(campaign.has_orientation());
   const std::string lost = "3\t0.7\t0.000\t0.000\t0.000\t1\t2\t3\t\n";
-  EXPECT_EQ(import_two(qualisys("3D", titles, rows + lost), kTwoJointRows + "30,0,0,0,0,0\n", options)
-                .campaign.rows(),
-            2);
+  EXPECT_EQ(
+      import_two(qualisys("3D", titles, rows + lost), kTwoJointRows + "30,0,0,0,0,0\n", options)
+          .campaign.rows(),
+      2);
   EXPECT_THAT(error_of(qualisys("3D", "MARKER_NAMES\tball 1\tfoot", rows), kTwoJointRows, options),
               HasSubstr("no line above the data names a column Time"));
   EXPECT_THAT(error_of(qualisys("2D", titles, rows), kTwoJointRows, options),

@@ -105,8 +105,7 @@ TEST(Urdf, CoupledJointsStandForOtherReadersWhereTheyStandForUs) {
 }
 
 TEST(Urdf, AMimicThatSomebodyChangedCounts) {
-  const std::string text =
-      write_urdf(read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot);
+  const std::string text = write_urdf(read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot);
   const std::string mimic = "multiplier=\"-1\" offset=\"0\"";
   for (const std::string changed :
        {"multiplier=\"-1\" offset=\"0.1\"", "multiplier=\"-0.9\" offset=\"0\""}) {

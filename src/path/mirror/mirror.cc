@@ -209,7 +209,7 @@ std::vector<Eigen::Index> samples_at(const Path& programmed, const PathDeviation
 // The trend and the path that ran on the samples of the program.
 struct OnProgram {
   const std::vector<Corner>& corners;
-  Eigen::VectorXd moves;       // see moving()
+  Eigen::VectorXd moves;        // see moving()
   Eigen::Matrix3Xd trend, run;  // from the programmed path
 };
 
@@ -227,8 +227,9 @@ void correct_with(const OnProgram& on, const Path& programmed, const MirrorOptio
   const Part samples = recorded(programmed, on.moves, result.deviation);
   const Eigen::VectorXd share = share_of_part(programmed, on.moves, samples, growth);
   result.correction = on.run + (result.correction - on.run) * share.asDiagonal();
-  result.unrecorded = static_cast<int>(on.moves.head(samples.first).sum() +
-                                       on.moves.tail(programmed.samples() - 1 - samples.last).sum());
+  result.unrecorded =
+      static_cast<int>(on.moves.head(samples.first).sum() +
+                       on.moves.tail(programmed.samples() - 1 - samples.last).sum());
   result.position = programmed.position + result.correction;
 }
 
@@ -276,15 +277,14 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   result.gain = options.gain ? *options.gain
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
-  if (options.executed)
-    result.uncorrected = lengths_in_motion(on.trend - on.run, on.moves).mean;
+  if (options.executed) result.uncorrected = lengths_in_motion(on.trend - on.run, on.moves).mean;
   correct_with(on, programmed, options, result);
   result.points = samples_at(programmed, deviation, points);
   // The uncorrected part of the trend, because of the gain, the largest correction, or outside the
   // material.
   const double stays =
-      lengths_in_motion(
-          without_along(programmed, corners, on.trend + result.correction - on.run), on.moves)
+      lengths_in_motion(without_along(programmed, corners, on.trend + result.correction - on.run),
+                        on.moves)
           .mean;
   result.expected_after = expected_distance(stays, result, missed, between);
   return result;

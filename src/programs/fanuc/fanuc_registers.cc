@@ -31,8 +31,7 @@ FanucRegister register_of(const ListedEntry& entry) {
   for (const char* name : result.is_joints ? kJoints : kPose)
     if (const auto found = entry.numbers.find(name); found != entry.numbers.end())
       result.numbers.push_back(found->second);
-  if (result.numbers.size() != kNumbers || entry.numbers.size() != kNumbers)
-    result.numbers.clear();
+  if (result.numbers.size() != kNumbers || entry.numbers.size() != kNumbers) result.numbers.clear();
   return result;
 }
 
