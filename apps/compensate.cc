@@ -20,6 +20,30 @@ void refuse_options_of_tables(const app::Command& command,
     throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
 }
 
+// The targets of a table, or those of a program.
+struct Task {
+  std::optional<RobotProgram> program;
+  ProgramJoints joints;
+  ProgramFile file;
+};
+
+Task read_task(app::Command& command, const Robot& controller,
+               const app::CorrectionArguments& arguments) {
+  Task task;
+  if (arguments.program.path.empty()) {
+    task.file = command.read_program(command.input, controller);
+    return task;
+  }
+  refuse_options_of_tables(command, arguments);
+  const RobotProgram& program =
+      task.program.emplace(app::read_robot_program(command, arguments.program));
+  refuse_two_tools(program, arguments.tool_is_measured);
+  app::refuse_overruled_frames(program, arguments);
+  task.file.source = program.texts[0].name;
+  task.joints = joints_of_program(program, controller, arguments.controller);
+  return task;
+}
+
 int run(app::Command& command, app::CorrectionArguments& arguments) {
   const app::Models models = app::read_models(command, arguments);
   const Robot &robot = models.robot, &controller = models.controller;
@@ -28,19 +52,7 @@ int run(app::Command& command, app::CorrectionArguments& arguments) {
   if (!arguments.project.folder.empty()) return app::correct_folder(command, models, arguments);
   if (!arguments.program.frames.empty() && arguments.program.path.empty())
     throw app::UsageError("--frame: is for --program or --project");
-  std::optional<RobotProgram> read;
-  ProgramJoints joints;
-  ProgramFile file;
-  if (!arguments.program.path.empty()) {
-    refuse_options_of_tables(command, arguments);
-    read = app::read_robot_program(command, arguments.program);
-    refuse_two_tools(*read, arguments.tool_is_measured);
-    app::refuse_overruled_frames(*read, arguments);
-    file.source = read->texts[0].name;
-    joints = joints_of_program(*read, controller, arguments.controller);
-  } else {
-    file = command.read_program(command.input, controller);
-  }
+  auto [read, joints, file] = read_task(command, controller, arguments);
   RobotProgram* const program = read ? &*read : nullptr;
   DividedProgram divided = app::correct(command, models, program, joints, file, arguments);
   std::vector<CorrectedTarget>& targets = divided.targets;

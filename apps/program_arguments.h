@@ -16,7 +16,7 @@ namespace armtrue::app {
 inline constexpr const char* kPoseForm = "x,y,z,a,b,c in mm and deg";
 
 /// x, y, z [mm], a, b, c [deg]; no numbers are no displacement.
-Pose pose_from_numbers(const std::vector<double>& numbers);
+Pose pose_from_numbers(const std::vector<double>& n);
 
 /// What compensate and map-errors ask for: an identified arm, the model of its controller, the
 /// program's frames, and what effects follow where no column says it.

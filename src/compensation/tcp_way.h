@@ -62,7 +62,7 @@ struct Waypoint {
 /// of its last motion. The row alone if the controller's model cannot follow the way, or ends at
 /// other joint angles.
 std::vector<Waypoint> waypoints(const ProgramArm& controller, const Program& program,
-                                const Context& context, const TcpWay& way,
+                                const Context& context, const TcpWay& part,
                                 const JointsOfEnds& ends);
 
 }  // namespace armtrue

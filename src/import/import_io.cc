@@ -47,7 +47,7 @@ class CampaignBuilder {
     if (campaign_.rows() == 0)
       throw InputError(campaign_.source + ": no row has a measured point; export the readings too");
     add_times();
-    return campaign_;
+    return std::move(campaign_);
   }
 
  private:
@@ -61,7 +61,7 @@ class CampaignBuilder {
 
   void add(const JointMatch& match) {
     const int r = match.point_row;
-    matches_.push_back(match);
+    if (const TableReader* table = table_of("t")) time_rows_.push_back(row_in(table, match));
     campaign_.line.push_back(points_.row(r).line);
     campaign_.q.push_back(match.q);
     if (!points_.has("x"))
@@ -152,8 +152,7 @@ class CampaignBuilder {
     if (!table) return;
     const TableReader::Clock clock = table->clock();
     const PlainTime zero = clock.is_number ? PlainTime{} : clock.times.front();
-    for (const JointMatch& match : matches_)
-      campaign_.time_s.push_back(clock.since(row_in(table, match), zero));
+    for (const int row : time_rows_) campaign_.time_s.push_back(clock.since(row, zero));
     const double first = campaign_.time_s.front();
     if (clock.is_number && first > kFrom1970)
       for (double& t : campaign_.time_s) t -= first;
@@ -164,7 +163,7 @@ class CampaignBuilder {
   const JointMatches& how_;
   Campaign campaign_;
   StatedBlocks blocks_;
-  std::vector<JointMatch> matches_;
+  std::vector<int> time_rows_;  // in the table of the times
   std::vector<int> first_row_;  // by pose
   std::map<std::string, int> poses_, targets_, sessions_;
 };
@@ -220,7 +219,7 @@ ImportedReadings import_readings(const std::string& path, const ImportOptions& o
   const std::string moved = moved_into_travel(reader, options);
   for (int r = 0; r < reader.rows(); ++r)
     matches.rows.push_back(
-        {r, r, reader.is_unmeasured(r) ? JointVector() : reader.joints(r), std::nullopt});
+        {r, r, reader.is_unmeasured(r) ? JointVector() : reader.joints(r), nullptr});
   ImportedReadings result = built(reader, reader, matches);
   if (!moved.empty()) result.warnings.push_back(moved);
   result.mapping = mapping_text(import.table, import.mapping);
@@ -237,7 +236,7 @@ JointStops read_joint_stops(const std::string& joints, const ImportOptions& opti
     stops.readings.warnings.push_back(std::move(moved));
   JointMatches matches;
   for (int r = 0; r < reader.rows(); ++r) {
-    matches.rows.push_back({r, r, reader.joints(r), std::nullopt});
+    matches.rows.push_back({r, r, reader.joints(r), nullptr});
     if (reader.has("image")) stops.images.push_back(reader.name(r, "image"));
   }
   stops.readings.campaign = CampaignBuilder(reader, reader, matches).build();

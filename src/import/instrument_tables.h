@@ -23,14 +23,14 @@ PlainTable read_spatial_analyzer(const std::string& path);
 PlainTable read_motive(const std::string& path, const std::string& body);
 
 /// CSV of Vicon Nexus or Tracker: Objects, Segments or Trajectories, the rate, names, the line that
-/// begins with Frame, units. The times are frame / rate.
+/// begins with Frame, units. The times are frame / rate. A body or marker that was not seen has
+/// zeros everywhere: its cells become blank.
 PlainTable read_vicon(const std::string& path, const std::string& separators,
                       const std::string& body);
 
 /// TSV of Qualisys Track Manager with markers (3D) or rigid bodies (6D): lines such as
 /// NO_OF_FRAMES, then that of the column titles, such as Frame, Time, Tool X, Y, Z, Roll, Pitch,
-/// Yaw, Residual, Rot[0] to Rot[8]. A body that was not seen has zeros everywhere: its cells become
-/// blank.
+/// Yaw, Residual, Rot[0] to Rot[8]. Unseen bodies as with Vicon.
 PlainTable read_qualisys(const std::string& path, const std::string& body);
 
 }  // namespace armtrue

@@ -167,7 +167,7 @@ JointMatches match_by_order(const TableReader& points, const TableReader& joints
     matches.warnings.push_back(std::move(doubt));
   for (int r = 0, of_joints = -1; r < points.rows(); ++r) {
     of_joints += begins_line(points, r);
-    matches.rows.push_back({r, of_joints, joints.joints(of_joints), std::nullopt});
+    matches.rows.push_back({r, of_joints, joints.joints(of_joints), nullptr});
   }
   matches.how = "by the order of the rows";
   return matches;
@@ -191,7 +191,7 @@ class IdJoin {
     JointMatches matches;
     for (int r = 0; r < points_.rows(); ++r) {
       const int joint_row = row_for(r);
-      matches.rows.push_back({r, joint_row, joints_.joints(joint_row), std::nullopt});
+      matches.rows.push_back({r, joint_row, joints_.joints(joint_row), nullptr});
     }
     const auto left = std::ranges::count_if(
         joint_rows_, [&](const auto& entry) { return !point_rows_.contains(entry.first); });
@@ -223,7 +223,7 @@ class IdJoin {
                    fmt::format("stands {} times here and {} times in {}, so that rows cannot be "
                                "told apart; number the visits in both: --column repeat=NAME",
                                here.size(), rows.size(), joints_.table().file));
-    return rows[std::ranges::find(here, r) - here.begin()];
+    return rows[std::ranges::lower_bound(here, r) - here.begin()];
   }
 
   const TableReader& points_;
@@ -256,7 +256,7 @@ class TimeJoin {
         if (moving++ == 0) first_moving = points_.row(r).line;
         continue;
       }
-      matches.rows.push_back({r, a, between(a, b, t), std::nullopt});
+      matches.rows.push_back({r, a, between(a, b, t), nullptr});
     }
     if (matches.rows.empty()) fail_without_rows(outside, moving);
     if (outside > 0)

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,7 +24,8 @@ struct JointMatch {
   int point_row = 0;
   int joint_row = 0;                ///< row whose other columns apply to the point
   JointVector q;                    ///< [rad or m]
-  std::optional<MeanReading> mean;  ///< replaces the point of the row
+  /// Replaces the point of the row; null: none. A million rows have a pointer each.
+  std::shared_ptr<const MeanReading> mean;
 };
 
 struct JointMatches {

@@ -166,6 +166,27 @@ PlainRow row_of(const TableLines& lines, const std::string& time, const Cells& c
   return row;
 }
 
+// In either way to write decimals.
+bool is_zero(const std::string& cell) {
+  return std::ranges::any_of(std::string_view(".,"), [&](char sign) {
+    const auto number = plain_number(cell, sign);
+    return number && number->value == 0;
+  });
+}
+
+// Empties the cells of a body or marker that was not seen: its rotation matrix or, where it has
+// none, all its numbers are 0.
+void blank_unseen(const std::vector<BodyColumn>& columns, PlainRow& row) {
+  const auto is_of_matrix = [](const BodyColumn& column) {
+    return column.name.starts_with("Rot[");
+  };
+  const bool has_matrix = std::ranges::any_of(columns, is_of_matrix);
+  for (size_t k = 0; k < columns.size(); ++k)
+    if ((!has_matrix || is_of_matrix(columns[k])) && !is_zero(row.cells[k + 1]))  // behind the time
+      return;
+  std::fill(row.cells.begin() + 1, row.cells.end(), "");
+}
+
 // ---- Qualisys
 
 // The column titles, each with its body; none of Frame, Time and the like.
@@ -200,18 +221,6 @@ QualisysHeader read_qualisys_header(TableLines& lines) {
     header.titles.push_back(blank == cell.npos ? cell : cell.substr(blank + 1));
   }
   return header;
-}
-
-// Empties the cells of a body that was not seen: its rotation matrix is 0.
-void blank_unseen(const std::vector<BodyColumn>& columns, PlainRow& row) {
-  bool has_rotation = false, is_seen = false;
-  for (size_t k = 0; k < columns.size(); ++k) {
-    if (!columns[k].name.starts_with("Rot[")) continue;
-    has_rotation = true;
-    const auto number = plain_number(row.cells[k + 1], '.');  // behind the time
-    is_seen = is_seen || !number || number->value != 0;
-  }
-  if (has_rotation && !is_seen) std::fill(row.cells.begin() + 1, row.cells.end(), "");
 }
 
 }  // namespace
@@ -291,6 +300,7 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
       lines.fail("column 'Sub Frame': '" + cells[1] +
                  "' is not 0; export the frames of the cameras alone");
     table.rows.push_back(row_of(lines, number_text(frame->value / header.rate), cells, columns));
+    blank_unseen(columns, table.rows.back());
   }
   require_rows(table);
   return table;

@@ -26,6 +26,6 @@ using OrientationNumbers = std::array<double, 9>;
 /// The rotation of the numbers [rad or 1]. A quaternion that is not of unit length and a matrix
 /// that is no rotation, within 1e-3, give nothing.
 std::optional<Eigen::Quaterniond> orientation_of(const std::string& orientation,
-                                                 const OrientationNumbers& numbers);
+                                                 const OrientationNumbers& n);
 
 }  // namespace armtrue

@@ -15,6 +15,24 @@ bool only_digits(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
+// Most cells: read_number() reads them as they are.
+bool is_bare(std::string_view cell, char decimal_sign) {
+  return std::ranges::all_of(cell, [&](unsigned char c) {
+    return std::isdigit(c) != 0 || c == '-' || c == '+' || c == 'e' || c == 'E' ||
+           (c == '.' && decimal_sign == '.');
+  });
+}
+
+bool is_ascii(std::string_view text) {
+  return std::ranges::all_of(text, [](unsigned char c) { return c < 0x80; });
+}
+
+std::optional<PlainNumber> number_within_range(std::string_view text, bool ambiguous) {
+  const auto value = read_number(text);
+  if (!value || !std::isfinite(*value) || std::abs(*value) > kMaxNumber) return std::nullopt;
+  return PlainNumber{*value, ambiguous};
+}
+
 void replace_all(std::string& text, std::string_view from, std::string_view to) {
   for (size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
     text.replace(at, from.size(), to);
@@ -61,9 +79,11 @@ struct NumberParts {
 
 NumberParts split_number(std::string_view cell) {
   std::string text(cell);
-  replace_all(text, "\xC2\xA0", " ");      // no-break space
-  replace_all(text, "\xE2\x80\xAF", " ");  // narrow no-break space
-  replace_all(text, "\xE2\x88\x92", "-");  // minus sign
+  if (!is_ascii(text)) {
+    replace_all(text, "\xC2\xA0", " ");      // no-break space
+    replace_all(text, "\xE2\x80\xAF", " ");  // narrow no-break space
+    replace_all(text, "\xE2\x88\x92", "-");  // minus sign
+  }
   text = trim_blanks(text);
   NumberParts parts;
   if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
@@ -185,14 +205,14 @@ std::string_view trim_blanks(std::string_view text) {
 }
 
 std::optional<PlainNumber> plain_number(std::string_view cell, char decimal_sign) {
+  if (is_bare(cell, decimal_sign)) return number_within_range(cell, false);
   const NumberParts parts = split_number(cell);
   const auto mantissa = read_mantissa(parts.mantissa, decimal_sign);
   if (!mantissa) return std::nullopt;
-  const auto value = read_number(parts.sign + mantissa->digits + parts.exponent);
-  if (!value || !std::isfinite(*value) || std::abs(*value) > kMaxNumber) return std::nullopt;
   const char other = decimal_sign == '.' ? ',' : '.';
-  return PlainNumber{
-      *value, mantissa->thousands == other && read_mantissa(parts.mantissa, other).has_value()};
+  return number_within_range(
+      parts.sign + mantissa->digits + parts.exponent,
+      mantissa->thousands == other && read_mantissa(parts.mantissa, other).has_value());
 }
 
 std::optional<double> plain_count(std::string_view cell) {

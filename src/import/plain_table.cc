@@ -153,6 +153,7 @@ std::string at_line(const std::string& file, int line) {
 std::vector<std::string> split_cells(std::string_view line, char separator,
                                      const std::string& where) {
   std::vector<std::string> cells;
+  if (separator != ' ') cells.reserve(1 + std::ranges::count(line, separator));
   size_t at = 0;
   while (true) {
     while (at < line.size() && line[at] == ' ') ++at;

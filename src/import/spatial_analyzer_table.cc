@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "armtrue/kinematics/names.h"
 #include "import/column_names.h"
@@ -16,13 +18,27 @@ bool has_decimals(const std::string& cell) {
   return plain_number(cell, '.') && cell.find_first_of(".eE") != std::string::npos;
 }
 
-// 16:38:29 of 02/12/25 16:38:29. Which of the numbers is the day the file does not say.
-std::optional<std::string> time_behind_date(const std::string& cell) {
+struct DateAndTime {
+  std::string date, time;
+};
+
+// 02/12/25 16:38:29, whose year has two digits or four.
+std::optional<DateAndTime> date_and_time(const std::string& cell) {
+  constexpr size_t kShortYear = 2;
   const size_t blank = cell.rfind(' ');
   if (blank == std::string::npos || std::ranges::count(cell, '/') != 2) return std::nullopt;
   if (cell.find_first_not_of("0123456789/") != blank) return std::nullopt;
-  const std::string time = cell.substr(blank + 1);
-  return plain_time(time) ? std::optional(time) : std::nullopt;
+  DateAndTime found{cell.substr(0, blank), cell.substr(blank + 1)};
+  const size_t year = found.date.rfind('/') + 1;
+  if (found.date.size() - year == kShortYear) found.date.insert(year, "20");
+  return plain_time(found.time) ? std::optional(found) : std::nullopt;
+}
+
+// Which number of a date is the day the file does not say; of one day the times are enough.
+void put_dates_before_times(const std::vector<std::string>& dates, std::vector<PlainRow>& rows) {
+  if (std::ranges::adjacent_find(dates, std::ranges::not_equal_to()) == dates.end()) return;
+  for (size_t r = 0; r < rows.size(); ++r)
+    rows[r].cells.back() = dates[r] + " " + rows[r].cells.back();
 }
 
 std::string unit_of_axes(const TableLines& lines, const std::string& before) {
@@ -69,6 +85,7 @@ PlainTable read_spatial_analyzer(const std::string& path) {
   std::string unit;
   size_t cells_of_row = 0;
   bool has_time = false;
+  std::vector<std::string> dates;  // of the rows
   BlankLines blank;
   while (lines.next()) {
     if (blank.skips(lines, !table.rows.empty())) continue;
@@ -81,7 +98,7 @@ PlainTable read_spatial_analyzer(const std::string& path) {
     Cells cells = lines.cells(',');
     if (table.rows.empty()) {
       cells_of_row = cells.size();
-      has_time = time_behind_date(cells.back()).has_value();
+      has_time = date_and_time(cells.back()).has_value();
       const size_t named = cells.size() - (has_time ? 1 : 0);
       if (named < 3 || named > 6)
         lines.fail(
@@ -98,14 +115,16 @@ PlainTable read_spatial_analyzer(const std::string& path) {
                       "the row",
                       cells.size(), cells_of_row, lines.text().substr(0, 60)));
     if (has_time) {
-      const auto time = time_behind_date(cells.back());
+      const auto time = date_and_time(cells.back());
       if (!time)
         lines.fail("'" + cells.back() + "' is no date and time as in the first row; correct it");
-      cells.back() = *time;
+      cells.back() = time->time;
+      dates.push_back(time->date);
     }
     table.rows.push_back({lines.number(), std::move(cells)});
   }
   require_rows(table);
+  put_dates_before_times(dates, table.rows);
   for (PlainColumn& column : table.columns)
     if (column.name == "X" || column.name == "Y" || column.name == "Z") column.unit_row = unit;
   check_points(table);

@@ -320,14 +320,14 @@ class StopJoin {
     return campaign;
   }
 
-  std::optional<MeanReading> mean_of(size_t reading) const {
-    if (!is_stream_) return std::nullopt;
-    MeanReading mean;
-    mean.position = reading_points_[reading];
+  std::shared_ptr<const MeanReading> mean_of(size_t reading) const {
+    if (!is_stream_) return nullptr;
+    auto mean = std::make_shared<MeanReading>();
+    mean->position = reading_points_[reading];
     const std::vector<Eigen::Index> samples = samples_of(reading);
     if (points_.has("cov0"))
       for (const Eigen::Index k : samples)
-        mean.covariance +=
+        mean->covariance +=
             covariance_of(points_, point_record_.rows[k]) / static_cast<double>(samples.size());
     if (!points_.has_orientation()) return mean;
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
@@ -335,7 +335,7 @@ class StopJoin {
       const Eigen::Vector4d one = points_.orientation(point_record_.rows[k]).coeffs();
       sum += sum.dot(one) < 0 ? -one : one;
     }
-    mean.orientation = Eigen::Quaterniond(sum.normalized());
+    mean->orientation = Eigen::Quaterniond(sum.normalized());
     return mean;
   }
 

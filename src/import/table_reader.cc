@@ -14,6 +14,15 @@
 
 namespace armtrue {
 
+TableReader::TableReader(const PlainTable& table, const ColumnMapping& mapping)
+    : table_(table), mapping_(mapping) {
+  for (const char* axis : {"x", "y", "z"})
+    if (has(axis)) position_.push_back(mapping.find(axis));
+  for (const std::string& quantity : orientation_quantities(mapping.orientation))
+    orientation_.push_back(mapping.find(quantity));
+  for (const JointName& joint : mapping.joints) joints_.push_back(mapping.find(joint.column));
+}
+
 std::vector<std::string> TableReader::quantities() const {
   std::vector<std::string> names;
   for (const auto& [quantity, column] : mapping_.columns) names.push_back(quantity);
@@ -29,21 +38,27 @@ void TableReader::fail(int r, const std::string& quantity, const std::string& wh
 }
 
 double TableReader::number(int r, const std::string& quantity) const {
-  const std::string& text = cell(r, quantity);
-  if (text.empty()) fail(r, quantity, "is empty; complete or remove the row");
-  if (const auto count = plain_count(text); quantity == "t" && count)
-    return mapping_.find(quantity)->factor * *count;
+  const MappedColumn& column = *mapping_.find(quantity);
+  if (quantity == "t")
+    if (const auto count = plain_count(row(r).cells[column.column])) return column.factor * *count;
+  return number(r, column);
+}
+
+double TableReader::number(int r, const MappedColumn& column) const {
+  const std::string& text = row(r).cells[column.column];
+  if (text.empty()) table_.fail(row(r), column.column, "is empty; complete or remove the row");
   const auto read = plain_number(text, mapping_.decimal_sign);
+  const char* const sign = mapping_.decimal_sign == ',' ? "comma" : "point";
   if (!read)
-    fail(r, quantity,
-         fmt::format("is no number with a decimal {}; correct it or remove the row",
-                     mapping_.decimal_sign == ',' ? "comma" : "point"));
+    table_.fail(row(r), column.column,
+                fmt::format("is no number with a decimal {}; correct it or remove the row", sign));
   if (read->ambiguous && !mapping_.decimal_stated)
-    fail(r, quantity,
-         fmt::format("can be read with a thousands separator or with a decimal sign; correct it, "
-                     "or say --decimal {} if thousands are separated",
-                     mapping_.decimal_sign == ',' ? "comma" : "point"));
-  return mapping_.find(quantity)->factor * read->value;
+    table_.fail(
+        row(r), column.column,
+        fmt::format("can be read with a thousands separator or with a decimal sign; correct it, "
+                    "or say --decimal {} if thousands are separated",
+                    sign));
+  return column.factor * read->value;
 }
 
 int TableReader::whole_number(int r, const std::string& quantity) const {
@@ -65,8 +80,8 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 
 JointVector TableReader::joints(int r) const {
   if (!moved_.empty()) return moved_[moved_row_[r]];
-  JointVector q(mapping_.joints.size());
-  for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = number(r, mapping_.joints[j].column);
+  JointVector q(joints_.size());
+  for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = number(r, *joints_[j]);
   return q;
 }
 
@@ -90,29 +105,30 @@ std::string TableReader::move_joints_into_travel(const KinematicChain& chain) {
 }
 
 Eigen::Vector3d TableReader::position(int r) const {
-  return {number(r, "x"), number(r, "y"), number(r, "z")};
+  return {number(r, *position_[0]), number(r, *position_[1]), number(r, *position_[2])};
 }
 
 Eigen::Quaterniond TableReader::orientation(int r) const {
   OrientationNumbers numbers{};
-  const std::vector<std::string> quantities = orientation_quantities(mapping_.orientation);
-  for (size_t k = 0; k < quantities.size(); ++k) numbers[k] = number(r, quantities[k]);
+  for (size_t k = 0; k < orientation_.size(); ++k) numbers[k] = number(r, *orientation_[k]);
   const auto rotation = orientation_of(mapping_.orientation, numbers);
   if (!rotation)
-    fail(r, quantities.front(),
-         std::string(
-             mapping_.orientation == "matrix"
-                 ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
-                   "right angles, or it mirrors"
-                 : "begins a quaternion whose length is not 1") +
-             "; are these its columns? Correct or remove the row");
+    table_.fail(
+        row(r), orientation_.front()->column,
+        std::string(
+            mapping_.orientation == "matrix"
+                ? "begins a matrix that is no rotation: its rows are not of length 1 and at "
+                  "right angles, or it mirrors"
+                : "begins a quaternion whose length is not 1") +
+            "; are these its columns? Correct or remove the row");
   return *rotation;
 }
 
 bool TableReader::is_unmeasured(int r) const {
-  const auto empty = [&](const std::string& quantity) { return cell(r, quantity).empty(); };
-  return empty("x") && empty("y") && empty("z") &&
-         std::ranges::all_of(orientation_quantities(mapping_.orientation), empty);
+  const auto is_empty = [&](const MappedColumn* column) {
+    return row(r).cells[column->column].empty();
+  };
+  return std::ranges::all_of(position_, is_empty) && std::ranges::all_of(orientation_, is_empty);
 }
 
 double TableReader::Clock::since(int r, const PlainTime& zero) const {

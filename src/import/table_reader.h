@@ -17,8 +17,7 @@ inline constexpr double kFrom1970 = 1e8;
 /// column, content and remedy.
 class TableReader {
  public:
-  TableReader(const PlainTable& table, const ColumnMapping& mapping)
-      : table_(table), mapping_(mapping) {}
+  TableReader(const PlainTable& table, const ColumnMapping& mapping);
 
   const PlainTable& table() const { return table_; }
   bool has(const std::string& quantity) const { return mapping_.has(quantity); }
@@ -56,10 +55,13 @@ class TableReader {
   Clock clock() const;
 
  private:
+  double number(int r, const MappedColumn& column) const;
   PlainTime time(int r) const;
 
   const PlainTable& table_;
   const ColumnMapping& mapping_;
+  // Columns that each row needs; without those quantities none.
+  std::vector<const MappedColumn*> position_, orientation_, joints_;
   JointRows moved_;             // if some were moved: those of the measured rows
   std::vector<int> moved_row_;  // of each row of the table; -1 where it is not measured
 };

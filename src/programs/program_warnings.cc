@@ -7,13 +7,12 @@
 namespace armtrue {
 
 void ProgramWarnings::add(int line, const std::string& text) {
-  auto kind = std::find_if(kinds_.begin(), kinds_.end(),
-                           [&](const Kind& known) { return known.text == text; });
-  if (kind == kinds_.end()) kind = kinds_.insert(kind, {text, {}});
+  const auto [place, is_new] = places_.try_emplace(text, kinds_.size());
+  if (is_new) kinds_.push_back({text, {}, {}});
+  Kind& kind = kinds_[place->second];
   if (!counted_.empty()) line = counted_[line - 1];
   // A copy of a routine has the lines of the routine.
-  if (counted_.empty() || std::ranges::find(kind->lines, line) == kind->lines.end())
-    kind->lines.push_back(line);
+  if (counted_.empty() || kind.known.insert(line).second) kind.lines.push_back(line);
 }
 
 std::vector<std::string> ProgramWarnings::list() const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,10 +25,12 @@ class ProgramWarnings {
   struct Kind {
     std::string text;
     std::vector<int> lines;
+    std::set<int> known;  // lines, if they count as others
   };
   std::string file_;
   std::vector<int> counted_;
   std::vector<Kind> kinds_;
+  std::map<std::string, size_t> places_;  // of the texts among kinds_
 };
 
 }  // namespace armtrue

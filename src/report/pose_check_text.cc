@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/units.h"
@@ -29,6 +31,16 @@ Eigen::Vector3d zyz_from_rotation(const Eigen::Matrix3d& r) {
   return {std::atan2(r(1, 2), r(0, 2)), b, std::atan2(r(2, 1), -r(2, 0))};
 }
 
+// A zero has no sign.
+std::string numbers_text(const Eigen::Ref<const Eigen::VectorXd>& values, int decimals) {
+  std::vector<std::string> texts;
+  for (const double value : values) {
+    std::string& text = texts.emplace_back(fmt::format("{:.{}f}", value, decimals));
+    if (text[0] == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
 }  // namespace
 
 std::string frame_text(const ShownFrame& frame) {
@@ -39,16 +51,17 @@ std::string frame_text(const ShownFrame& frame) {
   const Eigen::Vector3d vector = rotation_log(frame.pose.rotation);
   const Eigen::Quaterniond q(frame.pose.rotation);
   return fmt::format(
-      "{}: {}: {}\n  x, y, z [mm]                    {:.3f}, {:.3f}, {:.3f}\n"
-      "  A, B, C [deg] (KUKA)            {:.4f}, {:.4f}, {:.4f}\n"
-      "  W, P, R [deg] (FANUC; r, p, y)  {:.4f}, {:.4f}, {:.4f}\n"
-      "  RX, RY, RZ [deg] (Staubli)      {:.4f}, {:.4f}, {:.4f}\n"
-      "  A, B, C [deg] (Doosan)          {:.4f}, {:.4f}, {:.4f}\n"
-      "  q1 to q4 (ABB)                  {:.6f}, {:.6f}, {:.6f}, {:.6f}\n"
-      "  RX, RY, RZ [rad] (UR)           {:.5f}, {:.5f}, {:.5f}\n",
-      frame.name, frame.what, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2],
-      abc[1], abc[0], xyz[0], xyz[1], xyz[2], zyz[0], zyz[1], zyz[2], q.w(), q.x(), q.y(), q.z(),
-      vector.x(), vector.y(), vector.z());
+      "{}: {}: {}\n"
+      "  x, y, z [mm]                    {}\n"
+      "  A, B, C [deg] (KUKA)            {}\n"
+      "  W, P, R [deg] (FANUC; r, p, y)  {}\n"
+      "  RX, RY, RZ [deg] (Staubli)      {}\n"
+      "  A, B, C [deg] (Doosan)          {}\n"
+      "  q1 to q4 (ABB)                  {}\n"
+      "  RX, RY, RZ [rad] (UR)           {}\n",
+      frame.name, frame.what, frame.words, numbers_text(t, 3), numbers_text(abc, 4),
+      numbers_text(abc.reverse(), 4), numbers_text(xyz, 4), numbers_text(zyz, 4),
+      numbers_text(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z()), 6), numbers_text(vector, 5));
 }
 
 std::string agreements_text(const std::vector<Agreement>& agreements, int links, double within,

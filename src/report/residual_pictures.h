@@ -23,10 +23,10 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
 /// Mean and range of each axis, a mark for each model (figure 4).
 Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign);
 
-/// The length of the error of each reading, in the order of the visits. `left_out`: by row, whether
-/// the fit left it out; such readings are marked. Empty: none.
+/// The length of the error of each reading, in the order of the visits. `left_out_rows`: by row,
+/// whether the fit left it out; such readings are marked. Empty: none.
 Drawing campaign_picture(const std::vector<Judged>& models, const Campaign& campaign,
-                         const std::vector<bool>& left_out);
+                         const std::vector<bool>& left_out_rows);
 
 /// The pose of a reading, such as "pose P7".
 std::string reading_name(const Campaign& campaign, const Evaluation& evaluation, size_t reading);

@@ -59,13 +59,10 @@ NumberText number_text(double si, double unit) {
     const auto rounded = read_number(fmt::format("{:.{}g}", value, digits));
     if (rounded && *rounded * unit == si) return number_text(*rounded);
   }
-  double neighbour = value;
-  for (int step = 0; step < 4; ++step) {
-    neighbour = std::nextafter(neighbour, step % 2 == 0 ? std::numeric_limits<double>::infinity()
-                                                        : -std::numeric_limits<double>::infinity());
-    if (neighbour * unit == si) return number_text(neighbour);
-    if (step == 1) neighbour = std::nextafter(value, -std::numeric_limits<double>::infinity());
-  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double side : {kInfinity, -kInfinity})
+    if (const double neighbour = std::nextafter(value, side); neighbour * unit == si)
+      return number_text(neighbour);
   return number_text(value);
 }
 

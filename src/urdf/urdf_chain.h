@@ -59,6 +59,14 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
 /// The arm of a document whose chain is `chain`. Throws as parse_urdf().
 Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file);
 
+/// What a joint that write_urdf() writes copies of the position of another [rad or m].
+struct WrittenMimic {
+  double multiplier = 0, offset = 0;
+};
+
+/// One for each coupling of a link that follows others.
+std::vector<WrittenMimic> written_mimics(const KinematicChain& chain, int link);
+
 /// The same arm with the frames that robot_of() gives to the axes of a foreign document. It is seen
 /// from R_0: the base of the result is its own R_0 in the frame that was R_0 before.
 Robot with_frames_of_axes(const Robot& robot);

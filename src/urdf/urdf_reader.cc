@@ -99,6 +99,22 @@ bool is_own_document(const std::vector<ChainJoint>& chain,
                      [&](const ChainJoint& joint) { return exact.contains(joint.name); });
 }
 
+// Whether the joints follow others as write_urdf would have them. `link_of`: by joint.
+bool has_mimics_of(const std::vector<ChainJoint>& joints, const KinematicChain& chain,
+                   const std::map<std::string, int>& link_of) {
+  constexpr double kSame = 1e-9;  // [rad], [m]
+  std::map<int, size_t> places;   // of the next mimic of each link
+  for (const ChainJoint& joint : joints)
+    for (const ChainMimic& mimic : joint.follows) {
+      const int link = link_of.at(joint.name);
+      const WrittenMimic written = written_mimics(chain, link)[places[link]++];
+      if (std::abs(mimic.multiplier - written.multiplier) > kSame ||
+          std::abs(mimic.offset - written.offset) > kSame)
+        return false;
+    }
+  return true;
+}
+
 // Reads world, base_link, the links and tool in the order of write_urdf.
 std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
                                 const std::map<std::string, ExactLink>& exact) {
@@ -135,6 +151,7 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
     copy_mass(joint, own, Pose{}, robot);
   }
   if (joint_count(robot.chain) < 1 || joint_count(robot.chain) > kMaxJoints) return std::nullopt;
+  if (!has_mimics_of(chain, robot.chain, link_of)) return std::nullopt;  // changed: that counts
   return robot;
 }
 

@@ -12,6 +12,7 @@
 #include "armtrue/text/number_text.h"
 #include "armtrue/urdf/urdf_io.h"
 #include "urdf/link_frames.h"
+#include "urdf/urdf_chain.h"
 
 namespace armtrue {
 namespace {
@@ -107,19 +108,15 @@ bool is_several_joints(const KinematicChain& chain, int link) {
   return couplings_of(chain, link).size() + (chain.links[link].has_encoder ? 1 : 0) > 1;
 }
 
-struct Mimic {
-  double multiplier = 0, offset = 0;  // of the joint's own position [rad or m]
-};
-
 // What the joints of a link that follows others copy, one for each coupling. A mimic joint copies
 // the position of one joint, but a followed link that is several joints has the sum of theirs: what
 // that link follows is added to the copies of the same joints. Nothing if there is no such copy.
-std::optional<std::vector<Mimic>> mimics_of(const KinematicChain& chain, int link) {
+std::optional<std::vector<WrittenMimic>> mimics_of(const KinematicChain& chain, int link) {
   const std::vector<const Coupling*> couplings = couplings_of(chain, link);
-  std::vector<Mimic> mimics(couplings.size());
+  std::vector<WrittenMimic> mimics(couplings.size());
   bool is_whole = true;
   const auto add = [&](const auto& self, const Coupling& coupling, double factor,
-                       Mimic& constant) -> void {
+                       WrittenMimic& constant) -> void {
     const Link& followed = chain.links[coupling.followed];
     factor *= coupling.coefficient;
     constant.offset += factor * followed.sign * (zero_of(followed) - coupling.from);
@@ -139,12 +136,27 @@ std::optional<std::vector<Mimic>> mimics_of(const KinematicChain& chain, int lin
   return is_whole ? std::optional(mimics) : std::nullopt;
 }
 
+}  // namespace
+
+std::vector<WrittenMimic> written_mimics(const KinematicChain& chain, int link) {
+  if (auto mimics = mimics_of(chain, link)) return *std::move(mimics);
+  std::vector<WrittenMimic> mimics;
+  for (const Coupling* coupling : couplings_of(chain, link)) {
+    const Link& followed = chain.links[coupling->followed];
+    const double shift = zero_of(followed) - coupling->from;
+    mimics.push_back({coupling->coefficient, coupling->coefficient * followed.sign * shift});
+  }
+  return mimics;
+}
+
+namespace {
+
 // Adds the joints of a link that follows others, one behind the other on its axis.
 void add_following_joints(const KinematicChain& chain, int index, std::string parent,
                           std::string& links, std::string& joints) {
   const Link& own = chain.links[index];
   const std::vector<const Coupling*> couplings = couplings_of(chain, index);
-  const auto mimics = mimics_of(chain, index);
+  const std::vector<WrittenMimic> mimics = written_mimics(chain, index);
   Link part = own;
   std::string others;
   const auto goes_on = [&](const std::string& name) {
@@ -162,15 +174,12 @@ void add_following_joints(const KinematicChain& chain, int index, std::string pa
       part.max = std::numeric_limits<double>::infinity();
       part.min = -part.max;
     }
-    const double shift = zero_of(followed) - coupling.from;
     std::string from;
-    if (shift != 0)
+    if (zero_of(followed) != coupling.from)
       from =
           fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
                       number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
-    const Mimic mimic =
-        mimics ? (*mimics)[k]
-               : Mimic{coupling.coefficient, coupling.coefficient * followed.sign * shift};
+    const WrittenMimic& mimic = mimics[k];
     if (mimic.multiplier != coupling.coefficient)
       from += fmt::format(" coefficient=\"{}\"", number_text(coupling.coefficient));
     joints += moving_joint_xml(

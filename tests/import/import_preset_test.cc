@@ -72,6 +72,19 @@ TEST(ImportPreset, PointsOfSpatialAnalyzerHaveTheUnitOfTheirAxes) {
   EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 62);
 }
 
+TEST(ImportPreset, PointsOfSpatialAnalyzerOfTwoDaysAreADayApart) {
+  std::string points = kSpatialAnalyzer;
+  const size_t second = points.rfind("02/12/25 16:39:31");
+  points.replace(second, 8, "03/12/25");
+  ImportOptions options = with({"spatialanalyzer"});
+  options.join = "order";
+  options.columns = {"pose=Group", "target=Point"};
+  EXPECT_THAT(error_of(points, kTwoJointRows, options), HasSubstr("--dates"));
+  options.dates = "day-first";
+  const Campaign campaign = import_two(points, kTwoJointRows, options).campaign;
+  EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 86400 + 62);
+}
+
 TEST(ImportPreset, PointsOfSpatialAnalyzerMayHaveFewerNames) {
   ImportOptions options = with({"spatialanalyzer"});
   options.length_unit = "mm";
@@ -196,6 +209,23 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   EXPECT_FALSE(marker.has_orientation());
 }
 
+TEST(ImportPreset, BodiesThatViconDidNotSeeAreNoReadings) {
+  ImportOptions options = with({"vicon"});
+  options.join = "order";
+  const std::string joints = kTwoJointRows + "30,0,0,0,0,0\n";
+  for (const std::string table :
+       {"Objects\n100\n,,tool:tool,,,,,,\nFrame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ\n,,,,,,mm,mm,mm\n"
+        "1,0,0,0,0,1,1000,200,3\n2,0,0,0,0,0,0,0,0\n3,0,0,0,0,1,1001,200,3\n",
+        "Trajectories\n100\n,,tip,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+        "1,0,1000,200,3\n2,0,0,0,0\n3,0,1001,200,3\n",
+        "Trajectories;;;;\n100;;;;\n;;tip;;\nFrame;Sub Frame;X;Y;Z\n;;mm;mm;mm\n"
+        "1;0;1000,0;200;3\n2;0;0,000;0,000;0,000\n3;0;1001,0;200;3\n"}) {
+    const Campaign campaign = import_two(table, joints, options).campaign;
+    ASSERT_EQ(campaign.rows(), 2);
+    EXPECT_NEAR(campaign.position[1].x(), 1.001, 1e-12);
+  }
+}
+
 // Header, titles, first row and the order of the matrix after an export of
 // github.com/shiplab/dt_cv, data/basin/raw; the facts of 3D files after docs.qualisys.com, "Motion
 // data (.tsv)".
@@ -254,6 +284,11 @@ TEST(ImportPreset, MarkersOfQualisysArePoints) {
       import_two(qualisys("3D", titles, rows), kTwoJointRows, options).campaign;
   EXPECT_NEAR(campaign.position[1].x(), 0.011, 1e-15);
   EXPECT_FALSE(campaign.has_orientation());
+  const std::string lost = "3\t0.7\t0.000\t0.000\t0.000\t1\t2\t3\t\n";
+  EXPECT_EQ(
+      import_two(qualisys("3D", titles, rows + lost), kTwoJointRows + "30,0,0,0,0,0\n", options)
+          .campaign.rows(),
+      2);
   EXPECT_THAT(error_of(qualisys("3D", "MARKER_NAMES\tball 1\tfoot", rows), kTwoJointRows, options),
               HasSubstr("no line above the data names a column Time"));
   EXPECT_THAT(error_of(qualisys("2D", titles, rows), kTwoJointRows, options),

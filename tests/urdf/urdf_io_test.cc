@@ -73,6 +73,19 @@ std::vector<double> positions(const oracle::UrdfArm& arm, const std::string& tex
   return all;
 }
 
+void expect_arm_of(const Robot& robot, const std::string& text, const std::string& name) {
+  const oracle::UrdfArm arm(text, "world", "tool");
+  for (const JointVector& q : sample_joint_space(robot.chain, 40)) {
+    const KDL::Frame expected = arm.pose(positions(arm, text, q));
+    const Pose pose = ChainEvaluator(robot.chain).pose(q);
+    for (int row = 0; row < 3; ++row) {
+      EXPECT_NEAR(pose.translation[row], expected.p(row), 1e-9) << name;
+      for (int column = 0; column < 3; ++column)
+        EXPECT_NEAR(pose.rotation(row, column), expected.M(row, column), 1e-9) << name;
+    }
+  }
+}
+
 // A tilt that follows a joint which itself is coupled, as in a palletiser with motors on its frame.
 TEST(Urdf, CoupledJointsStandForOtherReadersWhereTheyStandForUs) {
   for (const std::string name : {"irb460", "kr700-pa", "m410ib-700"}) {
@@ -83,20 +96,22 @@ TEST(Urdf, CoupledJointsStandForOtherReadersWhereTheyStandForUs) {
       coupling.from += 0.02;
     }
     const std::string text = write_urdf(robot);
-    const oracle::UrdfArm arm(text, "world", "tool");
-    for (const JointVector& q : sample_joint_space(robot.chain, 40)) {
-      const KDL::Frame expected = arm.pose(positions(arm, text, q));
-      const Pose pose = ChainEvaluator(robot.chain).pose(q);
-      for (int row = 0; row < 3; ++row) {
-        EXPECT_NEAR(pose.translation[row], expected.p(row), 1e-9) << name;
-        for (int column = 0; column < 3; ++column)
-          EXPECT_NEAR(pose.rotation(row, column), expected.M(row, column), 1e-9) << name;
-      }
-    }
+    expect_arm_of(robot, text, name);
     EXPECT_EQ(write_robot(parse_urdf(text, "r.urdf")), [&] {
       robot.noise = {};
       return write_robot(robot);
     }()) << name;
+  }
+}
+
+TEST(Urdf, AMimicThatSomebodyChangedCounts) {
+  const std::string text = write_urdf(read_robot(ARMTRUE_CONFIG "/robots/irb460.yaml").robot);
+  const std::string mimic = "multiplier=\"-1\" offset=\"0\"";
+  for (const std::string changed :
+       {"multiplier=\"-1\" offset=\"0.1\"", "multiplier=\"-0.9\" offset=\"0\""}) {
+    std::string other = text;
+    other.replace(other.find(mimic), mimic.size(), changed);
+    expect_arm_of(parse_urdf(other, "r.urdf"), other, changed);
   }
 }
 

@@ -19,7 +19,7 @@ struct ImageFolder {
 /// the rows are in the order of the names, in which numbers count as numbers (img2 before img10).
 /// An image that shows no board is left out with a warning. Throws InputError for a folder without
 /// images, images of different sizes, rows that do not fit them, and if no image shows the board.
-ImportedReadings import_images(const ImageFolder& images, const std::string& joints,
+ImportedReadings import_images(const ImageFolder& folder, const std::string& joints,
                                const ImportOptions& options, const FindCorners& find_corners);
 
 }  // namespace armtrue

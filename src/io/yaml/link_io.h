@@ -26,6 +26,6 @@ Link read_link(YamlMap& map);
 /// What the entry of a link of the chain, whose links are known, follows: `follows` of a link
 /// without an encoder, `coupled` of one with its own. Adds it to the chain. Throws InputError.
 void read_couplings(YamlMap& map, int link, KinematicChain& chain);
-YAML::Node link_node(const KinematicChain& chain, int link);
+YAML::Node link_node(const KinematicChain& chain, int index);
 
 }  // namespace armtrue

@@ -53,7 +53,7 @@ class YamlMap {
 };
 
 /// Parses a document; its `format:` must be one of `formats`.
-YamlMap read_document(const std::string& text, const std::string& file,
+YamlMap read_document(const std::string& bytes, const std::string& file,
                       const std::vector<std::string>& formats);
 
 /// The document's `provenance`; what is of another form, as other programs write it, stays empty.

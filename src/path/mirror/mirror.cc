@@ -206,6 +206,33 @@ std::vector<Eigen::Index> samples_at(const Path& programmed, const PathDeviation
   return samples;
 }
 
+// The trend and the path that ran on the samples of the program.
+struct OnProgram {
+  const std::vector<Corner>& corners;
+  Eigen::VectorXd moves;        // see moving()
+  Eigen::Matrix3Xd trend, run;  // from the programmed path
+};
+
+// Fills in the correction, whose gain is known, with what of it was clipped or lies beside the
+// record.
+void correct_with(const OnProgram& on, const Path& programmed, const MirrorOptions& options,
+                  MirrorResult& result) {
+  result.correction = without_along(programmed, on.corners, on.run - result.gain * on.trend);
+  const double growth = 1 / result.cutoff;
+  if (options.engaged_only)
+    result.correction *=
+        share_engaged(programmed, on.moves, result.deviation.engagement, growth).asDiagonal();
+  join_sides(programmed, on.corners, result.correction);
+  result.clipped = clip(result.correction, options.max);
+  const Part samples = recorded(programmed, on.moves, result.deviation);
+  const Eigen::VectorXd share = share_of_part(programmed, on.moves, samples, growth);
+  result.correction = on.run + (result.correction - on.run) * share.asDiagonal();
+  result.unrecorded =
+      static_cast<int>(on.moves.head(samples.first).sum() +
+                       on.moves.tail(programmed.samples() - 1 - samples.last).sum());
+  result.position = programmed.position + result.correction;
+}
+
 }  // namespace
 
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& records,
@@ -243,33 +270,21 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   }
 
   const std::vector<Corner> corners = find_corners(programmed);
-  const Eigen::Matrix3Xd trend = trend_on(programmed, corners, deviation);
-  const Eigen::VectorXd moves = moving(programmed);
-  result.before = lengths_in_motion(trend, moves);
+  const OnProgram on{corners, moving(programmed), trend_on(programmed, corners, deviation),
+                     executed.position - programmed.position};
+  result.before = lengths_in_motion(on.trend, on.moves);
   const double power = result.before.rms * result.before.rms;
   result.gain = options.gain ? *options.gain
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
-  const auto run = executed.position - programmed.position;
-  result.correction = without_along(programmed, corners, run - result.gain * trend);
-  if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
-  const double growth = 1 / result.cutoff;
-  if (options.engaged_only)
-    result.correction *=
-        share_engaged(programmed, moves, deviation.engagement, growth).asDiagonal();
-  join_sides(programmed, corners, result.correction);
-  result.clipped = clip(result.correction, options.max);
-  const Part samples = recorded(programmed, moves, deviation);
-  const Eigen::VectorXd share = share_of_part(programmed, moves, samples, growth);
-  result.correction = run + (result.correction - run) * share.asDiagonal();
-  result.unrecorded = static_cast<int>(moves.head(samples.first).sum() +
-                                       moves.tail(programmed.samples() - 1 - samples.last).sum());
-  result.position = programmed.position + result.correction;
+  if (options.executed) result.uncorrected = lengths_in_motion(on.trend - on.run, on.moves).mean;
+  correct_with(on, programmed, options, result);
   result.points = samples_at(programmed, deviation, points);
   // The uncorrected part of the trend, because of the gain, the largest correction, or outside the
   // material.
   const double stays =
-      lengths_in_motion(without_along(programmed, corners, trend + result.correction - run), moves)
+      lengths_in_motion(without_along(programmed, corners, on.trend + result.correction - on.run),
+                        on.moves)
           .mean;
   result.expected_after = expected_distance(stays, result, missed, between);
   return result;

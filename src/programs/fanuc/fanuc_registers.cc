@@ -15,6 +15,47 @@ namespace {
 constexpr std::array<const char*, 6> kPose{"X", "Y", "Z", "W", "P", "R"};
 constexpr std::array<const char*, 6> kJoints{"J1", "J2", "J3", "J4", "J5", "J6"};
 
+// An entry of a listing, as far as it is read.
+struct ListedEntry {
+  std::optional<double> group, number;
+  std::map<std::string, double> numbers;  // by their names
+  std::string configuration;
+};
+
+// Of an arm with other axes a position of six numbers says too little: it has none then.
+FanucRegister register_of(const ListedEntry& entry) {
+  constexpr size_t kNumbers = 6;
+  FanucRegister result;
+  result.is_joints = entry.numbers.contains("J1");
+  result.configuration = entry.configuration;
+  for (const char* name : result.is_joints ? kJoints : kPose)
+    if (const auto found = entry.numbers.find(name); found != entry.numbers.end())
+      result.numbers.push_back(found->second);
+  if (result.numbers.size() != kNumbers || entry.numbers.size() != kNumbers) result.numbers.clear();
+  return result;
+}
+
+// Takes what the rest of a line says of an entry; `text` ends with the line.
+void take_values(std::string_view text, TextCursor& cursor, ListedEntry& entry) {
+  while (!cursor.done()) {
+    const std::string name = take_fanuc_word(cursor);
+    if (name.empty()) {
+      cursor.step();
+      continue;
+    }
+    if (!cursor.take(':') && !cursor.take('=')) continue;
+    if (name == "CONFIG") {
+      cursor.next();
+      entry.configuration = text.substr(cursor.at());
+      while (!entry.configuration.empty() && is_blank(entry.configuration.back()))
+        entry.configuration.pop_back();
+      return;
+    }
+    const auto value = cursor.take_number();
+    if (value && name != "GROUP") entry.numbers[name] = *value;
+  }
+}
+
 }  // namespace
 
 bool is_fanuc_listing(const std::string& text) {
@@ -43,23 +84,13 @@ FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begi
 //   X:   536.883   Y:    66.987   Z:   -94.208
 //   W:     -.364   P:    -3.023   R:     -.199
 void FanucRegisters::read_listing(const std::string& text) {
-  std::map<std::string, double> numbers;
-  std::string configuration;
-  std::optional<double> group, number;
+  ListedEntry entry;
   Listed* listed = nullptr;  // of the variable that is read
   const auto keep = [&] {
-    if (!number || !listed) return;
-    FanucRegister result;
-    result.is_joints = numbers.contains("J1");
-    for (const char* name : result.is_joints ? kJoints : kPose)
-      if (const auto found = numbers.find(name); found != numbers.end())
-        result.numbers.push_back(found->second);
-    result.configuration = configuration;
-    // Of an arm with other axes a position of six numbers says too little.
-    const bool is_six = result.numbers.size() == 6 && numbers.size() == 6;
-    if (group != 1) return;
-    if (!is_six || listed->contains(*number)) result.numbers.clear();
-    (*listed)[*number] = result;
+    if (!entry.number || !listed || entry.group != 1) return;
+    FanucRegister result = register_of(entry);
+    if (listed->contains(*entry.number)) result.numbers.clear();
+    (*listed)[*entry.number] = result;
   };
   for (size_t begin = 0; begin < text.size();) {
     const size_t end = std::min(text.find('\n', begin), text.size());
@@ -71,7 +102,7 @@ void FanucRegisters::read_listing(const std::string& text) {
       const auto second = is_entry ? cursor.take_number() : std::nullopt;
       if (!first) {
         keep();
-        number.reset();
+        entry.number.reset();
         cursor.skip_to("]");
         const std::string name = cursor.take(']') ? cursor.take_name() : "";
         listed = name == "$POSREG"     ? &registers_
@@ -82,31 +113,13 @@ void FanucRegisters::read_listing(const std::string& text) {
       }
       if (!second || !cursor.take(']')) continue;
       keep();
-      group = first;
-      number = second;
-      numbers.clear();
-      configuration.clear();
+      entry = {first, second, {}, ""};
       if (cursor.take('=') && cursor.take('\'')) {
         cursor.skip_to("'");
         cursor.take('\'');
       }
     }
-    while (!cursor.done()) {
-      const std::string name = take_fanuc_word(cursor);
-      if (name.empty()) {
-        cursor.step();
-        continue;
-      }
-      if (!cursor.take(':') && !cursor.take('=')) continue;
-      if (name == "CONFIG") {
-        cursor.next();
-        configuration = text.substr(cursor.at(), end - cursor.at());
-        while (!configuration.empty() && is_blank(configuration.back())) configuration.pop_back();
-        break;
-      }
-      const auto value = cursor.take_number();
-      if (value && name != "GROUP") numbers[name] = *value;
-    }
+    take_values(std::string_view(text).substr(0, end), cursor, entry);
   }
   keep();
 }

@@ -22,7 +22,7 @@ class KrlStarts {
   /// The same of its last point: of a circle what the auxiliary point does not change.
   KrlValues before_end(size_t move) const { return before_end(move, before(move)); }
   /// The complete pose at the end of a move, with all that its point leaves out.
-  KrlValues reached(size_t move) const;
+  KrlValues reached(size_t index) const;
   /// The moves after which the arm comes to a move; none if one of them is not known.
   const std::vector<int>& moves_before(size_t move) const { return starts_[move].moves; }
   /// Whether the arm always comes from the move before in the text, which is not left alone.
@@ -45,7 +45,7 @@ class KrlStarts {
   Start end_of(size_t move) const;
   static void meet(const Start& way, Start& here);
   KrlValues before_end(size_t move, const KrlValues& before) const;
-  std::string why_left_alone(size_t move, const KrlValues& before) const;
+  std::string why_left_alone(size_t index, const KrlValues& before) const;
   std::string why_left_alone(const KrlMove& move, const KrlValues& before) const;
   std::string why_left_alone(const KrlTarget& target, const KrlValues& before) const;
   const KrlFrame& frame_of(const KrlTarget& target) const;

@@ -52,8 +52,15 @@ struct InformMove {
   size_t begin = 0, end = 0;   // of the name of its position
   double blend = 0;            // [m], of CR
   bool is_end_of_arc = false;  // FPT
-  std::string obstacle;        // to points before it
-  bool follows = false;        // the arm stands at the target before
+  bool is_external = false;    // other axes than the robot's move
+  bool ends_elsewhere = false;
+  std::string obstacle;  // to points before it
+  std::string why_not;   // followed; empty if it is
+  bool follows = false;  // the arm stands at the target before
+
+  void is_not_because(const std::string& reason) {
+    if (why_not.empty()) why_not = reason;
+  }
 };
 
 class InformReader : MoveReader {
@@ -184,32 +191,30 @@ class InformReader : MoveReader {
 
   void leave(int line, const std::string& reason) { leave_move(line, reason, !is_dead_); }
 
-  void read_move(const std::string& word, const Statement& statement) {
-    InformMove move{statement, word.back(), "", "", "", 0, 0, 0, false, "", follows_};
+  // What the words of a move say.
+  InformMove move_of(const std::string& word, const Statement& statement) const {
+    InformMove move;
+    move.statement = statement;
     // The way of a coordinated move depends on the station. Where it ends does not: a user frame
     // stands in the room, and MTOOL is another type of position.
     const bool is_coordinated = word[0] == 'S';
-    if (is_coordinated) move.kind = 'J';
-    bool is_external = false, ends_elsewhere = false;
-    std::string why_not;
-    const auto is_because = [&](const std::string& reason) {
-      if (why_not.empty()) why_not = reason;
-    };
+    move.kind = is_coordinated ? 'J' : word.back();
+    move.follows = follows_;
     each_word(text_, statement, [&](const std::string& part, size_t at, TextCursor& cursor) {
       if (at == statement.begin) return;
       const std::string name = inform_position_name(part);
       if (!name.empty()) {
-        if (!move.position.empty()) return is_because("another robot moves with it");
+        if (!move.position.empty()) return move.is_not_because("another robot moves with it");
         move.position = name;
         move.begin = at;
         move.end = cursor.at();
       } else if (part == "LP" || part == "P" || (part.starts_with("LP") && is_digit(part.back()))) {
-        is_because("its point is a variable that is set as the job runs");
+        move.is_not_because("its point is a variable that is set as the job runs");
       } else if (is_numbered(part, "BC") || is_numbered(part, "BP")) {
-        is_external = true;
+        move.is_external = true;
         move.base = part;
       } else if (is_numbered(part, "EC") || is_numbered(part, "EX")) {
-        is_external = true;
+        move.is_external = true;
         move.station = inform_station_name(part);
       } else if (part == "CR" && cursor.take('=')) {
         move.blend = cursor.take_number().value_or(0) * kMillimetre;
@@ -219,39 +224,43 @@ class InformReader : MoveReader {
       } else if (part == "FPT") {
         move.is_end_of_arc = true;
       } else if (part == "UNTIL") {
-        ends_elsewhere = true;
+        move.ends_elsewhere = true;
         move.obstacle = "it has the option UNTIL";
       } else if (!is_inform_move(part) && !may_be_repeated(part)) {
         move.obstacle = "it has the option " + part;
       }
     });
-    if (is_external) move.obstacle = "external axes move with it";
+    if (move.is_external) move.obstacle = "external axes move with it";
+    return move;
+  }
+
+  void read_move(const std::string& word, const Statement& statement) {
+    InformMove move = move_of(word, statement);
     if (move.position.empty()) {
-      if (is_external && why_not.empty()) return;  // a station alone
-      is_because("its point does not stand in the job");
+      if (move.is_external && move.why_not.empty()) return;  // a station alone
+      move.is_not_because("its point does not stand in the job");
     }
     if (const int shift = shift_.at(statement.begin); shift != 0)
-      is_because(shift == 1 ? "its point is shifted (SFTON)" : "its point may be shifted (SFTON)");
-    if (why_not.empty()) why_not = why_not_usable(move.position);
-    if (why_not.empty() && !move.base.empty() &&
+      move.is_not_because(shift == 1 ? "its point is shifted (SFTON)"
+                                     : "its point may be shifted (SFTON)");
+    if (move.why_not.empty()) move.why_not = why_not_usable(move.position);
+    if (move.why_not.empty() && !move.base.empty() &&
         positions_.at(move.position).kind == InformPosition::Kind::pose)
-      is_because("the base moves with it (" + move.base + ")");
-    if (move.kind == 'C' && !why_not.empty()) leave_arc();
-    if (move.kind != 'C' || !why_not.empty()) end_arcs();
-    if (!why_not.empty()) {
+      move.why_not = "the base moves with it (" + move.base + ")";
+    const bool is_left = !move.why_not.empty();
+    if (move.kind == 'C' && is_left) leave_arc();
+    if (move.kind != 'C' || is_left) end_arcs();
+    follows_ = !is_left && !move.ends_elsewhere;
+    if (is_left) {
       keep_positions(statement);
-      leave(statement.line, why_not);
-      follows_ = false;
-      return;
-    }
-    if (move.kind == 'C') {
+      leave(statement.line, move.why_not);
+    } else if (move.kind == 'C') {
       arcs_.push_back(move);
-      follows_ = !ends_elsewhere;
-      if (ends_elsewhere || move.is_end_of_arc) end_arcs(move.is_end_of_arc && !ends_elsewhere);
-      return;
+      if (move.ends_elsewhere || move.is_end_of_arc)
+        end_arcs(move.is_end_of_arc && !move.ends_elsewhere);
+    } else {
+      add(move, move.kind == 'L' ? MotionKind::line : MotionKind::joint);
     }
-    add(move, move.kind == 'L' ? MotionKind::line : MotionKind::joint);
-    follows_ = !ends_elsewhere;
   }
 
   static bool is_numbered(const std::string& word, const char* begin) {

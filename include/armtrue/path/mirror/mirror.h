@@ -53,7 +53,7 @@ struct MirrorResult {
 /// enters or leaves the material, the new correction grows linearly in time from 0 to its full size
 /// within 1 / cut-off, so that the path has no step. Throws std::invalid_argument as fit_clock()
 /// does and if the cut-off does not suit the record, and TooManyBadSamples.
-MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
+MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& records,
                             const MirrorOptions& options);
 
 /// A correction without a measured pass, from the deviation by the forces of `programmed`
