@@ -45,10 +45,16 @@ int conclude(app::Command& command, const Certificate& certificate) {
     return as_known(value / kMillimetre, expanded / kMillimetre);
   };
   const double expanded = certificate.budget.expanded;
-  const std::string figures = fmt::format(
-      "AP {} mm, its uncertainty {} mm (k = {:.4g}), RP {} mm",
-      mm(certificate.all.ap.value, expanded), mm(expanded, expanded), certificate.budget.k,
-      mm(certificate.all.rp.value, certificate.all.rp_expanded().value_or(expanded)));
+  const int decimals = decimals_shown(certificate);
+  const std::string figures =
+      fmt::format("{}AP {:.{}f} mm, its uncertainty {:.{}f} mm (k = {:.4g}), RP {} mm",
+                  certificate.decision
+                      ? fmt::format("{}: tolerance {:g} mm, ", decision_name(*certificate.decision),
+                                    *certificate.tolerance / kMillimetre)
+                      : "",
+                  certificate.all.ap.value / kMillimetre, decimals, expanded / kMillimetre,
+                  decimals, certificate.budget.k,
+                  mm(certificate.all.rp.value, certificate.all.rp_expanded().value_or(expanded)));
   for (const std::string& note : certificate.notes) command.tell(note + "\n");
   if (certificate.path) {
     const PathFigures& path = *certificate.path;
@@ -61,8 +67,7 @@ int conclude(app::Command& command, const Certificate& certificate) {
     command.report(figures + "\n");
     return app::kSuccess;
   }
-  command.warn(fmt::format("{}: tolerance {:g} mm, {}", decision_name(*certificate.decision),
-                           *certificate.tolerance / kMillimetre, figures));
+  command.warn(figures);
   return app::kNotReached;
 }
 

@@ -44,17 +44,6 @@ bool law_holds(const Certificate& certificate, int decimals) {
   return *certificate.decision == Decision::fail ? fails : !fails && ap + expanded > tolerance;
 }
 
-// The decimals of AP and U in the sentence of the decision: those of U, or a few more if rounding
-// would contradict the decision.
-int decimals_of_decision(const Certificate& certificate) {
-  constexpr int kMore = 3;
-  const double expanded = certificate.budget.expanded / kMillimetre;
-  const int decimals = expanded > 0 ? decimals_of_uncertainty(expanded) : kMore;
-  for (int more = 0; more <= kMore; ++more)
-    if (law_holds(certificate, decimals + more)) return decimals + more;
-  return decimals;  // undecided for another reason, which the notes say
-}
-
 void add_decision(Page& page, const Certificate& certificate) {
   if (!certificate.decision) {
     page.add(paragraph("No tolerance was stated: no decision."));
@@ -63,7 +52,7 @@ void add_decision(Page& page, const Certificate& certificate) {
   const char* law = "AP &minus; U &le; tolerance &lt; AP + U";
   if (*certificate.decision == Decision::pass) law = "AP + U &le; tolerance";
   if (*certificate.decision == Decision::fail) law = "AP &minus; U &gt; tolerance";
-  const int decimals = decimals_of_decision(certificate);
+  const int decimals = decimals_shown(certificate);
   page.verdict(tone_of_decision(certificate), decision_name(*certificate.decision),
                "Tolerance of AP " + mm_text(*certificate.tolerance) + " mm, AP " +
                    fixed_text(certificate.all.ap.value / kMillimetre, decimals) + " mm, U " +
@@ -163,6 +152,15 @@ std::string notes_list(const std::vector<std::string>& notes) {
 }
 
 }  // namespace
+
+int decimals_shown(const Certificate& certificate) {
+  constexpr int kMore = 3;
+  const double expanded = certificate.budget.expanded / kMillimetre;
+  const int decimals = expanded > 0 ? decimals_of_uncertainty(expanded) : kMore;
+  for (int more = 0; certificate.decision && more <= kMore; ++more)
+    if (law_holds(certificate, decimals + more)) return decimals + more;
+  return decimals;  // without a decision, or undecided for another reason, which the notes say
+}
 
 std::string certificate_page(const Certificate& certificate,
                              const std::optional<Comparison>& comparison, const PageHead& head) {
