@@ -410,11 +410,6 @@ std::string chance_in_words(const ArmDifference& arm) {
   return fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms), mm(*arm.by_chance));
 }
 
-std::string above_which_seen(const RunComparison& found, const char* what) {
-  const std::optional<double> seen = found.smallest_seen();
-  return seen ? fmt::format("; above {} RMS a {} would have been seen", mm(*seen), what) : "";
-}
-
 // What differs between two arms, that which counts most at the tool first; base and tool are each
 // arm's own.
 std::string sentence_of_two_arms(const RunComparison& found, const KinematicChain& chain) {
@@ -428,10 +423,16 @@ std::string sentence_of_two_arms(const RunComparison& found, const KinematicChai
            program;
   if (const std::string why = found.undecided(); !why.empty())
     return fmt::format("Whether the arms differ is undecided: {}.", why);
-  if (!found.arm_moved().value_or(false))
-    return fmt::format(
-        "The arms differ by no more than chance: {}{}{}. A program of one may run on the other.",
-        arms_in_words(arm), chance_in_words(arm), above_which_seen(found, "difference"));
+  if (!found.arm_moved().value_or(false)) {
+    const std::optional<double> seen = found.smallest_seen();
+    return fmt::format("The arms differ by no more than chance: {}{}.{}", arms_in_words(arm),
+                       chance_in_words(arm),
+                       seen ? fmt::format(" A program of one may run on the other where {} RMS, "
+                                          "above which a difference would have been seen, do not "
+                                          "matter.",
+                                          mm(*seen))
+                            : "");
+  }
   std::vector<const ComparedParameter*> moved;
   for (const ComparedParameter& parameter : found.parameters)
     if (parameter.of_arm && parameter.number.moved()) moved.push_back(&parameter);
@@ -486,9 +487,13 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
                arms_in_words(arm), by_chance) +
            station;
   if (of_arm.empty())
-    return fmt::format("{} changed by more than chance: the arms differ by {}{}{}.{}",
-                       of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(arm),
-                       by_chance, above_which_seen(found, "change"), station);
+    return fmt::format(
+        "{} changed by more than chance: the arms differ by {}{}{}.{}",
+        of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(arm), by_chance,
+        found.smallest_seen() ? fmt::format("; above {} RMS a change would have been seen",
+                                            mm(*found.smallest_seen()))
+                              : "",
+        station);
   return fmt::format("The arm moved: {}; {}{}. Nothing else of it changed by more than chance.{}",
                      listed(of_arm), arms_in_words(arm), by_chance, station);
 }
