@@ -11,6 +11,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/certificate_page.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "certificate_inputs.h"
 #include "option_text.h"
 
@@ -40,23 +41,33 @@ void warn_of_criteria(app::Command& command, const app::CertificateArguments& ar
 }
 
 int conclude(app::Command& command, const Certificate& certificate) {
+  const auto mm = [](double value, double expanded) -> std::string {
+    return as_known(value / kMillimetre, expanded / kMillimetre);
+  };
+  const double expanded = certificate.budget.expanded;
+  const int decimals = decimals_shown(certificate);
   const std::string figures =
-      fmt::format("AP {:.4g} mm, its uncertainty {:.4g} mm (k = {:.4g}), RP {:.4g} mm",
-                  certificate.all.ap.value / kMillimetre, certificate.budget.expanded / kMillimetre,
-                  certificate.budget.k, certificate.all.rp.value / kMillimetre);
+      fmt::format("{}AP {:.{}f} mm, its uncertainty {:.{}f} mm (k = {:.4g}), RP {} mm",
+                  certificate.decision
+                      ? fmt::format("{}: tolerance {:g} mm, ", decision_name(*certificate.decision),
+                                    *certificate.tolerance / kMillimetre)
+                      : "",
+                  certificate.all.ap.value / kMillimetre, decimals, expanded / kMillimetre,
+                  decimals, certificate.budget.k,
+                  mm(certificate.all.rp.value, certificate.all.rp_expanded().value_or(expanded)));
   for (const std::string& note : certificate.notes) command.tell(note + "\n");
-  if (certificate.path)
+  if (certificate.path) {
+    const PathFigures& path = *certificate.path;
+    const double of_at = certificate.path_budget->expanded;
     command.report(fmt::format(
-        "AT {:.4g} mm, its uncertainty {:.4g} mm{}\n", certificate.path->at / kMillimetre,
-        certificate.path_budget->expanded / kMillimetre,
-        certificate.path->rt ? fmt::format(", RT {:.4g} mm", *certificate.path->rt / kMillimetre)
-                             : ""));
+        "AT {} mm, its uncertainty {} mm{}\n", mm(path.at, of_at), mm(of_at, of_at),
+        path.rt ? ", RT " + mm(*path.rt, path.rt_expanded().value_or(of_at)) + " mm" : ""));
+  }
   if (!certificate.decision || *certificate.decision == Decision::pass) {
     command.report(figures + "\n");
     return app::kSuccess;
   }
-  command.warn(fmt::format("{}: tolerance {:g} mm, {}", decision_name(*certificate.decision),
-                           *certificate.tolerance / kMillimetre, figures));
+  command.warn(figures);
   return app::kNotReached;
 }
 

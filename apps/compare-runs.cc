@@ -23,7 +23,8 @@ RunFile read(app::Command& command, const std::string& path) {
 }
 
 // Throws unless the numbers of both robots mean the same and one of them is calibrated.
-void require_comparable(app::Command& command, const RunFile& before, const RunFile& after) {
+void require_comparable(app::Command& command, const RunFile& before, const RunFile& after,
+                        ComparedArms arms) {
   const Robot &one = before.robot->robot, &other = after.robot->robot;
   if (!is_calibrated(one) && !is_calibrated(other))
     throw InputError(fmt::format(
@@ -33,9 +34,10 @@ void require_comparable(app::Command& command, const RunFile& before, const RunF
   const std::string why = why_not_comparable(one, before.name, other, after.name);
   if (!why.empty()) throw InputError(why);
   app::require_one_arm(command, one, before.name, other, after.name);
-  if (one.name != other.name)
-    command.warn(
-        fmt::format("the robots are called '{}' and '{}': is this one arm?", one.name, other.name));
+  if (one.name != other.name && arms == ComparedArms::one)
+    command.warn(fmt::format(
+        "the robots are called '{}' and '{}': is this one arm? If they are two, give --two-arms",
+        one.name, other.name));
 }
 
 void add_loops(app::Command& command, const app::ComparisonArguments& arguments, RunFile& before,
@@ -61,6 +63,13 @@ std::vector<JointVector> poses_of(app::Command& command, const std::string& path
   for (const JointTarget& target : file.targets) poses.push_back(target.q);
   command.add_to_inputs(file.name, file.sha256);
   return poses;
+}
+
+// Whose page this is.
+std::string name_of_arms(const RunFile& before, const RunFile& after, ComparedArms arms) {
+  const auto name = [](const RunFile& run) { return run.robot ? run.robot->robot.name : run.name; };
+  if (arms == ComparedArms::one || name(before) == name(after)) return name(after);
+  return name(before) + " and " + name(after);
 }
 
 // The readings of a calibration, if the file that it names stands where it stood and holds the
@@ -94,26 +103,50 @@ int conclude(app::Command& command, const app::ComparisonArguments& arguments,
   const std::optional<bool> moved = found.arm_moved();
   if (arguments.require_unchanged && moved.value_or(true)) {
     const std::string undecided = found.undecided();
-    command.warn(moved ? "the arm changed by more than chance"
+    const bool is_one = found.arms == ComparedArms::one;
+    command.warn(moved ? is_one ? "the arm changed by more than chance"
+                                : "the arms differ by more than chance"
                  : !undecided.empty()
                      ? "undecided: " + undecided
-                     : "whether the arm changed is not tested" +
+                     : std::string("whether the ") + (is_one ? "arm changed" : "arms differ") +
+                           " is not tested" +
                            (found.untested.empty() ? "" : ": " + found.untested.front()));
     is_met = false;
   }
   return is_met ? app::kSuccess : app::kNotReached;
 }
 
+void require_two_arms(const ComparedRun& before, const ComparedRun& after) {
+  const Shared readings = shared_readings(before, after);
+  if (readings == Shared::all || readings == Shared::some)
+    throw InputError(fmt::format(
+        "{} and {}: are of the same readings, and those are of one arm: give the calibrations of "
+        "two arms, or leave out --two-arms",
+        before.name, after.name));
+}
+
+// A crash, a motor or a mastering changes few parameters of an arm.
+void ask_for_two_arms(app::Command& command, const RunComparison& found) {
+  const auto [moved, tested] = moved_of_tested(found);
+  if (found.arms == ComparedArms::one && 2 * moved > tested)
+    command.warn(fmt::format(
+        "{} of {} parameters of the arm changed, as between two arms of one type; if these are "
+        "two, give --two-arms",
+        moved, tested));
+}
+
 int run(app::Command& command, const app::ComparisonArguments& arguments) {
+  const ComparedArms arms = arguments.two_arms ? ComparedArms::two : ComparedArms::one;
   RunFile before = read(command, arguments.before), after = read(command, command.input);
   require_one_kind(before, after);
-  if (before.robot) require_comparable(command, before, after);
+  if (before.robot) require_comparable(command, before, after, arms);
   if (!before.robot && (arguments.max_change_mm || !arguments.poses.empty()))
     throw InputError(before.name + ": is " + kind_in_words(before.kind) +
                      ", which has no arm; --poses and --max-change-mm are for robot files");
   add_loops(command, arguments, before, after);
   const std::optional<About> about = app::read_about(command, arguments.page);
   ComparedRun one = compared_run(before), other = compared_run(after);
+  if (arms == ComparedArms::two) require_two_arms(one, other);
   const std::optional<Campaign> first = readings_at_hand(command, before, one),
                                 second = readings_at_hand(command, after, other);
   if (first && second) {
@@ -123,12 +156,13 @@ int run(app::Command& command, const app::ComparisonArguments& arguments) {
   const std::vector<JointVector> poses =
       after.robot ? poses_of(command, arguments.poses, *other.robot) : std::vector<JointVector>();
   command.progress("comparing");
-  const RunComparison found = compare_runs(one, other, poses);
-  const std::vector<std::string> notes = notes_of_runs(one, other);
+  const RunComparison found = compare_runs(one, other, poses, arms);
+  ask_for_two_arms(command, found);
+  const std::vector<std::string> notes = notes_of_runs(one, other, arms);
   const Document product = write_comparison(found, notes, before, after, command.provenance());
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
-                      comparison_page(found, after.robot ? other.robot->name : after.name,
+                      comparison_page(found, name_of_arms(before, after, arms),
                                       app::page_head(command, product, about)));
   write_output(command.output, product);
   command.report(found.sentence + "\n" + comparison_table(found, notes));
@@ -141,7 +175,8 @@ int main(int argc, char** argv) {
   app::Command command(
       "compare-runs",
       "What changed between two runs: parameters, effects, error and verdict, before a crash and "
-      "after, last year and today, or two models of one campaign.",
+      "after, last year and today, or two models of one campaign. Or what differs between two "
+      "arms.",
       "compare-runs --before last-year.yaml today.yaml -o comparison.yaml --report "
       "comparison.html");
   app::ComparisonArguments arguments;

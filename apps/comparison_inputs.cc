@@ -15,6 +15,9 @@ void add_comparison_options(Command& command, ComparisonArguments& arguments) {
   const Option loop = command.file("--loop", arguments.loop, "Loop document of the later robot");
   loop_before.needs(loop);
   loop.needs(loop_before);
+  command.flag("--two-arms", arguments.two_arms,
+               "The runs are of two arms of one type, not of one arm at two times: what differs, "
+               "and by how much a program of one errs on the other");
   command.file("--poses", arguments.poses,
                "Joint targets at which the arms are compared [200 poses over the travel of the "
                "joints that both runs cover]");
@@ -22,9 +25,10 @@ void add_comparison_options(Command& command, ComparisonArguments& arguments) {
       .option("--max-change-mm", arguments.max_change_mm,
               "Exit with 3 if the arms differ by more than this on average")
       .check(above_zero());
-  command.flag("--require-unchanged", arguments.require_unchanged,
-               "Exit with 3 if the arm changed by more than chance, or if that cannot be tested or "
-               "is undecided");
+  command.flag(
+      "--require-unchanged", arguments.require_unchanged,
+      "Exit with 3 if the arm changed by more than chance (--two-arms: they differ), or if "
+      "that cannot be tested or is undecided");
   add_report(command, arguments.page, "with the changes and their intervals");
 }
 

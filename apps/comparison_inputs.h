@@ -14,6 +14,7 @@ struct ComparisonArguments {
   ReportArguments page;
   std::optional<double> max_change_mm;
   bool require_unchanged = false;
+  bool two_arms = false;  ///< of one type, not one arm at two times
 };
 
 void add_comparison_options(Command& command, ComparisonArguments& arguments);

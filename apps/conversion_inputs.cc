@@ -23,8 +23,9 @@ void add_conversion_options(Command& command, ConversionArguments& arguments) {
   command
       .option(
           "--to", arguments.to,
-          "yaml, which is JSON in a file that ends in .json, json, urdf, controller (with --into: "
-          "a file of its maker), or fields (the table of the controller's own fields)")
+          "What to write: yaml or json (the robot file), urdf, controller (with --into: "
+          "calibration.conf or the kinematics file of Universal Robots), or fields (a table of the "
+          "numbers to enter into a controller)")
       .required()
       .check(one_of({"yaml", "json", "urdf", "controller", "fields"}));
   command.option("--base", arguments.ends.base,

@@ -126,6 +126,14 @@ int run(app::Command& command, const Arguments& arguments) {
                       evaluation_page(robot, given, campaign, evaluation, against,
                                       app::page_head(command, product, about),
                                       broken.empty() ? Bounds::held_or_unknown : Bounds::broken));
+  const std::vector<double> of_readings = evaluation.reading_errors();
+  const ErrorSummary errors = summarize(of_readings);
+  const double floor = noise_floor(robot, campaign, evaluation).mean_error();
+  command.report(fmt::format(
+      "{} readings: mean error {:.4g} mm, {:.4g} mm at most{}\n", of_readings.size(),
+      errors.mean / kMillimetre, errors.max / kMillimetre,
+      floor > 0 ? fmt::format("; noise alone makes {:.4g} mm on average", floor / kMillimetre)
+                : ""));
   return is_met ? app::kSuccess : app::kNotReached;
 }
 

@@ -134,7 +134,7 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
       app::warn_of_prediction(command, inputs.passes.front(), *findings.robot);
     else if (findings.force)
       app::warn_of_force_law(command, inputs.passes.front(), *findings.force);
-    command.tell(mirror_table(findings));
+    command.report(mirror_table(findings));
   }
   std::optional<Document> product;
   if (!arguments.summary.empty() || arguments.page.is_wanted())

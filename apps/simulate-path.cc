@@ -31,6 +31,8 @@ int run(app::Command& command, const app::PassArguments& arguments) {
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
     app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
+  pass.joints.orientation_option = "--orientation-deg";
+  pass.joints.start_option = "--start-deg";
   if (!arguments.start_deg.empty())
     pass.joints.start = app::joints_of(arguments.start_deg, robot, "--start-deg");
   const PathFile programmed = command.read_path(command.input, KeepRows::yes, robot);

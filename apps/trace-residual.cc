@@ -104,7 +104,13 @@ int report_change(app::Command& command, const std::string& path) {
   app::warn_of_all(command, {noisier_in_words(result)});
   write_output(command.output,
                write_change(result, previous.robot, campaign, command.provenance()));
-  if (result.holds) return app::kSuccess;
+  if (result.holds) {
+    command.report(
+        fmt::format("the calibration holds (p = {:.2g}): a mean error of {:.4g} mm is within what "
+                    "its uncertainty and the noise explain\n",
+                    result.p_value, result.before / kMillimetre));
+    return app::kSuccess;
+  }
   command.warn(fmt::format("the calibration does not hold (p = {:.2g}); {}", result.p_value,
                            explanation(result)));
   return app::kNotReached;

@@ -183,8 +183,9 @@ std::string repeats_in_words(const Campaign& training, const Campaign& test) {
       "{}: {} of {} held-out poses stand at the joint angles of training poses (pose {} at those "
       "of {}): they are repeats, and their error says nothing of other poses; {}",
       test.source, poses.repeated, poses.of, poses.test, poses.training,
-      training.source == test.source ? "give the repeats of a pose one name"
-                                     : "give --test other poses");
+      training.source == test.source
+          ? "give rows at the same joint angles one name in the column pose"
+          : "give --test other poses");
 }
 
 }  // namespace armtrue

@@ -250,6 +250,24 @@ bool has_nominal(const ComparedRun& before, const ComparedRun& after) {
          !(is_calibrated(*before.robot) && is_calibrated(*after.robot));
 }
 
+// Of which side something is, behind a name.
+const char* in_brackets(InRuns in, ComparedArms arms) {
+  if (arms == ComparedArms::two) return in == InRuns::after ? " (second arm)" : " (first arm)";
+  return in == InRuns::after ? " (after)" : " (before)";
+}
+
+// The same behind a figure.
+const char* behind_figure(InRuns in, ComparedArms arms) {
+  if (arms == ComparedArms::two)
+    return in == InRuns::after ? "for the second" : "for the first arm";
+  return in == InRuns::after ? "after" : "before";
+}
+
+// Another way to ask whether one arm changed.
+const char* or_ask_since(ComparedArms arms) {
+  return arms == ComparedArms::one ? ", or ask trace-residual --since" : "";
+}
+
 // Why a change of a number may be none of the arm.
 std::vector<std::string> why_untested(const ComparedRun& before, const ComparedRun& after,
                                       const RunComparison& found) {
@@ -266,8 +284,7 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
   std::vector<std::string> one_sided;
   for (const ComparedParameter& parameter : found.parameters)
     if (parameter.of_arm && parameter.in != InRuns::both)
-      one_sided.push_back(parameter.name +
-                          (parameter.in == InRuns::after ? " (after)" : " (before)"));
+      one_sided.push_back(parameter.name + in_brackets(parameter.in, found.arms));
   if (!one_sided.empty())
     reasons.push_back(fmt::format(
         "only one run identified {}, so that other parameters of the other run take its part; "
@@ -281,20 +298,19 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
                           "calibrate makes of both"
                         : "as of different nominal robots; calibrate both from one robot file"));
   if (before.robot && after.robot && (has_curve(*before.robot) || has_curve(*after.robot)))
-    reasons.emplace_back(
-        "a model has curves over joints that no cause explains, which differ from run to run; "
-        "compare "
-        "what calibrate makes of both, or ask trace-residual --since");
+    reasons.push_back(
+        std::string("a model has curves over joints that no cause explains, which differ from run "
+                    "to run; compare what calibrate makes of both") +
+        or_ask_since(found.arms));
   std::vector<std::string> effects;
   for (const ComparedEffect& effect : found.effects)
     if (!found.parameters.empty() && effect.in != InRuns::both && !effect.effect.may_be_none())
-      effects.push_back(effect.effect.in_words() +
-                        (effect.in == InRuns::after ? " (after)" : " (before)"));
+      effects.push_back(effect.effect.in_words() + in_brackets(effect.in, found.arms));
   if (!effects.empty())
     reasons.push_back(fmt::format(
         "only one model has {}, whose part parameters of the other take; compare what calibrate "
-        "makes of both, or ask trace-residual --since",
-        some_of(effects, "; ")));
+        "makes of both{}",
+        some_of(effects, "; "), or_ask_since(found.arms)));
   return reasons;
 }
 
@@ -389,12 +405,59 @@ bool is_of_scale(const RunComparison& found) {
          });
 }
 
+std::string chance_in_words(const ArmDifference& arm) {
+  if (!arm.by_chance) return "";
+  return fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms), mm(*arm.by_chance));
+}
+
+// What differs between two arms, that which counts most at the tool first; base and tool are each
+// arm's own.
+std::string sentence_of_two_arms(const RunComparison& found, const KinematicChain& chain) {
+  const ArmDifference& arm = *found.arm;
+  const std::string program =
+      " A program of one errs by as much on the other, with $BASE and $TOOL measured there: "
+      "correct its original for the arm that runs it (compensate --robot).";
+  if (!found.untested.empty())
+    return fmt::format("The arms differ by {}; whether by more than chance is not tested: {}.",
+                       arms_in_words(arm), found.untested.front()) +
+           program;
+  if (const std::string why = found.undecided(); !why.empty())
+    return fmt::format("Whether the arms differ is undecided: {}.", why);
+  if (!found.arm_moved().value_or(false)) {
+    const std::optional<double> seen = found.smallest_seen();
+    return fmt::format("The arms differ by no more than chance: {}{}.{}", arms_in_words(arm),
+                       chance_in_words(arm),
+                       seen ? fmt::format(" A program of one may run on the other where {} RMS, "
+                                          "above which a difference would have been seen, do not "
+                                          "matter.",
+                                          mm(*seen))
+                            : "");
+  }
+  std::vector<const ComparedParameter*> moved;
+  for (const ComparedParameter& parameter : found.parameters)
+    if (parameter.of_arm && parameter.number.moved()) moved.push_back(&parameter);
+  std::ranges::stable_sort(moved, std::ranges::greater(), [](const ComparedParameter* parameter) {
+    return parameter->at_tool.value_or(0);
+  });
+  std::vector<std::string> words;
+  for (const ComparedParameter* parameter : moved)
+    words.push_back(moved_in_words(*parameter, chain));
+  for (const ComparedEffect& effect : found.effects)
+    if (effect.effect.of_arm() && std::ranges::any_of(effect.numbers, &NumberChange::moved))
+      words.push_back(moved_in_words(effect));
+  return fmt::format(
+             "The arms differ by {}{}: {}.", arms_in_words(arm), chance_in_words(arm),
+             words.empty() ? "no parameter alone does, several share it" : some_of(words, ", ")) +
+         program;
+}
+
 std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
                             const KinematicChain& chain) {
   const ArmDifference& arm = *found.arm;
   if (is_from_nominal)
     return fmt::format("The calibrated arm differs from the nominal one by {}.",
                        arms_in_words(arm));
+  if (found.arms == ComparedArms::two) return sentence_of_two_arms(found, chain);
   if (found.readings == Shared::all)
     return fmt::format("Two models of the same readings: they differ by {}.", arms_in_words(arm));
   if (!found.untested.empty())
@@ -414,10 +477,7 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
           ? ""
           : fmt::format(" {} changed: the station was set up anew, which is no change of the arm.",
                         listed(of_station));
-  const std::string by_chance =
-      arm.by_chance
-          ? fmt::format(" ({} RMS, where chance alone makes {})", mm(arm.rms), mm(*arm.by_chance))
-          : "";
+  const std::string by_chance = chance_in_words(arm);
   if (const std::string why = found.undecided(); !why.empty())
     return fmt::format("Whether the arm changed is undecided: {}.{}", why, station);
   if (of_arm.empty() && arm_as_a_whole_moved(found))
@@ -438,25 +498,29 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
                      listed(of_arm), arms_in_words(arm), by_chance, station);
 }
 
-std::string error_change(const RunErrors& before, const RunErrors& after) {
+std::string error_change(const RunErrors& before, const RunErrors& after, ComparedArms arms) {
   if (!before.after || !after.after) return "";
-  return fmt::format("Mean error {} before, {} after", mm(*before.after), mm(*after.after)) +
+  return fmt::format("Mean error {} {}, {} {}", mm(*before.after),
+                     behind_figure(InRuns::before, arms), mm(*after.after),
+                     behind_figure(InRuns::after, arms)) +
          (before.floor && after.floor ? fmt::format("; a perfect model would have {} and {}.",
                                                     mm(*before.floor), mm(*after.floor))
                                       : ".");
 }
 
-std::string sentence_of_errors(const RunErrors& before, const RunErrors& after) {
+std::string sentence_of_errors(const RunErrors& before, const RunErrors& after, ComparedArms arms) {
   std::string text;
   if (!before.verdict.empty() && !after.verdict.empty())
-    text = before.verdict == after.verdict ? fmt::format("Both loops end {}.", after.verdict)
-                                           : fmt::format("The loop ended {} before and {} after.",
-                                                         before.verdict, after.verdict);
-  const std::string change = error_change(before, after);
+    text = before.verdict == after.verdict
+               ? fmt::format("Both loops end {}.", after.verdict)
+               : fmt::format("The loop ended {} {} and {} {}.", before.verdict,
+                             behind_figure(InRuns::before, arms), after.verdict,
+                             behind_figure(InRuns::after, arms));
+  const std::string change = error_change(before, after, arms);
   return text + (text.empty() || change.empty() ? "" : " ") + change;
 }
 
-std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
+std::string sentence_of_effects(const std::vector<ComparedEffect>& effects, ComparedArms arms) {
   std::vector<std::string> added, gone, moved;
   for (const ComparedEffect& effect : effects) {
     if (effect.in == InRuns::after) added.push_back(effect.effect.in_words());
@@ -468,9 +532,10 @@ std::string sentence_of_effects(const std::vector<ComparedEffect>& effects) {
   const auto tell = [&](const char* what, const std::vector<std::string>& which) {
     if (!which.empty()) text += fmt::format(" {}: {}.", what, some_of(which, "; "));
   };
-  tell("Only before", gone);
-  tell("Only after", added);
-  tell("Changed by more than chance", moved);
+  const bool is_one = arms == ComparedArms::one;
+  tell(is_one ? "Only before" : "Only the first arm", gone);
+  tell(is_one ? "Only after" : "Only the second arm", added);
+  tell(is_one ? "Changed by more than chance" : "Different by more than chance", moved);
   return text;
 }
 
@@ -536,13 +601,16 @@ Shared shared_readings(const ComparedRun& before, const ComparedRun& after) {
   return shared_files(before.readings, after.readings);
 }
 
-std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after) {
+std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after,
+                                       ComparedArms arms) {
   std::vector<std::string> notes;
   if (has_nominal(before, after))
     return {
         fmt::format("{} states no standard deviations: its values are nominal ones, and what "
                     "differs is what the calibration found.",
                     is_calibrated(*before.robot) ? "The later file" : "The earlier file")};
+  if (arms == ComparedArms::two)
+    notes.push_back(fmt::format("First arm: {}; second: {}.", before.name, after.name));
   switch (shared_readings(before, after)) {
     case Shared::all:
       notes.emplace_back("Both runs are of the same readings: two models of one campaign.");
@@ -551,8 +619,9 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
       notes.emplace_back("Some readings are in both runs.");
       break;
     case Shared::none:
-      notes.emplace_back(
-          "The runs are of different readings, so that changes have standard deviations.");
+      notes.push_back(
+          fmt::format("The runs are of different readings, so that {} have standard deviations.",
+                      arms == ComparedArms::one ? "changes" : "differences"));
       break;
     case Shared::unknown:
       notes.emplace_back(
@@ -577,8 +646,9 @@ std::vector<std::string> notes_of_runs(const ComparedRun& before, const Compared
         fmt::format("The robots are called {} and {}.", before.robot->name, after.robot->name));
   if (before.spread && after.spread)
     notes.push_back(
-        fmt::format("The calibrations leave residuals of {} before and {} after, per axis (RMS).",
-                    mm(before.spread->position), mm(after.spread->position)));
+        fmt::format("The calibrations leave residuals of {} {} and {} {}, per axis (RMS).",
+                    mm(before.spread->position), behind_figure(InRuns::before, arms),
+                    mm(after.spread->position), behind_figure(InRuns::after, arms)));
   return notes;
 }
 
@@ -598,18 +668,21 @@ std::string RunComparison::undecided() const {
   if (!untested.empty() || !arm) return "";
   if (is_of_scale(*this))
     return fmt::format(
-        "all lengths of the arm differ by one ratio, {:.3g} um in each metre: the instrument has "
-        "another scale, or the arm another temperature; measure a length that is known, or give "
-        "the instrument's scale before calibrating",
-        arm->scale->ratio / 1e-6);
+        "all lengths of the {} differ by one ratio, {:.3g} um in each metre: {}; measure a length "
+        "that is known, or give the instrument's scale before calibrating",
+        arms == ComparedArms::one ? "arm" : "arms", arm->scale->ratio / 1e-6,
+        arms == ComparedArms::one
+            ? "the instrument has another scale, or the arm another temperature"
+            : "the instruments have different scales, or the arms different temperatures");
   if (by_readings || !arm->is_undecided() || number_of_arm_moved(*this)) return "";
   return fmt::format(
       "the arms differ by {} RMS, more than the noise of the readings makes; the models lack "
-      "something, and only a change above {} would stand out from that. Put the files of readings "
-      "where they stood when both were calibrated, ask trace-residual --since, or compare models "
-      "of "
-      "close-loop that lack less",
-      mm(arm->rms), mm(arm->smallest_seen.value()));
+      "something, and only a {} above {} would stand out from that. Put the files of "
+      "readings where they stood when both were calibrated{}, or compare models of close-loop that "
+      "lack less",
+      mm(arm->rms), arms == ComparedArms::one ? "change" : "difference",
+      mm(arm->smallest_seen.value()),
+      arms == ComparedArms::one ? ", ask trace-residual --since" : "");
 }
 
 std::string why_not_comparable(const Robot& before, const std::string& name_before,
@@ -648,9 +721,20 @@ std::string why_not_comparable(const Robot& before, const std::string& name_befo
   return "";
 }
 
+std::array<int, 2> moved_of_tested(const RunComparison& found) {
+  std::array<int, 2> count{0, 0};
+  for (const ComparedParameter& parameter : found.parameters) {
+    if (!parameter.of_arm || !parameter.number.p_value) continue;
+    count[0] += parameter.number.moved() ? 1 : 0;
+    ++count[1];
+  }
+  return count;
+}
+
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
-                           const std::vector<JointVector>& poses) {
+                           const std::vector<JointVector>& poses, ComparedArms arms) {
   RunComparison found;
+  found.arms = arms;
   found.readings = shared_readings(before, after);
   if (before.errors && after.errors) found.errors = {*before.errors, *after.errors};
   const bool has_robots = before.robot && after.robot;
@@ -663,9 +747,10 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
   found.untested = why_untested(before, after, found);
   if (found.untested.empty()) test_numbers(before, after, found);
   if (!has_robots) {
-    found.sentence = found.errors ? sentence_of_errors(before.errors.value(), after.errors.value())
-                                  : std::string();
-    found.sentence += sentence_of_effects(found.effects);
+    found.sentence = found.errors
+                         ? sentence_of_errors(before.errors.value(), after.errors.value(), arms)
+                         : std::string();
+    found.sentence += sentence_of_effects(found.effects, arms);
     return found;
   }
   const std::vector<JointVector> at =
@@ -689,7 +774,7 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
       parameter.left_beside = mean_arm_difference(changed, *after.robot, at);
     }
   found.sentence = sentence_of_arm(found, has_nominal(before, after), after.robot->chain);
-  if (found.errors) found.sentence += " " + sentence_of_errors(*before.errors, *after.errors);
+  if (found.errors) found.sentence += " " + sentence_of_errors(*before.errors, *after.errors, arms);
   return found;
 }
 

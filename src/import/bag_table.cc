@@ -145,9 +145,9 @@ class BagTable {
   PlainTable table() {
     if (topic_.type == kTransforms && selection_.body.empty() && children_.size() > 1)
       throw InputError(
-          fmt::format("{}: '{}' holds transforms to {}; say which frame is measured: "
-                      "--body {}",
-                      file_, topic_.name, list(children_), *children_.begin()));
+          fmt::format("{}: '{}' holds transforms to {}; name the frame that is on the robot: "
+                      "--body NAME",
+                      file_, topic_.name, list(children_)));
     if (readings_.empty())
       throw InputError(
           children_.empty()

@@ -83,9 +83,10 @@ void keep_body(PlainTable& table, const ImportNames& names, const std::string& c
   const std::vector<std::string> bodies = bodies_in(table, names);
   if (chosen.empty() && bodies.size() < 2) return;
   if (chosen.empty())
-    table.fail_header(fmt::format(
-        "poses of several bodies stand in a row, {}; say which is on the robot: --body '{}'",
-        fmt::join(bodies, ", "), bodies.front()));
+    table.fail_header(
+        fmt::format("poses of several bodies stand in a row, {}; name the one that is on the "
+                    "robot: --body NAME",
+                    fmt::join(bodies, ", ")));
   if (std::ranges::find(bodies, chosen) == bodies.end())
     table.fail_header(fmt::format(
         "has no body '{}' of --body with a point and an orientation; {}", chosen,

@@ -31,9 +31,9 @@ std::string chosen_body(const PlainTable& table, const std::string& stated,
   const std::vector<std::string>& names = rigid.empty() ? all : rigid;
   if (names.empty()) table.fail_header("has no body and no marker with positions; export them");
   table.fail_header(
-      fmt::format("has several bodies or markers, {}; say which is on the robot: "
-                  "--body '{}'",
-                  fmt::join(names, ", "), names.front()));
+      fmt::format("has several bodies or markers, {}; name the one that is on the robot: "
+                  "--body NAME",
+                  fmt::join(names, ", ")));
 }
 
 void add_name(std::vector<std::string>& names, const std::string& name) {

@@ -25,8 +25,15 @@ std::string text(double value, const char* unit) {
 
 std::string degrees(double angle) { return text(angle / kDegree, "deg"); }
 
+// What states the branch of the first sample, for messages.
+std::string branch_by(const JointPathOptions& options, const std::string& columns) {
+  return "start on another branch (" +
+         (options.start_option.empty() ? "the columns " + columns : options.start_option) + ")";
+}
+
 Eigen::Matrix3d orientation_at(const Path& path, const ChainEvaluator& chain,
-                               const JointPathOptions& options, Eigen::Index i) {
+                               const JointPathOptions& options, Eigen::Index i,
+                               const std::string& columns) {
   if (path.has_orientation())
     return rotation_from_abc(path.orientation(0, i), path.orientation(1, i),
                              path.orientation(2, i));
@@ -34,9 +41,12 @@ Eigen::Matrix3d orientation_at(const Path& path, const ChainEvaluator& chain,
   if (path.has_joints()) return chain.pose(path.q.col(i)).rotation;
   if (options.start) return chain.pose(*options.start).rotation;
   throw UnreachableSample(
-      i,
-      "states neither an orientation (a_deg, b_deg, c_deg) nor joint angles; give the "
-      "orientation, or joint angles near the start");
+      i, "states neither an orientation (a_deg, b_deg, c_deg) nor joint angles (" + columns +
+             "); add these or those columns to the path" +
+             (options.start_option.empty()
+                  ? ""
+                  : ", or give " + options.orientation_option + ", or " + options.start_option +
+                        " with joint angles near its first sample"));
 }
 
 void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Index i,
@@ -50,7 +60,8 @@ void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Inde
                columns + " out");
 }
 
-void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Index i) {
+void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Index i,
+                  const std::string& branch) {
   const std::optional<BeyondTravel> beyond = beyond_travel(chain, q);
   if (!beyond) return;
   const Link& link = chain.links[beyond->link];
@@ -59,8 +70,7 @@ void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Inde
   };
   throw UnreachableSample(i, "joint " + link.name + " would stand at " + shown(beyond->value) +
                                  ", outside its travel of " + shown(link.min) + " to " +
-                                 shown(link.max) +
-                                 "; move the part, turn the tool or start on another branch");
+                                 shown(link.max) + "; move the part, turn the tool or " + branch);
 }
 
 JointVector first_angles(const Path& path, const KinematicChain& chain, const Pose& wanted,
@@ -81,11 +91,11 @@ JointVector first_angles(const Path& path, const KinematicChain& chain, const Po
 JointMatrix joint_path(const Path& programmed, const KinematicChain& chain,
                        const JointPathOptions& options) {
   const ChainEvaluator evaluator(chain);
-  const std::string columns = encoder_columns(chain);
+  const std::string columns = encoder_columns(chain), branch = branch_by(options, columns);
   JointMatrix angles(joint_count(chain), programmed.samples());
   for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
     if (programmed.has_joints()) check_own_angles(programmed, evaluator, i, columns);
-    const Pose wanted{orientation_at(programmed, evaluator, options, i),
+    const Pose wanted{orientation_at(programmed, evaluator, options, i, columns),
                       programmed.position.col(i)};
     const JointVector start =
         i > 0 ? JointVector(angles.col(i - 1)) : first_angles(programmed, chain, wanted, options);
@@ -96,9 +106,8 @@ JointMatrix joint_path(const Path& programmed, const KinematicChain& chain,
                               "comes is " +
                                   text(found.position_error / kMillimetre, "mm") + " and " +
                                   degrees(found.orientation_error) +
-                                  " away; move the part, turn the tool or start on another "
-                                  "branch");
-    check_travel(chain, found.q, i);
+                                  " away; move the part, turn the tool or " + branch);
+    check_travel(chain, found.q, i, branch);
     angles.col(i) = found.q;
   }
   return angles;

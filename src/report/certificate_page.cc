@@ -9,7 +9,14 @@ namespace {
 
 std::string mm_text(double value) { return rounded(value / kMillimetre); }
 
-std::string mm_text(const std::optional<double>& value) { return value ? mm_text(*value) : ""; }
+// With the decimals of its uncertainty [m], or of that of another figure of the same readings.
+std::string mm_as_known(double value, double expanded) {
+  return as_known(value / kMillimetre, expanded / kMillimetre);
+}
+
+std::string mm_as_known(const std::optional<double>& value, double expanded) {
+  return value ? mm_as_known(*value, expanded) : "";
+}
 
 std::string poses_line(const Certificate& certificate) {
   const About& about = certificate.about;
@@ -24,6 +31,19 @@ Tone tone_of_decision(const Certificate& certificate) {
   return *certificate.decision == Decision::fail ? Tone::bad : Tone::attention;
 }
 
+// Whether the law of a decision holds for the figures with so many decimals.
+bool law_holds(const Certificate& certificate, int decimals) {
+  const auto shown = [&](double value) {
+    return read_number(fixed_text(value / kMillimetre, decimals)).value();
+  };
+  constexpr double kRounding = 1e-9;  // mm: of a sum of decimals
+  const double ap = shown(certificate.all.ap.value), expanded = shown(certificate.budget.expanded),
+               tolerance = *certificate.tolerance / kMillimetre + kRounding;
+  if (*certificate.decision == Decision::pass) return ap + expanded <= tolerance;
+  const bool fails = ap - expanded > tolerance;
+  return *certificate.decision == Decision::fail ? fails : !fails && ap + expanded > tolerance;
+}
+
 void add_decision(Page& page, const Certificate& certificate) {
   if (!certificate.decision) {
     page.add(paragraph("No tolerance was stated: no decision."));
@@ -32,40 +52,50 @@ void add_decision(Page& page, const Certificate& certificate) {
   const char* law = "AP &minus; U &le; tolerance &lt; AP + U";
   if (*certificate.decision == Decision::pass) law = "AP + U &le; tolerance";
   if (*certificate.decision == Decision::fail) law = "AP &minus; U &gt; tolerance";
+  const int decimals = decimals_shown(certificate);
   page.verdict(tone_of_decision(certificate), decision_name(*certificate.decision),
                "Tolerance of AP " + mm_text(*certificate.tolerance) + " mm, AP " +
-                   mm_text(certificate.all.ap.value) + " mm, U " +
-                   mm_text(certificate.budget.expanded) + " mm; " + law + " (ISO 14253-1).");
+                   fixed_text(certificate.all.ap.value / kMillimetre, decimals) + " mm, U " +
+                   fixed_text(certificate.budget.expanded / kMillimetre, decimals) + " mm; " + law +
+                   " (ISO 14253-1).");
 }
 
 std::string figures_table(const std::string& what, const SetFigures& set, double expanded) {
   std::string html = "<h2>" + what + ": " + std::to_string(set.poses) + ", each visited " +
                      std::to_string(set.fewest_visits) + " times or more</h2>\n";
   std::vector<TableRow> rows;
-  const auto row = [&](const char* name, const Largest& largest, double unit,
-                       const std::string& uncertainty) {
-    rows.push_back({name, rounded(largest.value / unit), uncertainty, escaped(largest.pose)});
+  const auto add_length = [&](const char* name, const std::optional<Largest>& largest,
+                              const std::optional<double>& own, double decimals_of) {
+    if (largest)
+      rows.push_back({name, mm_as_known(largest->value, decimals_of), mm_as_known(own, decimals_of),
+                      escaped(largest->pose)});
   };
-  const auto add = [&](const char* name, const std::optional<Largest>& largest, double unit) {
-    if (largest) row(name, *largest, unit, "");
+  const auto add_angle = [&](const char* name, const std::optional<Largest>& largest) {
+    if (largest)
+      rows.push_back({name, rounded(largest->value / kMilliradian), "", escaped(largest->pose)});
   };
-  row("pose accuracy AP, mm", set.ap, kMillimetre, mm_text(expanded));
-  row("pose repeatability RP, mm", set.rp, kMillimetre, mm_text(set.rp_expanded()));
-  add("AP of an angle, mrad", set.ap_turn, kMilliradian);
-  add("RP of an angle, &plusmn; mrad", set.rp_turn, kMilliradian);
-  add("multi-directional variation vAP, mm", set.vap, kMillimetre);
-  add("vAP of an angle, mrad", set.vap_turn, kMilliradian);
-  add("drift of AP, mm", set.drift_ap, kMillimetre);
-  add("drift of RP, mm", set.drift_rp, kMillimetre);
-  add("drift of AP of an angle, mrad", set.drift_ap_turn, kMilliradian);
-  add("drift of RP of an angle, mrad", set.drift_rp_turn, kMilliradian);
+  const std::optional<double> of_rp = set.rp_expanded();
+  add_length("pose accuracy AP, mm", set.ap, expanded, expanded);
+  add_length("pose repeatability RP, mm", set.rp, of_rp, of_rp.value_or(expanded));
+  add_angle("AP of an angle, mrad", set.ap_turn);
+  add_angle("RP of an angle, &plusmn; mrad", set.rp_turn);
+  add_length("multi-directional variation vAP, mm", set.vap, {}, expanded);
+  add_angle("vAP of an angle, mrad", set.vap_turn);
+  add_length("drift of AP, mm", set.drift_ap, {}, expanded);
+  add_length("drift of RP, mm", set.drift_rp, {}, expanded);
+  add_angle("drift of AP of an angle, mrad", set.drift_ap_turn);
+  add_angle("drift of RP of an angle, mrad", set.drift_rp_turn);
   return html + table({"largest", "value", "U", "pose"}, rows);
 }
 
 std::string path_table(const PathFigures& path, const Budget& budget) {
-  std::vector<TableRow> rows{{"path accuracy AT, mm", mm_text(path.at), mm_text(budget.expanded)}};
+  std::vector<TableRow> rows{{"path accuracy AT, mm", mm_as_known(path.at, budget.expanded),
+                              mm_as_known(budget.expanded, budget.expanded)}};
+  const std::optional<double> of_rt = path.rt_expanded();
   if (path.rt)
-    rows.push_back({"path repeatability RT, mm", mm_text(*path.rt), mm_text(path.rt_expanded())});
+    rows.push_back({"path repeatability RT, mm",
+                    mm_as_known(*path.rt, of_rt.value_or(budget.expanded)),
+                    mm_as_known(of_rt, of_rt.value_or(0))});
   return "<h2>Path, recorded " + std::to_string(path.passes) + " times</h2>\n" +
          table({"largest of " + std::to_string(path.planes) + " planes", "value", "U"}, rows);
 }
@@ -75,18 +105,19 @@ std::string budget_table(const std::string& figure, const Budget& budget) {
   for (const BudgetRow& row : budget.rows)
     rows.push_back({row.source, row.distribution, mm_text(row.standard), "1"});
   rows.push_back({"combined", "", mm_text(budget.combined), ""});
-  rows.push_back({"expanded U, k = " + rounded(budget.k), "", mm_text(budget.expanded), ""});
+  rows.push_back({"expanded U, k = " + rounded(budget.k), "",
+                  mm_as_known(budget.expanded, budget.expanded), ""});
   return "<h2>Uncertainty of " + figure + " (GUM)</h2>\n" +
          table({"source", "distribution", "standard uncertainty, mm", "sensitivity"}, rows);
 }
 
-std::string poses_table(const std::vector<PoseFigures>& poses) {
+std::string poses_table(const std::vector<PoseFigures>& poses, double expanded) {
   std::vector<TableRow> rows;
+  const auto mm = [&](const std::optional<double>& value) { return mm_as_known(value, expanded); };
   for (const PoseFigures& figures : poses)
-    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), mm_text(figures.ap),
-                    mm_text(figures.ap_axes.x()), mm_text(figures.ap_axes.y()),
-                    mm_text(figures.ap_axes.z()), mm_text(figures.rp), mm_text(figures.vap),
-                    mm_text(figures.drift_ap), mm_text(figures.drift_rp)});
+    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), mm(figures.ap),
+                    mm(figures.ap_axes.x()), mm(figures.ap_axes.y()), mm(figures.ap_axes.z()),
+                    mm(figures.rp), mm(figures.vap), mm(figures.drift_ap), mm(figures.drift_rp)});
   return "<h2>Poses, mm</h2>\n" +
          table({"pose", "visits", "AP", "AP<sub>x</sub>", "AP<sub>y</sub>", "AP<sub>z</sub>", "RP",
                 "vAP", "drift of AP", "drift of RP"},
@@ -96,10 +127,14 @@ std::string poses_table(const std::vector<PoseFigures>& poses) {
 std::string comparison_table(const Comparison& comparison) {
   std::vector<TableRow> rows;
   const auto add = [&](const std::vector<CertifiedChange>& differences, const std::string& prefix) {
-    for (const CertifiedChange& difference : differences)
-      rows.push_back({prefix + escaped(difference.name), mm_text(difference.before),
-                      mm_text(difference.now), mm_text(difference.difference),
-                      mm_text(difference.expanded), difference.significant ? "yes" : "no"});
+    for (const CertifiedChange& difference : differences) {
+      const auto mm = [&](const std::optional<double>& value) {
+        return mm_as_known(value, difference.expanded.value_or(0));
+      };
+      rows.push_back({prefix + escaped(difference.name), mm(difference.before), mm(difference.now),
+                      mm(difference.difference), mm(difference.expanded),
+                      difference.significant ? "yes" : "no"});
+    }
   };
   add(comparison.figures, "");
   add(comparison.poses, "ap of ");
@@ -118,6 +153,15 @@ std::string notes_list(const std::vector<std::string>& notes) {
 
 }  // namespace
 
+int decimals_shown(const Certificate& certificate) {
+  constexpr int kMore = 3;
+  const double expanded = certificate.budget.expanded / kMillimetre;
+  const int decimals = expanded > 0 ? decimals_of_uncertainty(expanded) : kMore;
+  for (int more = 0; certificate.decision && more <= kMore; ++more)
+    if (law_holds(certificate, decimals + more)) return decimals + more;
+  return decimals;  // without a decision, or undecided for another reason, which the notes say
+}
+
 std::string certificate_page(const Certificate& certificate,
                              const std::optional<Comparison>& comparison, const PageHead& head) {
   const double expanded = certificate.budget.expanded;
@@ -133,7 +177,7 @@ std::string certificate_page(const Certificate& certificate,
   page.add(budget_table("AP", certificate.budget));
   if (certificate.path_budget) page.add(budget_table("AT", *certificate.path_budget));
   if (comparison) page.add(comparison_table(*comparison));
-  page.add(notes_list(certificate.notes) + poses_table(certificate.poses));
+  page.add(notes_list(certificate.notes) + poses_table(certificate.poses, expanded));
   page.section("Files");
   page.add(page.inputs());
   page.add("<table class=\"sign\"><tr><td>Place, date</td><td>Signature</td></tr></table>\n");

@@ -8,25 +8,22 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "report/comparison_words.h"
 #include "report/page.h"
 
 namespace armtrue {
 namespace {
 
-const char* word_of(InRuns in) {
-  return in == InRuns::both ? "both" : in == InRuns::before ? "only before" : "only after";
-}
-
-std::string moved_cell(const NumberChange& number) {
-  return !number.p_value ? "-" : number.moved() ? "moved" : "by chance";
+std::string moved_cell(const NumberChange& number, const ComparisonWords& words) {
+  return !number.p_value ? "-" : number.moved() ? words.moved : "by chance";
 }
 
 // Changes of one unit with their 95 % intervals, those farthest from zero first.
-Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool of_arm,
-                        const std::string& unit_in_files) {
+Drawing changes_picture(const RunComparison& found, bool of_arm, const std::string& unit_in_files) {
+  const ComparisonWords side = words_of(found.arms);
   constexpr size_t kShown = 5;  // more names have no room beside each other
   std::vector<const ComparedParameter*> shown;
-  for (const ComparedParameter& parameter : parameters)
+  for (const ComparedParameter& parameter : found.parameters)
     if (parameter.of_arm == of_arm && parameter.unit.name == unit_in_files &&
         parameter.in == InRuns::both && parameter.number.change)
       shown.push_back(&parameter);
@@ -53,11 +50,13 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
   const std::string of = of_arm ? "arm" : "station";
   auto picture = std::make_shared<Picture>(
       of + (is_length ? "-lengths" : "-angles"),
-      fmt::format("Change of the {}: {}", of, is_length ? "lengths" : "angles"),
-      fmt::format("After minus before with the 95 % interval; {} of {}, the clearest first.",
-                  shown.size(), all),
+      found.arms == ComparedArms::two
+          ? fmt::format("Difference of the arms: {}", is_length ? "lengths" : "angles")
+          : fmt::format("Change of the {}: {}", of, is_length ? "lengths" : "angles"),
+      fmt::format("{} minus {}, with the 95 % interval; {} of {}, the clearest first.", side.after,
+                  side.before, shown.size(), all),
       Axis{0, static_cast<double>(shown.size()), 1, ""});
-  Panel& panel = picture->panel(round_axis(low, high, "change, " + unit), 200);
+  Panel& panel = picture->panel(round_axis(low, high, std::string(side.change) + ", " + unit), 200);
   panel.rule_y(0, Look::mark, "");
   std::vector<std::pair<double, std::string>> words;
   for (int k = 0; k < std::ssize(shown); ++k) {
@@ -67,7 +66,7 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
     words.emplace_back(place, shown[k]->name);
     panel.range(place, from / si, *number.change / si, to / si,
                 number.moved() ? Look::after : Look::nominal,
-                number.moved()   ? "moved"
+                number.moved()   ? side.moved
                 : number.p_value ? "not beyond chance"
                                  : "not tested",
                 fmt::format("{}: {:.3g} {}, from {:.3g} to {:.3g}", shown[k]->name,
@@ -77,7 +76,8 @@ Drawing changes_picture(const std::vector<ComparedParameter>& parameters, bool o
   return picture;
 }
 
-std::string parameters_table(const Page& page, const std::vector<ComparedParameter>& parameters) {
+std::string parameters_table(const Page& page, const std::vector<ComparedParameter>& parameters,
+                             const ComparisonWords& words) {
   std::vector<TableRow> rows;
   for (size_t k = 0; k < parameters.size(); ++k) {
     const ComparedParameter& parameter = parameters[k];
@@ -86,12 +86,12 @@ std::string parameters_table(const Page& page, const std::vector<ComparedParamet
     const std::string ending = parameter.unit.name == "1" ? "" : "_" + parameter.unit.name;
     const std::string key = fmt::format("parameters/{}/", k);
     rows.push_back(
-        {escaped(parameter.name), parameter.of_arm ? "arm" : "station", word_of(parameter.in),
+        {escaped(parameter.name), parameter.of_arm ? "arm" : "station", words.of(parameter.in),
          parameter.unit.name, keyed_value(number.before, si, key + "before" + ending),
          keyed_value(number.after, si, key + "after" + ending), page.value(key + "change" + ending),
-         page.value(key + "std" + ending), moved_cell(number)});
+         page.value(key + "std" + ending), moved_cell(number, words)});
   }
-  return table({"parameter", "of", "identified in", "unit", "before", "after", "change",
+  return table({"parameter", "of", "identified in", "unit", words.before, words.after, words.change,
                 "standard deviation", "judgement"},
                rows);
 }
@@ -99,6 +99,7 @@ std::string parameters_table(const Page& page, const std::vector<ComparedParamet
 void add_effects(Page& page, const RunComparison& found) {
   if (found.effects.empty()) return;
   page.section("Effects");
+  const ComparisonWords words = words_of(found.arms);
   std::vector<TableRow> rows;
   for (size_t k = 0; k < found.effects.size(); ++k) {
     const ComparedEffect& effect = found.effects[k];
@@ -110,18 +111,18 @@ void add_effects(Page& page, const RunComparison& found) {
         return of ? keyed(fmt::format("{:.4g}", *of), key + which) : std::string("-");
       };
       rows.push_back({escaped(effect.effect.in_words() + ": " + coefficient.name),
-                      word_of(effect.in), escaped(coefficient.unit), value(number.before, "before"),
-                      value(number.after, "after"), page.value(key + "change"),
-                      page.value(key + "std"),
-                      effect.same_inner ? moved_cell(number) : "other shape"});
+                      words.of(effect.in), escaped(coefficient.unit),
+                      value(number.before, "before"), value(number.after, "after"),
+                      page.value(key + "change"), page.value(key + "std"),
+                      effect.same_inner ? moved_cell(number, words) : "other shape"});
     }
   }
-  page.add(table({"effect", "found in", "unit", "before", "after", "change", "standard deviation",
-                  "judgement"},
+  page.add(table({"effect", "found in", "unit", words.before, words.after, words.change,
+                  "standard deviation", "judgement"},
                  rows));
 }
 
-Drawing curve_picture(const RemainderCurve& curve, size_t number) {
+Drawing curve_picture(const RemainderCurve& curve, size_t number, const ComparisonWords& words) {
   Points before, after;
   double low = 0, high = 0;
   for (size_t k = 0; k < curve.q.size(); ++k) {
@@ -134,12 +135,12 @@ Drawing curve_picture(const RemainderCurve& curve, size_t number) {
   auto picture = std::make_shared<Picture>(
       fmt::format("remainder-{}", number + 1),
       fmt::format("{} over joint {}", curve.parameter, curve.joint + 1),
-      "Effects without a name, added up, before and after.",
+      fmt::format("Effects without a name, added up: {} and {}.", words.before, words.after),
       exact_axis(before.front().x(), before.back().x(),
                  curve.name.is_length ? "travel, mm" : "joint angle, deg"));
   Panel& panel = picture->panel(round_axis(low, high, curve.unit.name, 4), 110);
-  panel.line(before, Look::before, "before");
-  panel.line(after, Look::after, "after");
+  panel.line(before, Look::before, words.before);
+  panel.line(after, Look::after, words.after);
   return picture;
 }
 
@@ -159,28 +160,35 @@ std::vector<size_t> by_change(const std::vector<RemainderCurve>& curves) {
 void add_errors(Page& page, const RunComparison& found) {
   if (!found.errors) return;
   page.section("Error and verdict");
+  const bool is_one = found.arms == ComparedArms::one;
+  const ComparisonWords words = words_of(found.arms);
   std::vector<TableRow> rows;
-  for (const std::string run : {"before", "after"}) {
-    const std::string key = "errors/" + run + "/";
-    rows.push_back({run, page.value(key + "verdict"), page.value(key + "before_mm"),
+  for (const auto& [run, word] :
+       {std::pair("before", words.before), std::pair("after", words.after)}) {
+    const std::string key = std::string("errors/") + run + "/";
+    rows.push_back({word, page.value(key + "verdict"), page.value(key + "before_mm"),
                     page.value(key + "after_mm"), page.value(key + "floor_mm")});
   }
   page.add(table({"run", "verdict", "error before, mm", "error after, mm", "floor, mm"}, rows));
   if (!(*found.errors)[0].sentence.empty())
-    page.add(paragraph("Before: " + page.value("errors/before/sentence")));
+    page.add(
+        paragraph((is_one ? "Before: " : "First arm: ") + page.value("errors/before/sentence")));
   if (!(*found.errors)[1].sentence.empty())
-    page.add(paragraph("After: " + page.value("errors/after/sentence")));
+    page.add(
+        paragraph((is_one ? "After: " : "Second arm: ") + page.value("errors/after/sentence")));
 }
 
 }  // namespace
 
 Report comparison_page(const RunComparison& found, const std::string& robot, const PageHead& head) {
   const std::optional<bool> moved = found.arm_moved();
-  Page page(head, robot, "Two runs compared");
+  const ComparisonWords words = words_of(found.arms);
+  const bool is_one = found.arms == ComparedArms::one;
+  Page page(head, robot, words.title);
   page.verdict(!moved || *moved ? Tone::attention : Tone::good,
                !found.undecided().empty() ? "undecided"
                : !moved                   ? "not tested"
-               : *moved                   ? "the arm moved"
+               : *moved                   ? is_one ? "the arm moved" : "the arms differ"
                                           : "nothing beyond chance",
                page.value("sentence"));
   if (found.arm) {
@@ -198,14 +206,14 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
     items.push_back("Not tested: " + untested + ".");
   page.list(items);
   if (!found.parameters.empty()) {
-    page.section("Changes of the parameters");
+    page.section(is_one ? "Changes of the parameters" : "Differences of the parameters");
     std::vector<Drawing> pictures;
     for (const bool of_arm : {true, false})
       for (const char* unit : {"deg", "mm"})
-        pictures.push_back(changes_picture(found.parameters, of_arm, unit));
+        if (of_arm || is_one) pictures.push_back(changes_picture(found, of_arm, unit));
     page.pictures(pictures);
     page.add(folded(fmt::format("{} parameters", found.parameters.size()),
-                    parameters_table(page, found.parameters)));
+                    parameters_table(page, found.parameters, words)));
   }
   add_effects(page, found);
   if (!found.remainder.empty()) {
@@ -214,7 +222,7 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
     std::vector<TableRow> rows;
     for (const size_t k : by_change(found.remainder)) {
       const RemainderCurve& curve = found.remainder[k];
-      if (pictures.size() < kCurvesShown) pictures.push_back(curve_picture(curve, k));
+      if (pictures.size() < kCurvesShown) pictures.push_back(curve_picture(curve, k, words));
       const auto cell = [&](const char* which) {
         return page.value(fmt::format("remainder/{}/rms_{}_{}", k, which, curve.unit.name));
       };
@@ -224,7 +232,8 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
     page.pictures(pictures);
     page.add(folded(
         fmt::format("{} curves", rows.size()),
-        table({"parameter", "over joint", "unit", "RMS before", "RMS after", "RMS of the change"},
+        table({"parameter", "over joint", "unit", std::string("RMS, ") + words.before,
+               std::string("RMS, ") + words.after, std::string("RMS of the ") + words.change},
               rows)));
   }
   add_errors(page, found);

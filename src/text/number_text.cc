@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -49,6 +50,23 @@ NumberText decimal_text(double value, int decimals) {
   double scale = 1;
   for (int k = 0; k < decimals; ++k) scale *= 10;
   return number_text(std::round(value * scale) / scale);
+}
+
+int decimals_of_uncertainty(double uncertainty) {
+  const std::string text = fmt::format("{:.1e}", uncertainty);
+  const int power = read_whole_number(text.substr(text.find('e') + 1)).value();
+  return std::max(0, 1 - power);
+}
+
+NumberText fixed_text(double value, int decimals) {
+  require_finite(value);
+  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const bool is_zero = text.find_first_not_of("-0.") == text.npos;
+  return NumberText(is_zero && text.front() == '-' ? text.substr(1) : text);
+}
+
+NumberText as_known(double value, double uncertainty) {
+  return uncertainty > 0 ? fixed_text(value, decimals_of_uncertainty(uncertainty)) : rounded(value);
 }
 
 NumberText number_text(double si, double unit) {

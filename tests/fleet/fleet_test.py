@@ -162,7 +162,7 @@ class Twenty(unittest.TestCase):
         self.assertAlmostEqual(joint[0]["change_deg"], 0.02, delta=0.004)
         self.assertEqual([move["parameter"] for move in json.loads(rows[HIT_TOOL, NIGHTS[2], "check"]["moved"])], ["tool"])
         self.assertEqual(rows[WRONG, NIGHTS[2], "check"]["same_as"], f"arm-02, {NIGHTS[2]}")
-        self.assertIn(f"{HIT_JOINT}: Moved since {NIGHTS[1]}: A2.theta +0.0", self.done.stdout)
+        self.assertIn(f"{HIT_JOINT}: Moved between {NIGHTS[0]} and {NIGHTS[1]}: A2.theta +0.0", self.done.stdout)
         self.assertEqual(len(self.done.stdout.splitlines()), 4)
 
     def test_rows_say_how_good_an_arm_is(self):
@@ -191,7 +191,7 @@ class Twenty(unittest.TestCase):
         self.assertEqual(page.arms[2:4], [WRONG, WARM])
         self.assertEqual(page.fetched, [])
         self.assertNotRegex(text.replace("http-equiv", ""), r"url\(|@import|https?:")
-        self.assertIn(f"last good {NIGHTS[0]}", page.words)
+        self.assertIn(f"last good {NIGHTS[1]}", page.words)
         self.assertIn(f"the same readings as arm-02, {NIGHTS[2]}", page.words)
         self.assertRegex(text, r"<text[^>]*>\d\.\d{3} mm</text>")  # no length without its unit
 
@@ -366,8 +366,8 @@ class OneArm(unittest.TestCase):
         write_readings(self.home / "check-2026-11-25.csv", lambda share: loose[round(23 * share) % 12], 12, "x")
         done = fleet(self.folder, "run", "--only-catalogue")
         self.assertEqual((done.returncode, done.stderr), (3, ""))
-        self.assertEqual(done.stdout, "arm-01: Changed since 2026-11-25, but no single parameter explains it: another arm, or an "
-                                      "axis that does not repeat?\n")
+        self.assertEqual(done.stdout, "arm-01: Changed between 2026-11-01 and 2026-11-25, but no single parameter explains it: "
+                                      "another arm, or an axis that does not repeat?\n")
 
     def test_missing_commands_are_one_error_and_no_result(self):
         places = {"PATH": "/usr/bin:/bin", "ARMTRUE_BIN": str(self.folder)}

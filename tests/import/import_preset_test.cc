@@ -185,7 +185,7 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
       "Segments\n200\n,,Tool,,,,,,Cart,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ,RX,RY,RZ,TX,TY,TZ\n"
       ",,deg,deg,deg,mm,mm,mm,deg,deg,deg,mm,mm,mm\n"
       "1,0,0,0,90,1,2,3,0,0,0,9,9,9\n2,0,0,0,0,4,5,6,0,0,0,9,9,9\n";
-  EXPECT_THAT(error_of(segments, kTwoJointRows, options), HasSubstr("--body 'Tool'"));
+  EXPECT_THAT(error_of(segments, kTwoJointRows, options), HasSubstr("--body NAME"));
   options.body = "Tool";
   EXPECT_THAT(error_of(segments, kTwoJointRows, options), HasSubstr("--angles rotvec"));
   options.angles = "rotvec";
@@ -256,7 +256,7 @@ TEST(ImportPreset, RigidBodiesOfQualisysHaveTheirMatrixColumnByColumn) {
           "3\t0.02000\t-198.5\t1.5\t0.25\t0\t0\t0\t1\t0\t0\t-1\t1\t0\t0\t0\t-1\t0" +
           zeros + "\n");
   const std::string joints = kTwoJointRows + "30,0,0,0,0,0\n";
-  EXPECT_THAT(error_of(table, joints, options), HasSubstr("--body 'PSVH'"));
+  EXPECT_THAT(error_of(table, joints, options), HasSubstr("--body NAME"));
   options.body = "PSVH";
   const Campaign campaign = import_two(table, joints, options).campaign;
   ASSERT_EQ(campaign.rows(), 2);  // in the second frame the body is hidden

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue::number_text_test {
 namespace {
@@ -24,6 +25,17 @@ TEST(NumberText, WholeNumbersAreThoseOfAnInt) {
   EXPECT_EQ(read_whole_number("-2147483647"), -2147483647);
   for (const char* text : {"", "7.5", "7a", "2147483648", "1e99", "inf", "nan"})
     EXPECT_FALSE(read_whole_number(text)) << text;
+}
+
+TEST(NumberText, HasTheDecimalsOfItsUncertainty) {
+  EXPECT_EQ(as_known(0.30004, 0.08122), "0.300");
+  EXPECT_EQ(as_known(0.30004, 0.0997), "0.30");  // 0.10
+  EXPECT_EQ(as_known(0.30004, 0.00994), "0.3000");
+  EXPECT_EQ(as_known(12.34, 1.26), "12.3");
+  EXPECT_EQ(as_known(1234.6, 126), "1235");
+  EXPECT_EQ(as_known(-0.0004, 0.08), "0.000");
+  EXPECT_EQ(as_known(0.30004, 0), "0.3");
+  EXPECT_THROW(as_known(NAN, 0.1), InputError);
 }
 
 RC_GTEST_PROP(NumberText, AnyNumberReadsBack, (double value)) {

@@ -36,6 +36,10 @@ bool is_nameless(const Effect& effect);
 /// In which of the runs something was identified or found.
 enum class InRuns { both, before, after };
 
+/// Whose runs are compared: those of one arm, earlier and later, or those of two arms of one type,
+/// the first of which stands for `before` and the second for `after`.
+enum class ComparedArms { one, two };
+
 /// A geometric parameter of two runs.
 struct ComparedParameter {
   std::string name;
@@ -128,10 +132,12 @@ Shared shared_readings(const ComparedRun& before, const ComparedRun& after);
 
 /// Sentences on what a difference depends on: readings, nominal robots, commands and versions,
 /// names of the robots, residuals.
-std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after);
+std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after,
+                                       ComparedArms arms = ComparedArms::one);
 
 /// The result of compare_runs().
 struct RunComparison {
+  ComparedArms arms = ComparedArms::one;
   Shared readings = Shared::unknown;
   /// Why no number is tested, each a sentence without a full stop; empty if they are.
   std::vector<std::string> untested;
@@ -148,8 +154,9 @@ struct RunComparison {
   /// What changed, in one sentence or two.
   std::string sentence;
 
-  /// Whether a number of the arm, or the arm as a whole, changed by more than chance; nothing where
-  /// that is not tested, or undecided() says why it is not known.
+  /// Whether a number of the arm, or the arm as a whole, changed by more than chance, or the two
+  /// arms differ by more; nothing where that is not tested, or undecided() says why it is not
+  /// known.
   std::optional<bool> arm_moved() const;
   /// Why the test does not tell whether the arm changed, as a sentence without a full stop: the
   /// arms differ by more than noise and by less than what the models lack may make and no readings
@@ -173,6 +180,10 @@ std::string why_not_comparable(const Robot& before, const std::string& name_befo
 /// readings the change of a number has the standard deviation sqrt(s1^2 + s2^2); it is significant
 /// if its p-value, times the number of all that are tested, is below kChangeSignificance.
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
-                           const std::vector<JointVector>& poses = {});
+                           const std::vector<JointVector>& poses = {},
+                           ComparedArms arms = ComparedArms::one);
+
+/// How many of the tested parameters of the arm moved, and how many are tested.
+std::array<int, 2> moved_of_tested(const RunComparison& found);
 
 }  // namespace armtrue

@@ -19,6 +19,8 @@ struct UnreachableSample : std::invalid_argument {
 struct JointPathOptions {
   std::optional<Eigen::Matrix3d> orientation;  ///< of the measured frame, if the path has none
   std::optional<JointVector> start;  ///< near the angles at the first sample: chooses the branch
+  /// With what a user states them, for messages; empty if with columns of the path alone.
+  std::string orientation_option, start_option;
 };
 
 /// Encoder angles along a programmed path, by inverse kinematics of the chain. Each sample starts

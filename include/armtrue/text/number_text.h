@@ -40,6 +40,16 @@ NumberText rounded(double value);
 /// The value rounded to so many decimals, without zeros at the end.
 NumberText decimal_text(double value, int decimals);
 
+/// How many decimals show two significant digits of an uncertainty (GUM 7.2.6), which is above
+/// zero: 3 of 0.0812, 2 of 0.0997, which is rounded to 0.10.
+int decimals_of_uncertainty(double uncertainty);
+
+/// The value with exactly so many decimals, zeros at the end included. Must be finite.
+NumberText fixed_text(double value, int decimals);
+
+/// The value with the decimals of its uncertainty; rounded() if that is zero.
+NumberText as_known(double value, double uncertainty);
+
 /// The shortest decimal v with v * unit == si, so that a file with v reads back exactly. If
 /// rounding leaves no such v, the nearest one.
 NumberText number_text(double si, double unit);

@@ -158,6 +158,7 @@ Document write_comparison(const RunComparison& found, const std::vector<std::str
   root["format"] = "armtrue-comparison/1";
   root["provenance"] = provenance_node(provenance);
   root["sentence"] = found.sentence;
+  if (found.arms == ComparedArms::two) root["two_arms"] = boolean(true);
   const std::optional<bool> moved = found.arm_moved();
   root["arm_moved"] = moved ? boolean(*moved) : text_or_null("");
   if (const std::string why = found.undecided(); !why.empty()) root["undecided"] = why;

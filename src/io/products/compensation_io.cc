@@ -234,11 +234,13 @@ std::string compensation_table(const std::vector<CorrectedTarget>& targets,
                       "std_mm", "leverage", "note");
   for (int row : worst_targets(targets, kWorst)) {
     const CorrectedTarget& target = targets[row];
+    constexpr double kNothing = 1e-9;  // m: what the inverse kinematics leave
     const auto number = [](const std::optional<double>& value, double unit) {
       return value ? fmt::format("{:.3g}", *value / unit) : std::string("-");
     };
+    const double after = target.after.position > kNothing ? target.after.position : 0;
     text += fmt::format("{:<20}{:>12.3g}{:>12.3g}{:>10}{:>10}  {}\n", program.visits.pose_ids[row],
-                        target.before.position / kMillimetre, target.after.position / kMillimetre,
+                        target.before.position / kMillimetre, after / kMillimetre,
                         number(target.deviation, kMillimetre), number(target.leverage, 1),
                         notes_text(target));
   }

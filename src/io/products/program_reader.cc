@@ -48,6 +48,17 @@ class ProgramReader {
                          "it is another");
   }
 
+  // Refuses measured poses: the poses in them are what an instrument read, and where.
+  void refuse_measured_poses(const std::string& joints) const {
+    if (!is_cartesian_ || !has_joints_) return;
+    for (const char* column : {"repeat", "session", "target", "sigma_mm", "sigma_deg"})
+      if (table_.find(column))
+        throw InputError(fmt::format(
+            "{}: has the column '{}', so it holds measured poses, whose x_mm to c_deg are what the "
+            "instrument read, and no targets: give the columns pose and {} alone, each pose once",
+            file_.source, column, joints));
+  }
+
   // Refuses corrected numbers by their check digits: a product of compensate may have got other
   // column names, or its columns may be in another file.
   void refuse_corrections() const {
@@ -101,6 +112,7 @@ class ProgramReader {
     if (!is_cartesian_ && !has_joints_)
       missing.insert(missing.end(), q_names.begin(), q_names.end());
     if (!missing.empty()) table_.fail_missing(missing);
+    refuse_measured_poses(fmt::format("{} to {}", q_names.front(), q_names.back()));
     name_ = *table_.find("pose");
     for (size_t i = 0; is_cartesian_ && i < pose.size(); ++i) file_.pose[i] = *pose[i];
     file_.q.resize(file_.joints.size());
