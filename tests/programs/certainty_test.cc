@@ -590,6 +590,17 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
                     calls = "def two():\n" + t2 + "end\nthread U():\ntwo()\nend\n";
   EXPECT_EQ(left(t1 + calls + "u = run U()\n" + move), 1);
   EXPECT_EQ(left(t1 + calls + move), 0);
+  // What a thread starts, itself or by a call, runs behind the start of that thread.
+  const std::string home = "def home():\n" + move + thread + run + "end\n",
+                    both = t2 + home + "thread U():\nhome()\nend\n", run_both = "u = run U()\n";
+  EXPECT_EQ(left(both + t1 + run_both), 0);
+  EXPECT_EQ(left(both + t1 + run_both + "home()\n"), 0);
+  EXPECT_EQ(left(both + "home()\n" + t1 + run_both), 2);
+  EXPECT_EQ(left(both + t1 + run_both + t2), 2);
+  // A counter that PolyScope starts first says nothing about others.
+  const std::string counter = "thread C():\nwhile True:\nn = n + 1\nend\nend\nrun C()\n";
+  EXPECT_EQ(left(counter + t1 + thread + run), 0);
+  EXPECT_EQ(left(counter + t1 + thread + run + t2), 1);
   // What nothing runs or calls never runs, and nothing that it does counts.
   EXPECT_EQ(left(t1 + thread), 0);
   const RobotProgram unused =

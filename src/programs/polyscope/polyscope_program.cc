@@ -239,8 +239,8 @@ class PolyscopeReader : MoveReader {
 
   // A waypoint that stands elsewhere in the tree, and is read or driven to here: it must stay.
   void refer(std::string_view reference) {
-    if (const auto known = waypoints_.find(resolved(reference)); known != waypoints_.end())
-      used_.insert(known->second);
+    const auto known = waypoints_.find(resolved(reference));
+    if (known != waypoints_.end() && suppressed_ == 0) used_.insert(known->second);
     if (!moves_.empty() && parent() == "children")
       leave_here("its waypoint stands in another move");
   }
@@ -282,7 +282,9 @@ class PolyscopeReader : MoveReader {
     Waypoint waypoint = *std::exchange(waypoint_, std::nullopt);
     const bool is_move =
         !moves_.empty() && !elements_.empty() && elements_.back().tag.name == "children";
-    if (!is_move) names_elsewhere_.insert(waypoint.name);
+    // Of the waypoints of one name PolyScope writes the one that runs into the script.
+    const bool is_off = suppressed_ > 0;
+    if (!is_move && !is_off) names_elsewhere_.insert(waypoint.name);
     if (const std::string why = why_not(waypoint); !why.empty()) {
       if (is_move) leave(waypoint.line, why);
       return;
@@ -300,7 +302,7 @@ class PolyscopeReader : MoveReader {
     tools_.push_back(waypoint.poses.empty() ? tool_of(waypoint.tcp) : tool_of(waypoint.tool));
     if (is_move)
       add_to_point(index, waypoint.line, waypoint.blend);
-    else
+    else if (!is_off)
       used_.insert(index);
   }
 
