@@ -633,6 +633,10 @@ TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
   EXPECT_EQ(place("s = " + shift + "\nmovel(pose_add(a, pose_inv(s)))\n"), "33");
   EXPECT_EQ(place("movel(pose_trans(pose_trans(a, " + shift + "), a))\n"), "912");
   EXPECT_EQ(place("movel(pose_trans(pose_inv(a), " + shift + "))\n"), "-3-3");
+  EXPECT_EQ(place("movel(pose_trans(a, pose_trans(" + shift + ", a)))\n"), "912");
+  EXPECT_EQ(place("movel(pose_add(pose_trans(a, a), " + shift + "))\n"), "912");
+  EXPECT_EQ(place("movel(pose_trans(b, pose_trans(" + shift + ", a)))\n"), "");
+  EXPECT_EQ(place("movel(pose_trans(a, pose_trans(b, a)))\n"), "");
   EXPECT_EQ(place("movel(pose_add(a, p[0.1,0,0.2,0,0,0.1]))\n"), "");
   EXPECT_EQ(place("movel(pose_add(get_actual_tcp_pose(), a))\n"), "");
   const std::string declared = "a = p[0.4,0,0.5,0,0,0]\n", end = shift + "))\nforce_mode(a, 1)\n";
