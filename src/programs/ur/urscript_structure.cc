@@ -90,7 +90,9 @@ class UrStructureReader {
       if (!open_.back().name.empty())
         inner_.emplace(open_.back().name, std::pair(open_.back().at, at));
       open_.pop_back();
-    } else if (word == "BREAK" || word == "CONTINUE" || word == "RETURN") {
+    } else if (word == "BREAK" || word == "RETURN") {
+      flow.add(word == "BREAK" ? Step::exit_loop : Step::leave, at);
+    } else if (word == "CONTINUE") {
       flow.add(Step::jump, at);
     } else if (word == "RUN") {
       const std::string thread = cursor.take_name();

@@ -340,8 +340,7 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   if (name == "POSE_ADD" && arguments.size() == 2) return shifted(arguments, depth);
   if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
   auto value = value_of(arguments[1], depth + 1);
-  if (!value || value->kind != TargetKind::cartesian || is_local(arguments[0]))
-    return std::nullopt;
+  if (!value || value->kind != TargetKind::cartesian || is_local(arguments[0])) return std::nullopt;
   if (!put_in_frame(*value, arguments[0], constant(arguments[0], depth + 1))) return std::nullopt;
   value->is_in_calculated_frame = !frames_[value->base].is_known && is_calculated(arguments[0]);
   return value;
@@ -358,8 +357,8 @@ bool UrValues::put_in_frame(UrValue& value, const Statement& frame,
   const ProgramFrame inner = frames_[value.base];
   if (!inner.is_known || !(pose || is_given_frame(known_, upper(name)))) return false;
   const Pose outer = frames_[add_frame(frames_, known_, name, pose)].pose;
-  value.base = add_frame(frames_, known_, fmt::format("{}, {}", name, inner.name),
-                         outer * inner.pose);
+  value.base =
+      add_frame(frames_, known_, fmt::format("{}, {}", name, inner.name), outer * inner.pose);
   return true;
 }
 
