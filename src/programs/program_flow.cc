@@ -314,10 +314,12 @@ class FlowOfValue {
         blocks.push_back({index, walk.alive(), kUnreached});
         break;
       case Step::alternative:
+      case Step::otherwise:
         if (blocks.empty()) break;
         blocks.back().ended = joined(blocks.back().ended, walk.alive());
         walk.is_dead = true;
         walk.come_from(blocks.back().entry);
+        if (step.step == Step::otherwise) blocks.back().entry = kUnreached;
         break;
       case Step::end_block:
         if (!blocks.empty()) end_block(walk);

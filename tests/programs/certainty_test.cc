@@ -566,13 +566,17 @@ TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
   EXPECT_THAT(lines_of(parsed("p.script", "def prog():\n" + kJoints + "def use(t):\nset_tcp(t)\n" +
                                               "end\nuse(p[0,0,1,0,0,0])\n" + move + "end\n")),
               ElementsAre(2));
-  // break leaves a loop, return the function.
+  // One of the branches runs if there is an else; break leaves a loop, return the function.
   const auto left = [&](const std::string& path) {
     const RobotProgram program =
         parsed("p.script", "def prog():\n" + t1 + kJoints + "def path():\n" + path +
                                "return True\nend\npath()\n" + move + "end\n");
     return program.left_alone;
   };
+  EXPECT_EQ(left("if x:\n" + t2 + "elif y:\n" + t2 + "else:\n" + t2 + "end\n"), 0);
+  EXPECT_EQ(left("if x:\n" + t2 + "elif y:\n" + t2 + "end\n"), 1);
+  EXPECT_EQ(left("if x:\n" + t2 + "else:\n" + t1 + "end\n"), 1);
+  EXPECT_EQ(left("if x:\n" + t2 + "else:\nreturn False\nend\n"), 1);
   EXPECT_EQ(left("while True:\nif x:\nbreak\nend\nend\n" + t2), 0);
   EXPECT_EQ(left("if x:\n" + t2 + "return False\nend\n" + t2), 0);
   EXPECT_EQ(left("if x:\nreturn False\nend\n" + t2), 1);

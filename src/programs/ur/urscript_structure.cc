@@ -83,7 +83,7 @@ class UrStructureReader {
       flow.add(word == "IF" ? Step::branch : Step::loop, at);
       open_.push_back({at, false});
     } else if (word == "ELIF" || word == "ELSE") {
-      flow.add(Step::alternative, at);
+      flow.add(word == "ELIF" ? Step::alternative : Step::otherwise, at);
     } else if (word == "END" && !open_.empty()) {
       flow.add(open_.back().is_function ? Step::end_routine : Step::end_block, at);
       if (open_.back().is_function) result_.scopes.close(at);
