@@ -922,6 +922,9 @@ TEST(Certainty, AFanucPointInTheActiveFrameNeedsItsNumber) {
   EXPECT_THAT(lines(numbers + "4:  IF (R[1]=1),UTOOL_NUM=2 ;\n5:" + move), ElementsAre(3));
   EXPECT_THAT(lines(numbers + "4:  IF R[1]=1 THEN ;\n5:  UTOOL_NUM=3 ;\n6:  ENDIF ;\n7:" + move),
               ElementsAre(3, 9));
+  EXPECT_THAT(lines(numbers + "4:  IF R[1]=1 THEN ;\n5:  UTOOL_NUM=4 ;\n6:  ELSE ;\n" +
+                    "7:  UTOOL_NUM=4 ;\n8:  ENDIF ;\n9:" + move),
+              ElementsAre(3, 11));
   EXPECT_THAT(lines(numbers + "4:  LBL[1] ;\n5:" + move + "6:  UTOOL_NUM=4 ;\n7:  JMP LBL[1] ;\n"),
               ElementsAre(3));
   const RobotProgram program = fanuc(numbers + "4:" + move, fanuc_position(1, "UF : F, UT : F"));
