@@ -54,18 +54,25 @@ class UrStructureReader {
   }
 
   void find_acting(const std::vector<Statement>& statements) {
-    std::vector<std::string> open;  // functions; blocks have no name
+    struct Part {
+      std::string name;  // of a function; blocks have none
+      bool is_acting = false;
+    };
+    std::vector<Part> open;
     for (const Statement& statement : statements)
       each_word(text_, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
         if (const std::string name = function_of(word, cursor); !name.empty())
-          open.push_back(name);
+          open.push_back({name});
         else if (word == "IF" || word == "WHILE")
           open.emplace_back();
         else if (word == "END" && !open.empty())
           open.pop_back();
         else if (is_ur_move(word) || word == "RUN" ||
                  (functions_.contains(word) && cursor.next() == '('))
-          acting_.insert(open.begin(), open.end());
+          for (auto part = open.rbegin(); part != open.rend() && !part->is_acting; ++part) {
+            part->is_acting = true;
+            acting_.insert(part->name);
+          }
       });
   }
 
