@@ -138,21 +138,27 @@ class FlowOfValue {
         named_[routines_[i].name].push_back(i);
   }
 
-  // Where a started interrupt may run: a flow of its own, in which each start is a setting.
+  // Where a started interrupt may run: a flow of its own, in which each start is a setting. What
+  // started interrupts start, or call, runs behind their own starts.
   void find_starts(const std::vector<const ProgramFlow::Place*>& steps) {
-    std::vector<const ProgramFlow::Place*> others;
-    std::vector<ProgramFlow::Setting> starts;
     std::set<std::string> names;
     for (const ProgramFlow::Place* const step : steps)
-      if (step->step == Step::start) {
-        starts.push_back({step->at, 1});
-        names.insert(step->name);
-      } else {
-        others.push_back(step);
-      }
-    if (starts.empty()) return;
+      if (step->step == Step::start) names.insert(step->name);
+    if (names.empty()) return;
     for (Routine& routine : routines_)
       routine.is_started = routine.is_interrupt && names.contains(routine.name);
+    std::vector<const ProgramFlow::Place*> others;
+    std::vector<ProgramFlow::Setting> starts;
+    int open = 0;  // routines, from a started interrupt on
+    for (const ProgramFlow::Place* const step : steps) {
+      const bool begins = step->step == Step::interrupt && names.contains(step->name);
+      if (open > 0 || begins)
+        open += begins_routine(step->step) ? 1 : step->step == Step::end_routine ? -1 : 0;
+      else if (step->step == Step::start)
+        starts.push_back({step->at, 1});
+      else
+        others.push_back(step);
+    }
     started_ = FlowOfValue(others, starts, 0).run();
   }
 
@@ -308,10 +314,12 @@ class FlowOfValue {
         blocks.push_back({index, walk.alive(), kUnreached});
         break;
       case Step::alternative:
+      case Step::otherwise:
         if (blocks.empty()) break;
         blocks.back().ended = joined(blocks.back().ended, walk.alive());
         walk.is_dead = true;
         walk.come_from(blocks.back().entry);
+        if (step.step == Step::otherwise) blocks.back().entry = kUnreached;
         break;
       case Step::end_block:
         if (!blocks.empty()) end_block(walk);

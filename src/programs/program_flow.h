@@ -23,6 +23,7 @@ class ProgramFlow {
     call,         ///< without a name: of any routine
     branch,       ///< begins a block that may be passed over
     alternative,  ///< begins another one in its place
+    otherwise,    ///< begins the last one: no way passes over all of them
     loop,
     end_block,  ///< of a branch or loop
     jump,       ///< perhaps: to a label, out of a loop or out of the routine

@@ -566,6 +566,21 @@ TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
   EXPECT_THAT(lines_of(parsed("p.script", "def prog():\n" + kJoints + "def use(t):\nset_tcp(t)\n" +
                                               "end\nuse(p[0,0,1,0,0,0])\n" + move + "end\n")),
               ElementsAre(2));
+  // One of the branches runs if there is an else; break leaves a loop, return the function.
+  const auto left = [&](const std::string& path) {
+    const RobotProgram program =
+        parsed("p.script", "def prog():\n" + t1 + kJoints + "def path():\n" + path +
+                               "return True\nend\npath()\n" + move + "end\n");
+    return program.left_alone;
+  };
+  EXPECT_EQ(left("if x:\n" + t2 + "elif y:\n" + t2 + "else:\n" + t2 + "end\n"), 0);
+  EXPECT_EQ(left("if x:\n" + t2 + "elif y:\n" + t2 + "end\n"), 1);
+  EXPECT_EQ(left("if x:\n" + t2 + "else:\n" + t1 + "end\n"), 1);
+  EXPECT_EQ(left("if x:\n" + t2 + "else:\nreturn False\nend\n"), 1);
+  EXPECT_EQ(left("while True:\nif x:\nbreak\nend\nend\n" + t2), 0);
+  EXPECT_EQ(left("if x:\n" + t2 + "return False\nend\n" + t2), 0);
+  EXPECT_EQ(left("if x:\nreturn False\nend\n" + t2), 1);
+  EXPECT_EQ(left("while y:\n" + t2 + "if x:\nbreak\nend\n" + t1 + "end\n"), 1);
 }
 
 // It begins with `run`, so what holds before does not count; what its caller sets later does.
@@ -590,6 +605,17 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
                     calls = "def two():\n" + t2 + "end\nthread U():\ntwo()\nend\n";
   EXPECT_EQ(left(t1 + calls + "u = run U()\n" + move), 1);
   EXPECT_EQ(left(t1 + calls + move), 0);
+  // What a thread starts, itself or by a call, runs behind the start of that thread.
+  const std::string home = "def home():\n" + move + thread + run + "end\n",
+                    both = t2 + home + "thread U():\nhome()\nend\n", run_both = "u = run U()\n";
+  EXPECT_EQ(left(both + t1 + run_both), 0);
+  EXPECT_EQ(left(both + t1 + run_both + "home()\n"), 0);
+  EXPECT_EQ(left(both + "home()\n" + t1 + run_both), 2);
+  EXPECT_EQ(left(both + t1 + run_both + t2), 2);
+  // A counter that PolyScope starts first says nothing about others.
+  const std::string counter = "thread C():\nwhile True:\nn = n + 1\nend\nend\nrun C()\n";
+  EXPECT_EQ(left(counter + t1 + thread + run), 0);
+  EXPECT_EQ(left(counter + t1 + thread + run + t2), 1);
   // What nothing runs or calls never runs, and nothing that it does counts.
   EXPECT_EQ(left(t1 + thread), 0);
   const RobotProgram unused =
@@ -622,6 +648,10 @@ TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
   EXPECT_EQ(place("s = " + shift + "\nmovel(pose_add(a, pose_inv(s)))\n"), "33");
   EXPECT_EQ(place("movel(pose_trans(pose_trans(a, " + shift + "), a))\n"), "912");
   EXPECT_EQ(place("movel(pose_trans(pose_inv(a), " + shift + "))\n"), "-3-3");
+  EXPECT_EQ(place("movel(pose_trans(a, pose_trans(" + shift + ", a)))\n"), "912");
+  EXPECT_EQ(place("movel(pose_add(pose_trans(a, a), " + shift + "))\n"), "912");
+  EXPECT_EQ(place("movel(pose_trans(b, pose_trans(" + shift + ", a)))\n"), "");
+  EXPECT_EQ(place("movel(pose_trans(a, pose_trans(b, a)))\n"), "");
   EXPECT_EQ(place("movel(pose_add(a, p[0.1,0,0.2,0,0,0.1]))\n"), "");
   EXPECT_EQ(place("movel(pose_add(get_actual_tcp_pose(), a))\n"), "");
   const std::string declared = "a = p[0.4,0,0.5,0,0,0]\n", end = shift + "))\nforce_mode(a, 1)\n";
@@ -892,6 +922,9 @@ TEST(Certainty, AFanucPointInTheActiveFrameNeedsItsNumber) {
   EXPECT_THAT(lines(numbers + "4:  IF (R[1]=1),UTOOL_NUM=2 ;\n5:" + move), ElementsAre(3));
   EXPECT_THAT(lines(numbers + "4:  IF R[1]=1 THEN ;\n5:  UTOOL_NUM=3 ;\n6:  ENDIF ;\n7:" + move),
               ElementsAre(3, 9));
+  EXPECT_THAT(lines(numbers + "4:  IF R[1]=1 THEN ;\n5:  UTOOL_NUM=4 ;\n6:  ELSE ;\n" +
+                    "7:  UTOOL_NUM=4 ;\n8:  ENDIF ;\n9:" + move),
+              ElementsAre(3, 11));
   EXPECT_THAT(lines(numbers + "4:  LBL[1] ;\n5:" + move + "6:  UTOOL_NUM=4 ;\n7:  JMP LBL[1] ;\n"),
               ElementsAre(3));
   const RobotProgram program = fanuc(numbers + "4:" + move, fanuc_position(1, "UF : F, UT : F"));

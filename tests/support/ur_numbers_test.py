@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Random URScript programs whose numbers are sums, products, d2r(..) and names, whose points get other elements, and in which a
-function sets a tool and restores the one before. An interpreter of its own runs them before and after the correction, and the true
+"""Random URScript programs whose numbers are sums, products, d2r(..) and names, whose points get other elements or stand in frames
+within frames, and in which a function sets a tool and restores the one before. An interpreter of its own runs them before and after the correction, and the true
 arm goes there. Nothing here shares code with armtrue.
 
     ur_numbers_test.py BIN [--programs N]
@@ -26,6 +26,17 @@ PROGRAMS = int(sys.argv[sys.argv.index("--programs") + 1]) if "--programs" in sy
 NEAR_MM, NEAR_RAD = 6e-3, 8e-6  # check digits move a number by up to 3.2e-6 m or rad
 
 
+SHIFT, LIFT = [0.03, -0.02, 0.05, 0.1, 0.2, -0.3], [0.01, 0.02, -0.04, 0, 0, 0]
+
+
+def text_of(numbers):
+    return f"p[{', '.join(f'{n:.9f}' for n in numbers)}]"
+
+
+def numbers_of(motion):
+    return [*(v / 1000 for v in motion[1]), *programs.rotation_vector(motion[0])]
+
+
 class Writer:
     def __init__(self, cell):
         self.cell, self.rng, self.lines, self.moves = cell, cell.rng, [], 0
@@ -41,11 +52,11 @@ class Writer:
     def angle(self, value):
         return f"d2r({math.degrees(value):.7f})" if self.rng.random() < 0.6 else self.number(value)
 
-    def step(self):
+    def step(self, base=vc.NONE):
         """The numbers of a pose near the last one."""
         self.q = self.cell.near(self.q, 0.15)
-        position = self.cell.written(self.q, vc.NONE, self.tool)
-        return [*(v / 1000 for v in position[1]), *programs.rotation_vector(position[0])]
+        position = self.cell.written(self.q, base, self.tool)
+        return numbers_of(position)
 
     def add(self, *lines):
         self.lines += lines
@@ -55,7 +66,7 @@ class Writer:
         self.moves += 1
 
     def statements(self):
-        kind = self.rng.randint(0, 4)
+        kind = self.rng.randint(0, 6)
         if kind == 0:
             self.q = self.cell.near(self.q, 0.15)
             self.add(f"movej([{', '.join(self.angle(v) for v in self.q)}], a=1.4)")
@@ -74,6 +85,12 @@ class Writer:
             for _ in range(2):
                 self.add(f"low[2] = low[2] + {self.number(0.01)}")
                 self.move("low")
+        elif kind == 4:
+            base = vc.after(self.cell.bases[0], rp.vector_motion(SHIFT))
+            self.move(f"pose_trans(plane, pose_trans({text_of(SHIFT)}, {text_of(self.step(base))}))")
+        elif kind == 5:
+            base = vc.after(rp.vector_motion(LIFT), self.cell.bases[0])
+            self.move(f"pose_add(pose_trans(plane, {text_of(self.step(base))}), {text_of(LIFT)})")
         else:
             self.add("look()")
 
@@ -81,7 +98,7 @@ class Writer:
         tools = [programs.ur_pose(tool) for tool in self.cell.tools]
         first = programs.ur_pose(self.cell.written(self.q, vc.NONE, self.tool))
         near = "[" + ",".join(f"{a:.9f}" for a in self.q) + "]"
-        self.add("half = 1/2", "parts = [0,1,0,0,0,0]", "step = half/2", f"set_tcp({tools[0]})", f"movej(get_inverse_kin({first}, qnear={near}))")
+        self.add("half = 1/2", "parts = [0,1,0,0,0,0]", "step = half/2", f"plane = {programs.ur_pose(self.cell.bases[0])}", f"set_tcp({tools[0]})", f"movej(get_inverse_kin({first}, qnear={near}))")
         self.moves += 1
         for _ in range(10):
             self.statements()
@@ -96,6 +113,8 @@ def run(text):
     functions = {"look": body[at + 1:body.index("end", at)]}
     names, moves, tool = {"d2r": math.radians, "__builtins__": {}}, [], [vc.NONE]
     names["p"] = None
+    names["pose_trans"] = lambda a, b: numbers_of(vc.after(rp.vector_motion(a), rp.vector_motion(b)))
+    names["pose_add"] = lambda a, b: [x + y for x, y in zip(a[:3], b)] + a[3:]  # LIFT turns nothing
 
     def value(expression):
         return eval(re.sub(r"p\[([^\[\]]*(?:\[\d\][^\[\]]*)*)\](?!\s*=)", r"[\1]", expression), names)

@@ -124,7 +124,7 @@ class RapidFlowReader {
 
   static std::optional<Step> block_step(const std::string& word) {
     static const std::map<std::string, Step> kSteps{
-        {"ELSE", Step::alternative},   {"CASE", Step::alternative},  {"DEFAULT", Step::alternative},
+        {"ELSE", Step::otherwise},     {"CASE", Step::alternative},  {"DEFAULT", Step::alternative},
         {"TEST", Step::branch},        {"FOR", Step::loop},          {"WHILE", Step::loop},
         {"ENDIF", Step::end_block},    {"ENDTEST", Step::end_block}, {"ENDFOR", Step::end_block},
         {"ENDWHILE", Step::end_block}, {"GOTO", Step::jump},         {"RETURN", Step::jump},

@@ -86,7 +86,7 @@ void FanucFrames::read_steps(std::string_view text, const Statement& statement) 
     else if (is_first && word == "FOR")
       flow_.add(Step::loop, at);
     else if (is_first && word == "ELSE" && cursor.next() != ',')  // else of SELECT
-      flow_.add(Step::alternative, at);
+      flow_.add(Step::otherwise, at);
     is_block |= word == "THEN";
   });
   if (first != "IF") return;

@@ -14,7 +14,7 @@ std::optional<Step> step_of(const std::string& word) {
   static const std::map<std::string, Step> kSteps{
       {"DEF", Step::routine},        {"DEFFCT", Step::routine},      {"END", Step::end_routine},
       {"ENDFCT", Step::end_routine}, {"IF", Step::branch},           {"SWITCH", Step::branch},
-      {"ELSE", Step::alternative},   {"CASE", Step::alternative},    {"DEFAULT", Step::alternative},
+      {"ELSE", Step::otherwise},     {"CASE", Step::alternative},    {"DEFAULT", Step::alternative},
       {"ENDIF", Step::end_block},    {"ENDSWITCH", Step::end_block}, {"EXIT", Step::exit_loop},
       {"GOTO", Step::go_to},         {"RETURN", Step::leave},        {"RESUME", Step::jump}};
   if (begins_krl_loop(word)) return Step::loop;

@@ -223,6 +223,7 @@ class PolyscopeReader : MoveReader {
       targets.back().motion = MotionKind::arc;
       return;
     }
+    for (size_t k = circle.first_target; k < targets.size(); ++k) note_name_left(k);
     targets.resize(circle.first_target);
     with_active_tcp_.erase(with_active_tcp_.lower_bound(targets.size()), with_active_tcp_.end());
     leave(circle.line, circle.why_left.empty() ? "it has not two points" : circle.why_left);
@@ -239,8 +240,8 @@ class PolyscopeReader : MoveReader {
 
   // A waypoint that stands elsewhere in the tree, and is read or driven to here: it must stay.
   void refer(std::string_view reference) {
-    if (const auto known = waypoints_.find(resolved(reference)); known != waypoints_.end())
-      used_.insert(known->second);
+    const auto known = waypoints_.find(resolved(reference));
+    if (known != waypoints_.end() && suppressed_ == 0) used_.insert(known->second);
     if (!moves_.empty() && parent() == "children")
       leave_here("its waypoint stands in another move");
   }
@@ -282,9 +283,12 @@ class PolyscopeReader : MoveReader {
     Waypoint waypoint = *std::exchange(waypoint_, std::nullopt);
     const bool is_move =
         !moves_.empty() && !elements_.empty() && elements_.back().tag.name == "children";
-    if (!is_move) names_elsewhere_.insert(waypoint.name);
+    // Of the waypoints of one name PolyScope writes the one that runs into the script.
+    const bool is_off = suppressed_ > 0;
+    if (!is_move && !is_off) names_elsewhere_.insert(waypoint.name);
     if (const std::string why = why_not(waypoint); !why.empty()) {
       if (is_move) leave(waypoint.line, why);
+      if (is_move && !is_off) names_left_.insert(waypoint.name);
       return;
     }
     ProgramPoint point;
@@ -300,7 +304,7 @@ class PolyscopeReader : MoveReader {
     tools_.push_back(waypoint.poses.empty() ? tool_of(waypoint.tcp) : tool_of(waypoint.tool));
     if (is_move)
       add_to_point(index, waypoint.line, waypoint.blend);
-    else
+    else if (!is_off)
       used_.insert(index);
   }
 
@@ -413,18 +417,30 @@ class PolyscopeReader : MoveReader {
     move.follows = !target.never_runs;
   }
 
+  const std::string& name_of(size_t target) const {
+    return program_.points[static_cast<size_t>(program_.targets[target].point)].name;
+  }
+
+  // A move that runs stays: the waypoint of this name must.
+  void note_name_left(size_t target) {
+    if (!program_.targets[target].never_runs) names_left_.insert(name_of(target));
+  }
+
   // Targets whose waypoint an expression reads or another move has, too, and poses of a TCP that is
-  // not certain.
-  std::map<size_t, std::string> why_left() const {
+  // not certain. All waypoints of one name are one and the same to PolyScope.
+  std::map<size_t, std::string> why_left() {
     std::map<size_t, std::string> why;
     if (sets_tcp_)
       for (const size_t k : with_active_tcp_)
         why[k] =
             "its TCP is not certain: it drives the one that is active, and the program sets one";
     for (size_t k = 0; k < program_.targets.size(); ++k)
-      if (used_.contains(program_.targets[k].point) ||
-          names_elsewhere_.contains(program_.points[program_.targets[k].point].name))
+      if (used_.contains(program_.targets[k].point) || names_elsewhere_.contains(name_of(k)))
         why[k] = "an expression or another move has its waypoint, too";
+    for (const auto& [k, reason] : why) note_name_left(k);
+    for (size_t k = 0; k < program_.targets.size(); ++k)
+      if (names_left_.contains(name_of(k)))
+        why.try_emplace(k, "a move that stays has its waypoint, too");
     return why;
   }
 
@@ -441,6 +457,7 @@ class PolyscopeReader : MoveReader {
   std::vector<int> tools_;                 // of the points
   std::set<int> used_;                     // points that stand elsewhere, too
   std::set<std::string> names_elsewhere_;  // of waypoints that are written out in expressions
+  std::set<std::string> names_left_;       // of waypoints of moves that stay
   std::map<std::string_view, std::vector<double>> arm_;  // its rows by the program, by name
   std::set<size_t> with_active_tcp_;                     // targets
   bool sets_tcp_ = false;                                // the program changes the active TCP

@@ -21,6 +21,7 @@ class UrStructureReader {
           functions_.insert(name);
         if (word == "RUN") run_.insert(cursor.take_name());
       });
+    find_acting(statements);
     for (const Statement& statement : statements)
       each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
         read_word(word, at, cursor);
@@ -52,6 +53,29 @@ class UrStructureReader {
     return name;
   }
 
+  void find_acting(const std::vector<Statement>& statements) {
+    struct Part {
+      std::string name;  // of a function; blocks have none
+      bool is_acting = false;
+    };
+    std::vector<Part> open;
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
+        if (const std::string name = function_of(word, cursor); !name.empty())
+          open.push_back({name});
+        else if (word == "IF" || word == "WHILE")
+          open.emplace_back();
+        else if (word == "END" && !open.empty())
+          open.pop_back();
+        else if (is_ur_move(word) || word == "RUN" ||
+                 (functions_.contains(word) && cursor.next() == '('))
+          for (auto part = open.rbegin(); part != open.rend() && !part->is_acting; ++part) {
+            part->is_acting = true;
+            acting_.insert(part->name);
+          }
+      });
+  }
+
   void read_word(const std::string& word, size_t at, TextCursor& cursor) {
     ProgramFlow& flow = result_.flow;
     if (const std::string name = function_of(word, cursor); !name.empty()) {
@@ -66,18 +90,20 @@ class UrStructureReader {
       flow.add(word == "IF" ? Step::branch : Step::loop, at);
       open_.push_back({at, false});
     } else if (word == "ELIF" || word == "ELSE") {
-      flow.add(Step::alternative, at);
+      flow.add(word == "ELIF" ? Step::alternative : Step::otherwise, at);
     } else if (word == "END" && !open_.empty()) {
       flow.add(open_.back().is_function ? Step::end_routine : Step::end_block, at);
       if (open_.back().is_function) result_.scopes.close(at);
       if (!open_.back().name.empty())
         inner_.emplace(open_.back().name, std::pair(open_.back().at, at));
       open_.pop_back();
-    } else if (word == "BREAK" || word == "CONTINUE" || word == "RETURN") {
+    } else if (word == "BREAK" || word == "RETURN") {
+      flow.add(word == "BREAK" ? Step::exit_loop : Step::leave, at);
+    } else if (word == "CONTINUE") {
       flow.add(Step::jump, at);
     } else if (word == "RUN") {
       const std::string thread = cursor.take_name();
-      flow.add(Step::start, at, thread);
+      if (acting_.contains(thread)) flow.add(Step::start, at, thread);
       begun_by_[inner_function()].insert(thread);
     } else if (functions_.contains(word) && cursor.next() == '(') {
       flow.add(Step::call, at, word);
@@ -121,6 +147,9 @@ class UrStructureReader {
 
   std::string_view text_;
   std::set<std::string> functions_, run_;  // in capitals; the threads that something runs
+  // Those that move the arm, or call or run others. Where the others run does not count, such as
+  // the counter that PolyScope starts before it sets the tool.
+  std::set<std::string> acting_;
   std::vector<Open> open_;
   std::multimap<std::string, std::pair<size_t, size_t>> inner_;  // functions within others
   std::map<std::string, std::set<std::string>> begun_by_;        // what inner functions call or run

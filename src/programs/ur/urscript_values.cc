@@ -340,12 +340,26 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   if (name == "POSE_ADD" && arguments.size() == 2) return shifted(arguments, depth);
   if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
   auto value = value_of(arguments[1], depth + 1);
-  if (!value || value->kind != TargetKind::cartesian || value->base >= 0) return std::nullopt;
-  if (is_local(arguments[0])) return std::nullopt;
-  value->base =
-      add_frame(frames_, known_, part_of(arguments[0]), constant(arguments[0], depth + 1));
+  if (!value || value->kind != TargetKind::cartesian || is_local(arguments[0])) return std::nullopt;
+  if (!put_in_frame(*value, arguments[0], constant(arguments[0], depth + 1))) return std::nullopt;
   value->is_in_calculated_frame = !frames_[value->base].is_known && is_calculated(arguments[0]);
   return value;
+}
+
+// A frame in a frame: both must be known.
+bool UrValues::put_in_frame(UrValue& value, const Statement& frame,
+                            const std::optional<Pose>& pose) {
+  const std::string name = part_of(frame);
+  if (value.base < 0) {
+    value.base = add_frame(frames_, known_, name, pose);
+    return true;
+  }
+  const ProgramFrame inner = frames_[value.base];
+  if (!inner.is_known || !(pose || is_given_frame(known_, upper(name)))) return false;
+  const Pose outer = frames_[add_frame(frames_, known_, name, pose)].pose;
+  value.base =
+      add_frame(frames_, known_, fmt::format("{}, {}", name, inner.name), outer * inner.pose);
+  return true;
 }
 
 // Whether a word begins a pose p[x, y, ..]: then it is no variable p, as it is in p[0].
@@ -412,12 +426,10 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
 // with a rotation would rotate about the axes of the pose.
 std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments, int depth) {
   auto value = value_of(arguments[0], depth + 1);
-  if (!value || value->kind != TargetKind::cartesian || value->base >= 0 || value->near)
-    return std::nullopt;
+  if (!value || value->kind != TargetKind::cartesian || value->near) return std::nullopt;
   const std::optional<Pose> shift = constant(arguments[1], depth + 1);
   if (!shift || rotation_log(shift->rotation).norm() > 0) return std::nullopt;
-  value->base = add_frame(frames_, known_, part_of(arguments[1]), shift);
-  return value;
+  return put_in_frame(*value, arguments[1], shift) ? value : std::nullopt;
 }
 
 // Where the arm is, which get_inverse_kin takes for qnear if it has none.

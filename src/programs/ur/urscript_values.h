@@ -144,6 +144,7 @@ class UrValues {
   bool is_place_of_arm(const Statement& argument) const;
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
   std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
+  bool put_in_frame(UrValue& value, const Statement& frame, const std::optional<Pose>& pose);
   std::optional<Pose> constant(const Statement& argument, int depth);
 
   const std::string& text_;
