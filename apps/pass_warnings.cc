@@ -281,9 +281,8 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
         "twice");
   if (!options.executed && hardly_deviates(result))
     command.warn(fmt::format(
-        "{}: deviates by {:.3g} mm (rms), no more than the noise of a sample, {:.3g} mm: there is "
-        "nothing to correct. If this pass ran a corrected path, name that as --previous, or its "
-        "correction is lost",
+        "{}: deviates by {:.3g} mm (rms), no more than the noise of a sample, {:.3g} mm: did this "
+        "pass run a corrected path? Then name that as --previous, or its correction is lost",
         passes.front().source, result.before.rms / kMillimetre,
         result.deviation.noise / kMillimetre));
 }

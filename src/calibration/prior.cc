@@ -94,13 +94,25 @@ void add_geometry(const Robot& robot, const SessionModels& models, Priors& prior
     }
 }
 
+// A tool that gives way alike along all three axes is moved along gravity in every pose, which is a
+// place of the base: only a difference of these coefficients shows. It gives way least along its
+// axis, so this one stays.
+constexpr size_t kAlongAxis = 8;  // "z c3"
+constexpr double kHeld = 1e-6;    // share of the typical size
+
+void add_sizes(const Robot& robot, const Effect& effect, std::vector<double>& sizes) {
+  const size_t first = sizes.size();
+  sizes.insert(sizes.end(), effect.coefficients.size(), effect.family->typical);
+  if (effect.driver.kind == DriverKind::gravity_direction && is_group(effect.parameter) &&
+      effect.shape.kind == ShapeKind::linear && !robot.ground_link)
+    sizes[first + kAlongAxis] *= kHeld;
+}
+
 // Typical size of each coefficient of an effect that belongs to a family or is one; else empty.
-std::vector<double> typical_sizes(const Effect& effect) {
+std::vector<double> typical_sizes(const Robot& robot, const Effect& effect) {
   std::vector<double> sizes;
-  if (effect.family && effect.members.empty())
-    sizes.assign(effect.coefficients.size(), effect.family->typical);
-  for (const Effect& member : effect.members)
-    sizes.insert(sizes.end(), member.coefficients.size(), member.family->typical);
+  if (effect.family && effect.members.empty()) add_sizes(robot, effect, sizes);
+  for (const Effect& member : effect.members) add_sizes(robot, member, sizes);
   return sizes;
 }
 
@@ -153,7 +165,7 @@ void add_coefficients(const Robot& robot, const SessionModels& models, Priors& p
     const double curve = squares > 0 ? std::max(kMinWidth, as_before) : kTypicalCurve;
     const auto width = static_cast<int>(priors.widths.size());
     if (is_curve) priors.widths.push_back({"", kTypicalCurve, kFree, curve});
-    const std::vector<double> typical = typical_sizes(effect);
+    const std::vector<double> typical = typical_sizes(robot, effect);
     const int of_family = typical.empty() ? -1 : width_of(effect, priors);
     for (const Coefficient& c : effect.coefficients) {
       const double value = models.mean_square_value(k - models.geometric_count());

@@ -98,6 +98,26 @@ bool leaves_noise(const CalibrationResult& fit, const Campaign& campaign) {
   return quality.lack_of_fit && *quality.lack_of_fit >= kSignificance;
 }
 
+// Share of the variance of a parameter without a prior that comes from the priors of others.
+double share_of_priors(const CalibrationResult& fit, int parameter) {
+  const auto k = std::ranges::find(fit.set.kept, parameter) - fit.set.kept.begin();
+  const Eigen::VectorXd with = fit.inverse_root * fit.inverse_root.row(k).transpose();
+  return with.cwiseProduct(fit.prior_weight).squaredNorm() / with[k];
+}
+
+// Whether the readings show the coordinates of the tool, and not what priors say of the small
+// angles. Where these and a coordinate show by their product alone, it grows as the angles near
+// zero: beyond the length of the arm, which no tool has.
+bool shows_tool(const CalibrationResult& fit) {
+  constexpr double kFewOfPriors = 0.1;  // pull by less than a third of the standard deviation
+  double arm = 0;
+  for (const Link& link : fit.robot.chain.links) arm += std::abs(link.d) + std::abs(link.r);
+  return fit.robot.chain.tool.translation.norm() < arm &&
+         std::ranges::all_of(fit.set.by_small_angles, [&](int parameter) {
+           return share_of_priors(fit, parameter) < kFewOfPriors;
+         });
+}
+
 // Candidates of the catalogue and, if asked for, beyond it.
 std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campaign,
                                       const Catalogue& catalogue, const TraceOptions& options) {
@@ -135,7 +155,8 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
   // the effects.
   const IdentifiableSet free = with_tool_of_small_angles(as_filed_.robot, campaign, as_filed_.set);
   if (!free.by_small_angles.empty())
-    if (CalibrationResult all = calibrate(robot, campaign, free); leaves_noise(all, campaign))
+    if (CalibrationResult all = calibrate(robot, campaign, free);
+        leaves_noise(all, campaign) && shows_tool(all))
       fit_ = std::move(all);
   Catalogue known = catalogue;
   if (!may_be_distortion(fit_, campaign))

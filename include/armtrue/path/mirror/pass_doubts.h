@@ -31,8 +31,8 @@ std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::ve
 bool deviates_against_force(const Path& programmed, const MirrorResult& result,
                             const MirrorOptions& options);
 
-/// Whether the deviation is no larger than the noise of one sample. Then there is nothing to
-/// correct, for example because the pass already ran a correction.
+/// Whether the deviation is no larger than the noise of one sample, as that of a pass which already
+/// ran a correction. The mean of many samples may show more than that.
 bool hardly_deviates(const MirrorResult& result);
 
 /// The step s of the coordinates of a record [m] if they are rounded to 0.01 to 1 mm (1, 2, 2.5 or
