@@ -7,6 +7,7 @@
 #include "armtrue/text/number_text.h"
 #include "import/body_columns.h"
 #include "import/instrument_tables.h"
+#include "import/plain_cell.h"
 #include "import/table_lines.h"
 
 namespace armtrue {
@@ -265,6 +266,17 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
   return table;
 }
 
+// The times, which no cell of the export holds, get the decimal sign of the cells.
+void write_times_like_cells(PlainTable& table) {
+  const bool has_commas = std::ranges::any_of(table.rows, [](const PlainRow& row) {
+    return std::any_of(row.cells.begin() + 1, row.cells.end(), [](const std::string& cell) {
+      return decimal_evidence(cell) == DecimalEvidence::comma;
+    });
+  });
+  if (!has_commas) return;
+  for (PlainRow& row : table.rows) std::ranges::replace(row.cells.front(), '.', ',');
+}
+
 PlainTable read_vicon(const std::string& path, const std::string& separators,
                       const std::string& body) {
   TableLines lines(path);
@@ -303,6 +315,7 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
     blank_unseen(columns, table.rows.back());
   }
   require_rows(table);
+  write_times_like_cells(table);
   return table;
 }
 

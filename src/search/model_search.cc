@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/statistics/distributions.h"
 #include "search/cross_validation.h"
 #include "search/evidence.h"
@@ -79,6 +80,7 @@ void ModelSearch::run() {
   }
   do {
     find_effects();
+    if (add_event()) find_effects();
     const int found = model_.chosen_count();
     settle_inner_values();
     drop_idle();
@@ -175,6 +177,41 @@ bool ModelSearch::step() {
     return true;
   }
   return false;
+}
+
+// An event that bends a link moves all parameters of that link at once, and may show in none of
+// them alone. Where readings lack something and no effect could be added, the likeliest event
+// enters if it leaves nothing but noise: a family explains a part of nearly everything, but not all
+// of it.
+bool ModelSearch::add_event() {
+  if (model_.chosen_count() > 0 || options_.max_effects == 0 || leaves_noise()) return false;
+  const std::vector<CandidateScore> scores = model_.view().projected.scores();
+  const EffectModel::Fitted before = model_.fitted();
+  int trials = 0;
+  for (int candidate : best_first(scores)) {
+    if (scores[candidate].score <= 0 || trials == kMaxTrials) break;
+    const Candidate& event = candidates()[candidate];
+    if (!event.only_together || !event.effect.driver.follows_course() || !may_enter(event))
+      continue;
+    ++trials;
+    if (!model_.scan().is_possible(candidate, scores[candidate].coefficients)) continue;
+    const double p = model_.chance_of(scores[candidate].score);
+    if (p >= model_.significance()) break;
+    model_.add(model_.refined(event, -1), p);
+    settle_place_of(0);
+    if (!is_half_shown(0) && leaves_noise()) {
+      result_.stages.push_back(model_.fit());
+      return true;
+    }
+    model_.come_back(before);
+  }
+  return false;
+}
+
+// Whether what the model leaves may be noise, if that is known.
+bool ModelSearch::leaves_noise() const {
+  constexpr double kMayBeChance = 0.01;
+  return assess(model_.fit(), campaign_).lack_of_fit_in_position.value_or(1) >= kMayBeChance;
 }
 
 // What the present model leaves, after effects were dropped at the end.

@@ -219,6 +219,25 @@ TEST_P(BetweenSessions, AnEventIsNamedWithoutTimes) {
 INSTANTIATE_TEST_SUITE_P(Hidden, BetweenSessions, testing::Values("remaster", "crash"),
                          [](const auto& instance) { return instance.param; });
 
+// With few poses none of the parameters of a bent link shows alone.
+TEST(Sessions, ACrashBetweenThemShowsInFewPoses) {
+  int named = 0;
+  for (unsigned seed : {41u, 42u, 43u, 44u, 45u, 46u}) {
+    armtrue_oracle::CampaignPlan plan;
+    plan.seed = seed;
+    plan.poses = 30;
+    plan.repeats = 1;
+    HiddenCampaign campaign{kNominal, "crash", 0.18, plan};
+    for (Campaign* part : {&campaign.training, &campaign.held_out})
+      end_session_at(campaign.written.truth.step_at_s, *part);
+    const LoopResult result = closed(campaign);
+    named += !result.trace.effects.empty();
+    for (const TracedEffect& traced : result.trace.effects)
+      EXPECT_EQ(traced.effect.name, "bent link") << listed(result);
+  }
+  EXPECT_GE(named, 4);
+}
+
 TEST(Sessions, NothingHappenedBetweenThoseWithoutTimes) {
   for (unsigned seed : {51u, 52u, 53u, 54u}) {
     HiddenCampaign campaign = oracle("null", seed);
