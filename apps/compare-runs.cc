@@ -120,7 +120,7 @@ void require_two_arms(const ComparedRun& before, const ComparedRun& after) {
   const Shared readings = shared_readings(before, after);
   if (readings == Shared::all || readings == Shared::some)
     throw InputError(fmt::format(
-        "{} and {}: are of the same readings, and those are of one arm: give the calibrations of "
+        "{} and {} have readings in common, and those are of one arm: give the calibrations of "
         "two arms, or leave out --two-arms",
         before.name, after.name));
 }

@@ -9,7 +9,7 @@ namespace {
 
 std::string mm_text(double value) { return rounded(value / kMillimetre); }
 
-// With the decimals of its uncertainty [m], or of that of another figure of the same readings.
+// With the decimals of its uncertainty [m]; with four digits if that is not known (0).
 std::string mm_as_known(double value, double expanded) {
   return as_known(value / kMillimetre, expanded / kMillimetre);
 }
@@ -76,13 +76,13 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
   };
   const std::optional<double> of_rp = set.rp_expanded();
   add_length("pose accuracy AP, mm", set.ap, expanded, expanded);
-  add_length("pose repeatability RP, mm", set.rp, of_rp, of_rp.value_or(expanded));
+  add_length("pose repeatability RP, mm", set.rp, of_rp, of_rp.value_or(0));
   add_angle("AP of an angle, mrad", set.ap_turn);
   add_angle("RP of an angle, &plusmn; mrad", set.rp_turn);
-  add_length("multi-directional variation vAP, mm", set.vap, {}, expanded);
+  add_length("multi-directional variation vAP, mm", set.vap, {}, 0);
   add_angle("vAP of an angle, mrad", set.vap_turn);
-  add_length("drift of AP, mm", set.drift_ap, {}, expanded);
-  add_length("drift of RP, mm", set.drift_rp, {}, expanded);
+  add_length("drift of AP, mm", set.drift_ap, {}, 0);
+  add_length("drift of RP, mm", set.drift_rp, {}, 0);
   add_angle("drift of AP of an angle, mrad", set.drift_ap_turn);
   add_angle("drift of RP of an angle, mrad", set.drift_rp_turn);
   return html + table({"largest", "value", "U", "pose"}, rows);
@@ -93,8 +93,7 @@ std::string path_table(const PathFigures& path, const Budget& budget) {
                               mm_as_known(budget.expanded, budget.expanded)}};
   const std::optional<double> of_rt = path.rt_expanded();
   if (path.rt)
-    rows.push_back({"path repeatability RT, mm",
-                    mm_as_known(*path.rt, of_rt.value_or(budget.expanded)),
+    rows.push_back({"path repeatability RT, mm", mm_as_known(*path.rt, of_rt.value_or(0)),
                     mm_as_known(of_rt, of_rt.value_or(0))});
   return "<h2>Path, recorded " + std::to_string(path.passes) + " times</h2>\n" +
          table({"largest of " + std::to_string(path.planes) + " planes", "value", "U"}, rows);
@@ -113,10 +112,11 @@ std::string budget_table(const std::string& figure, const Budget& budget) {
 
 std::string poses_table(const std::vector<PoseFigures>& poses, double expanded) {
   std::vector<TableRow> rows;
-  const auto mm = [&](const std::optional<double>& value) { return mm_as_known(value, expanded); };
+  const auto ap = [&](const std::optional<double>& value) { return mm_as_known(value, expanded); };
+  const auto mm = [](const std::optional<double>& value) { return mm_as_known(value, 0); };
   for (const PoseFigures& figures : poses)
-    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), mm(figures.ap),
-                    mm(figures.ap_axes.x()), mm(figures.ap_axes.y()), mm(figures.ap_axes.z()),
+    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), ap(figures.ap),
+                    ap(figures.ap_axes.x()), ap(figures.ap_axes.y()), ap(figures.ap_axes.z()),
                     mm(figures.rp), mm(figures.vap), mm(figures.drift_ap), mm(figures.drift_rp)});
   return "<h2>Poses, mm</h2>\n" +
          table({"pose", "visits", "AP", "AP<sub>x</sub>", "AP<sub>y</sub>", "AP<sub>z</sub>", "RP",

@@ -55,7 +55,9 @@ class ProgramReader {
       if (table_.find(column))
         throw InputError(fmt::format(
             "{}: has the column '{}', so it holds measured poses, whose x_mm to c_deg are what the "
-            "instrument read, and no targets: give the columns pose and {} alone, each pose once",
+            "instrument read, and no targets: give the columns pose and {} alone, each pose once, "
+            "or "
+            "rename the column if these are targets",
             file_.source, column, joints));
   }
 
