@@ -182,8 +182,8 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise) {
   constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
   if (noise.are_copies)
-    return "readings of one pose agree to the last digit, as copies of one or rounded readings do: "
-           "they say nothing of the noise and do not count as repeats; give readings of several "
+    return "readings of one pose agree to the last digit, as copies of one do: they "
+           "say nothing of the noise and do not count as repeats; give readings of several "
            "visits";
   const bool of_rows = !campaign.sigma_position.empty();
   const double stated =

@@ -179,7 +179,7 @@ class Deviations {
     const auto add = [&](const Axes& deviations) {
       for (int i = first; i < first + axes; ++i) {
         const auto count = static_cast<double>(deviations[i].size());
-        const double variance = std::pow(robust_deviation(deviations[i]), 2);
+        const double variance = variance_of(deviations[i]);
         all += count;
         sum += count * variance;
         squares += count * variance * variance;
@@ -197,6 +197,14 @@ class Deviations {
   }
 
  private:
+  // Most of the readings of a coarse scale agree, so that their robust deviation is none.
+  static double variance_of(const std::vector<double>& deviations) {
+    const double robust = robust_deviation(deviations);
+    if (robust >= kFinestReading || deviations.empty()) return robust * robust;
+    return std::inner_product(deviations.begin(), deviations.end(), deviations.begin(), 0.0) /
+           static_cast<double>(deviations.size());
+  }
+
   using Axes = std::array<std::vector<double>, 6>;
   static constexpr int kFewest = 30;  // a robust deviation of 30 errs by some 15 %
 
@@ -221,19 +229,25 @@ NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
   Deviations deviations(campaign);
   const MedianResiduals residuals(campaign, evaluation, rows);
   floor.median_sigma = residuals.position().value_or(0);
+  double replicates = 0, agree = 0;
   for_each_replicates(campaign, residuals, rows,
                       [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
                         const double m = static_cast<double>(group.size());
                         if (m < 2) return;
                         floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
-                        for (int row : group)
-                          deviations.add(row, std::sqrt(m / (m - 1)) * (residuals.at(row) - mean));
+                        for (int row : group) {
+                          const Eigen::Matrix<double, 6, 1> deviation = residuals.at(row) - mean;
+                          deviations.add(row, std::sqrt(m / (m - 1)) * deviation);
+                          agree += deviation.head<3>().norm() < kFinestReading;
+                          ++replicates;
+                        }
                       });
+  constexpr double kOfCopies = 0.9;   // readings that are rounded agree less often in all axes
   constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
   if (floor.degrees_of_freedom >= kMinReplicates) {
     const NoiseOfAxes noise = deviations.noise(0, floor.axes);
     floor.are_copies =
-        noise.deviation < kFinestReading && median_miss(residuals, rows) >= kFinestReading;
+        agree > kOfCopies * replicates && median_miss(residuals, rows) >= kFinestReading;
     if (!floor.are_copies) {
       floor.source = NoiseFloor::Source::replicates;
       floor.position = noise.deviation;

@@ -396,7 +396,8 @@ void set_pattern(LoopResult& result) {
 }
 
 // Where readings have no time, no cause that follows time can be found. Its pattern shows in the
-// order of the lines, which is no cause by itself: files are sorted, too.
+// order of the lines, which is no cause by itself: files are sorted, too. What random effects of
+// the arm explain is not asked about.
 void look_at_order(const Training& training, const Catalogue& catalogue,
                    const TraceOptions& options, LoopResult& result) {
   if (!training.sound->time_s.empty() || result.trace.pattern_remains || result.trace.left_out)
@@ -409,6 +410,9 @@ void look_at_order(const Training& training, const Catalogue& catalogue,
   scan.start.clear();
   scan.beyond_catalogue = false;
   scan.max_effects = 0;
+  // One more question is asked of the same readings.
+  scan.significance = scan.significance_without_lack_of_fit;
+  scan.flips *= 10;
   const TraceResult rest =
       trace(result.trace.fit.robot, in_order_of_visits(*training.sound), of_time, scan);
   if (!rest.pattern_remains || rest.ranking.empty()) return;
@@ -501,7 +505,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   set_pattern(result);
   result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
   result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");
-  if (result.explanation.empty() && !result.rejected && !catalogue.empty())
+  if (result.explanation.empty() && !result.rejected && !result.applied && !catalogue.empty())
     look_at_order(training, catalogue, options, result);
   if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
   set_verdict(training, held_out, result);

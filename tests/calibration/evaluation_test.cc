@@ -81,6 +81,17 @@ TEST(NoiseFloor, OfCopiesIsThatOfTheInstrument) {
             NoiseFloor::Source::replicates);
 }
 
+// Most readings of a scale of 0.1 mm agree, a third along x by chance not: sigma^2 = (0.1 mm)^2 / 2
+// / 3 there, and none along y and z.
+TEST(NoiseFloor, OfACoarseScaleIsTheMeanSquareOfItsSteps) {
+  ReadTwice rounded(30, 0);
+  for (size_t row = 0; row < 60; row += 6) rounded.evaluation.residuals[row].x() += 1e-4;
+  const NoiseFloor floor = noise_floor({}, rounded.campaign, rounded.evaluation);
+  EXPECT_FALSE(floor.are_copies);
+  EXPECT_EQ(floor.source, NoiseFloor::Source::replicates);
+  EXPECT_NEAR(floor.position, 1e-4 / std::sqrt(18), 1e-12);
+}
+
 // Readings that state twice the standard deviation scatter twice as far: one floor, of the median.
 TEST(NoiseFloor, WeighsReadingsByTheirOwnDeviation) {
   ReadTwice readings(9, 1e-4);

@@ -94,8 +94,8 @@ struct NoiseFloor {
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates, times the efficiency of their deviation
   double median_sigma = 0;     ///< that the rows state, of which `position` is the noise [m]; or 0
-  /// Replicates agree to kFinestReading where the model does not agree with them: copies of one
-  /// reading, or readings that were rounded. They say nothing of the noise.
+  /// Nine of ten replicates agree to kFinestReading where the model does not agree with them:
+  /// copies of one reading. They say nothing of the noise.
   bool are_copies = false;
 };
 
