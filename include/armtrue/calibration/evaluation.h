@@ -103,11 +103,11 @@ struct NoiseFloor {
 /// freedom or more: the robust_deviation() of
 ///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
 /// with r the residual of a row times (median sigma / own sigma), of each axis and session
-/// (sessions of fewer than 30 count as one), and the root of their mean square. Otherwise, or if
-/// they are copies, it is the median `sigma_mm` of the rows, else the noise that the robot file
-/// states. Replicates read one
-/// after the other at standstill show the noise of the instrument only, not how well the arm
-/// returns to a pose.
+/// (sessions of fewer than 30 count as one), and the root of their mean square. Where that robust
+/// deviation is below kFinestReading, as of readings on a coarse scale, most of which agree, it is
+/// their root mean square. Otherwise, or if they are copies, it is the median `sigma_mm` of the
+/// rows, else the noise that the robot file states. Replicates read one after the other at
+/// standstill show the noise of the instrument only, not how well the arm returns to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
 /// The same without the rows of blunders (ascending), evaluated with the robot.
