@@ -420,8 +420,8 @@ void look_at_order(const Training& training, const Catalogue& catalogue,
   result.trace.pattern_remains = true;
   result.trace.remaining_p = rest.remaining_p;
   result.pattern = fmt::format(
-      "{} follows the order of the lines ({}); with the time of each reading (t_s) its cause can be "
-      "searched",
+      "{} follows the order of the lines ({}); with the time of each reading (t_s) its "
+      "cause can be searched",
       to_string(effect.parameter), to_string(effect.shape));
 }
 
