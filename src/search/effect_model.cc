@@ -15,6 +15,7 @@
 #include "armtrue/observation/registration.h"
 #include "search/candidates.h"
 #include "search/ebic.h"
+#include "search/significance.h"
 
 namespace armtrue {
 namespace {
@@ -91,13 +92,6 @@ bool may_be_distortion(const CalibrationResult& geometry, const Campaign& campai
          geometry.sigma.position < kMaxTimesNoise * noise.position;
 }
 
-// Whether what a fit leaves is known to be no larger than noise.
-bool leaves_noise(const CalibrationResult& fit, const Campaign& campaign) {
-  constexpr double kSignificance = 0.01;  // that of the verdict
-  const FitQuality quality = assess(fit, campaign);
-  return quality.lack_of_fit && *quality.lack_of_fit >= kSignificance;
-}
-
 // Share of the variance of a parameter without a prior that comes from the priors of others.
 double share_of_priors(const CalibrationResult& fit, int parameter) {
   const auto k = std::ranges::find(fit.set.kept, parameter) - fit.set.kept.begin();
@@ -156,7 +150,7 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
   const IdentifiableSet free = with_tool_of_small_angles(as_filed_.robot, campaign, as_filed_.set);
   if (!free.by_small_angles.empty())
     if (CalibrationResult all = calibrate(robot, campaign, free);
-        leaves_noise(all, campaign) && shows_tool(all))
+        leaves_noise(all, campaign) == true && shows_tool(all))
       fit_ = std::move(all);
   Catalogue known = catalogue;
   if (!may_be_distortion(fit_, campaign))

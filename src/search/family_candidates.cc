@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "armtrue/campaign/selection.h"
 #include "armtrue/effects/sampling.h"
+#include "linear_algebra/decompositions.h"
 #include "search/candidates.h"
 
 namespace armtrue {
@@ -107,6 +109,29 @@ void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> 
   for (size_t m = 0; m < members.size(); ++m) members[m].family->typical /= reference[m];
 }
 
+// Whether the members of an event move what is behind them as a further one does. Six motions bend
+// a link: a shift along the axis before it is another one than that along the next axis, unless
+// both axes are parallel; then the turns about both are two.
+bool is_moved_by(const std::vector<Effect>& members, const Candidate& further,
+                 const KinematicChain& chain, const PoseJacobian& jacobian) {
+  constexpr double kSame = 0.02;  // of its length: axes as parallel as they are built
+  const Driver& driver = further.effect.driver;
+  if (members.empty() || !further.only_together || !driver.follows_course() || driver.factor)
+    return false;
+  Eigen::MatrixXd columns(6, std::ssize(members) + 1);
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    const Effect& effect = k < std::ssize(members) ? members[k] : further.effect;
+    const std::optional<int> parameter = find_parameter(chain, effect.parameter);
+    if (!parameter || *parameter >= jacobian.cols()) return false;
+    columns.col(k) = jacobian.col(*parameter).normalized();
+  }
+  const Eigen::MatrixXd moved = columns.leftCols(std::ssize(members));
+  const Eigen::VectorXd own = columns.rightCols<1>();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(moved);
+  qr.setThreshold(kSame);
+  return (moved * qr.solve(own) - own).norm() < kSame;
+}
+
 }  // namespace
 
 std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
@@ -135,6 +160,8 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
     alone.push_back({single, BoundEffect(single.effect, robot, campaign.temperature_names)});
   }
   set_typical(alone, robot, campaign);
+  PoseJacobian jacobian;
+  ChainEvaluator(robot.chain).pose(campaign.q[0], jacobian);
   for (const auto& [single, bound, value] : alone) {
     const bool by_torque = single.effect.driver.kind == DriverKind::gravity_torque;
     if (value < (by_torque ? kMinTorque : 1e-12)) continue;
@@ -147,6 +174,7 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
       family->log_choices = single.log_choices;
       values.emplace_back();
     }
+    if (is_moved_by(family->effect.members, single, robot.chain, jacobian)) continue;
     values[family - families.begin()].push_back(value);
     Effect& member = family->effect.members.emplace_back(single.effect);
     member.coefficients.resize(bound.coefficient_count());

@@ -6,11 +6,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "armtrue/calibration/evaluation.h"
 #include "armtrue/statistics/distributions.h"
 #include "search/cross_validation.h"
 #include "search/evidence.h"
 #include "search/search_phases.h"
+#include "search/significance.h"
 
 namespace armtrue {
 namespace {
@@ -184,7 +184,8 @@ bool ModelSearch::step() {
 // enters if it leaves nothing but noise: a family explains a part of nearly everything, but not all
 // of it.
 bool ModelSearch::add_event() {
-  if (model_.chosen_count() > 0 || options_.max_effects == 0 || leaves_noise()) return false;
+  if (model_.chosen_count() > 0 || options_.max_effects == 0) return false;
+  if (leaves_noise(model_.fit(), campaign_) != false) return false;
   const std::vector<CandidateScore> scores = model_.view().projected.scores();
   const EffectModel::Fitted before = model_.fitted();
   int trials = 0;
@@ -199,19 +200,13 @@ bool ModelSearch::add_event() {
     if (p >= model_.significance()) break;
     model_.add(model_.refined(event, -1), p);
     settle_place_of(0);
-    if (!is_half_shown(0) && leaves_noise()) {
+    if (!is_half_shown(0) && leaves_noise(model_.fit(), campaign_) == true) {
       result_.stages.push_back(model_.fit());
       return true;
     }
     model_.come_back(before);
   }
   return false;
-}
-
-// Whether what the model leaves may be noise, if that is known.
-bool ModelSearch::leaves_noise() const {
-  constexpr double kMayBeChance = 0.01;
-  return assess(model_.fit(), campaign_).lack_of_fit_in_position.value_or(1) >= kMayBeChance;
 }
 
 // What the present model leaves, after effects were dropped at the end.

@@ -43,7 +43,6 @@ class ModelSearch {
   // Forward (model_search.cc).
   bool step();
   bool add_event();
-  bool leaves_noise() const;
   void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order);
   void note_rest();
   void judge_rest();

@@ -42,20 +42,22 @@ void for_ordered_blocks(int count, int size, const Work& work, const Join& join)
   int failed = blocks;
   std::exception_ptr failure;
   std::mutex failure_mutex;
+  const auto run_the_next = [&] {
+    is_block_worker = true;
+    for (int block = next++; block < blocks; block = next++) try {
+        results[block] = run(block);
+      } catch (...) {
+        const std::lock_guard lock(failure_mutex);
+        if (block < failed) failure = std::current_exception();
+        failed = std::min(failed, block);
+        next = blocks;  // those before it have begun
+      }
+    is_block_worker = false;
+  };
   {
-    std::vector<std::jthread> workers;
-    for (int t = 0; t < threads; ++t)
-      workers.emplace_back([&] {
-        is_block_worker = true;
-        for (int block = next++; block < blocks; block = next++) try {
-            results[block] = run(block);
-          } catch (...) {
-            const std::lock_guard lock(failure_mutex);
-            if (block < failed) failure = std::current_exception();
-            failed = std::min(failed, block);
-            next = blocks;  // those before it have begun
-          }
-      });
+    std::vector<std::jthread> others;
+    for (int t = 1; t < threads; ++t) others.emplace_back(run_the_next);
+    run_the_next();
   }
   if (failure) std::rethrow_exception(failure);
   for (const Result& result : results) join(result);

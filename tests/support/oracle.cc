@@ -639,6 +639,21 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
     bent.step_at_s = at;
     return bent;
   }
+  if (family == "bent-upper-arm") {
+    // The axes at its ends, 2 and 3, are parallel: it is shifted in all directions and turned.
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    Hidden bent{family, "A3", "time", [at](const Moment& m, OracleArm& arm) {
+                  if (m.time_s < at) return;
+                  const double across = 7e-4;  // m
+                  arm.links[1].theta += across / arm.links[2].d;
+                  arm.links[2].theta -= across / arm.links[2].d + 1e-4;
+                  arm.links[2].alpha += 3e-4;
+                  arm.links[2].beta -= 2e-4;
+                  arm.links[2].d += 3e-4;
+                }};
+    bent.step_at_s = at;
+    return bent;
+  }
   if (family == "scale-drift")
     return Hidden{family, "instrument.scale", "time",
                   [duration_s](const Moment& m, OracleArm& arm) {
@@ -817,6 +832,7 @@ std::vector<std::string> families() {
           "warm-links",
           "settling",
           "crash",
+          "bent-upper-arm",
           "run-out",
           "droop",
           "tool-play",

@@ -70,6 +70,22 @@ TEST(Crash, BendsOneLinkInItsParametersAtOneTime) {
   }
 }
 
+// Behind parallel axes a turn about the next one, against that about the one before, is the shift
+// across the link.
+TEST(Crash, BendsALinkBetweenParallelAxes) {
+  const LoopResult result = found("bent-upper-arm", 48, 0.3).result;
+  std::set<std::string> moved;
+  for (const TracedEffect& traced : result.trace.effects) {
+    EXPECT_EQ(traced.effect.name, "bent link") << listed(result);
+    moved.insert(to_string(traced.effect.parameter));
+  }
+  EXPECT_TRUE(moved.contains("A3.theta")) << listed(result);
+  for (const std::string& parameter : moved)
+    EXPECT_TRUE(parameter.starts_with("A3.") || parameter == "A2.theta" || parameter == "A2.r")
+        << parameter;
+  EXPECT_EQ(result.verdict, Verdict::closed);
+}
+
 // One zero that jumped is no crash, and no load.
 TEST(Crash, IsNotNamedWhereOneZeroJumped) {
   for (unsigned seed : {44u, 45u}) {
