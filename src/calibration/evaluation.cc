@@ -522,6 +522,12 @@ void set_scatter(const CalibrationResult& fit, const Campaign& campaign,
 
 }  // namespace
 
+std::optional<bool> FitQuality::leaves_noise() const {
+  constexpr double kMayBeChance = 0.01;
+  if (!lack_of_fit) return std::nullopt;
+  return *lack_of_fit >= kMayBeChance;
+}
+
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   return assess(fit, campaign, evaluate(fit.robot, campaign));
 }

@@ -197,6 +197,22 @@ FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_
   return with_basis(raw_equations(fit, further_parameters));
 }
 
+Eigen::VectorXd like_changes(const PlainFit& fit, const std::vector<int>& parameters,
+                             const Eigen::VectorXd& changes) {
+  const RawEquations raw = raw_equations(fit, parameters);
+  const Columns columns = columns_of(fit, parameters, rows_by_session(fit.readings).size() > 1);
+  const Eigen::VectorXd length = raw.fitted.colwise().norm().cwiseMax(1e-300).transpose();
+  const Eigen::MatrixXd unit = raw.fitted * length.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd moved = raw.beside * changes;
+  const Eigen::VectorXd alike =
+      Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(unit).solve(moved).cwiseQuotient(length);
+  const std::vector<int>& kept = fit.result.set.kept;
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(std::ssize(kept));
+  for (Eigen::Index k = 0; k < std::ssize(columns.shared); ++k)
+    change[std::ranges::find(kept, columns.shared[k]) - kept.begin()] = alike[k];
+  return change;
+}
+
 FitEquations reading_equations(const PlainFit& fit, const std::vector<int>& further_parameters) {
   if (!fit.readings.has_pixels_only()) return fit_equations(fit, further_parameters);
   const KinematicChain& chain = fit.result.robot.chain;

@@ -43,6 +43,11 @@ struct FitEquations {
 
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
 
+/// Changes of the fitted parameters (result.set.kept) that do to the readings, by least squares,
+/// what `changes` of other parameters do. 0 for a parameter that each session has of its own.
+Eigen::VectorXd like_changes(const PlainFit& fit, const std::vector<int>& parameters,
+                             const Eigen::VectorXd& changes);
+
 /// A column of FitEquations::columns, the equations of each reading times its factor.
 Eigen::VectorXd times_of_rows(const Eigen::VectorXd& column, const Eigen::VectorXd& factors);
 

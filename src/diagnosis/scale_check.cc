@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "armtrue/kinematics/parameters.h"
@@ -49,28 +50,59 @@ std::string what_sets_the_scale(const Campaign& readings) {
   return "the scale and the unit of the instrument";
 }
 
+// Of a link; where a positioner stands is known roughly only.
+bool is_length_of_arm(const Robot& nominal, int parameter) {
+  return layout_of(nominal.chain).is_of_links(parameter) &&
+         parameter_unit(nominal.chain, parameter) == ParameterUnit::metre &&
+         !places_positioner(nominal, parameter);
+}
+
+double nominal_length(const KinematicChain& chain, int parameter) {
+  const Link& link = chain.links[link_of_parameter(parameter)];
+  return kind_of_parameter(parameter) == LinkParameter::d ? link.d : link.r;
+}
+
+// Of each fitted parameter that is a length of the arm, the length and its change; 0 of the others.
+struct FittedLengths {
+  Eigen::VectorXd length, change;
+  int count = 0;
+};
+
+// Of lengths along parallel axes the fit has one, which stands for their sum.
+FittedLengths fitted_lengths(const PlainFit& fit, const Robot& nominal) {
+  const std::vector<int>& kept = fit.result.set.kept;
+  FittedLengths fitted{Eigen::VectorXd::Zero(fit.result.change.size()),
+                       Eigen::VectorXd::Zero(fit.result.change.size())};
+  std::vector<int> others;
+  std::vector<double> of_others;
+  for (int parameter = 0; parameter < parameter_count(nominal.chain); ++parameter) {
+    if (!is_length_of_arm(nominal, parameter)) continue;
+    const double length = nominal_length(nominal.chain, parameter);
+    const auto k = std::ranges::find(kept, parameter) - kept.begin();
+    if (k < std::ssize(kept)) {
+      fitted.length[k] = length;
+      fitted.change[k] = fit.result.change[k];
+      ++fitted.count;
+    } else if (length != 0) {
+      others.push_back(parameter);
+      of_others.push_back(length);
+    }
+  }
+  const Eigen::VectorXd alike = like_changes(
+      fit, others, Eigen::Map<const Eigen::VectorXd>(of_others.data(), std::ssize(of_others)));
+  for (Eigen::Index k = 0; k < std::ssize(kept); ++k)
+    if (is_length_of_arm(nominal, kept[k])) fitted.length[k] += alike[k];
+  return fitted;
+}
+
 }  // namespace
 
 std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot& nominal) {
   constexpr double kLeastScale = 1e-3, kChance = 1e-4, kClearly = 5;  // standard deviations
   constexpr int kFewestLengths = 3;
-  const std::vector<int>& kept = fit.result.set.kept;
-  Eigen::VectorXd lengths = Eigen::VectorXd::Zero(fit.result.change.size());
-  Eigen::VectorXd changes = lengths;
-  int changed = 0;
-  for (size_t i = 0; i < kept.size(); ++i) {
-    const int parameter = kept[i];
-    if (!layout_of(nominal.chain).is_of_links(parameter) ||
-        parameter_unit(nominal.chain, parameter) != ParameterUnit::metre ||
-        places_positioner(nominal, parameter))  // known roughly only
-      continue;
-    const Link& of = nominal.chain.links[link_of_parameter(parameter)];
-    const Eigen::Index k = i;
-    lengths[k] = kind_of_parameter(parameter) == LinkParameter::d ? of.d : of.r;
-    changes[k] = fit.result.change[k];
-    ++changed;
-  }
-  if ((lengths.array() != 0).count() < kFewestLengths) return std::nullopt;
+  constexpr double kLeastLength = 1e-3;  // m
+  const auto [lengths, changes, changed] = fitted_lengths(fit, nominal);
+  if ((lengths.array().abs() > kLeastLength).count() < kFewestLengths) return std::nullopt;
   const double square = lengths.squaredNorm(), scale = lengths.dot(changes) / square;
   const double by_readings =
       std::sqrt(std::max(0.0, lengths.dot(fit.result.covariance * lengths))) / square;

@@ -15,7 +15,6 @@
 #include "armtrue/observation/registration.h"
 #include "search/candidates.h"
 #include "search/ebic.h"
-#include "search/significance.h"
 
 namespace armtrue {
 namespace {
@@ -150,7 +149,7 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
   const IdentifiableSet free = with_tool_of_small_angles(as_filed_.robot, campaign, as_filed_.set);
   if (!free.by_small_angles.empty())
     if (CalibrationResult all = calibrate(robot, campaign, free);
-        leaves_noise(all, campaign) == true && shows_tool(all))
+        assess(all, campaign).leaves_noise() == true && shows_tool(all))
       fit_ = std::move(all);
   Catalogue known = catalogue;
   if (!may_be_distortion(fit_, campaign))

@@ -6,11 +6,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/statistics/distributions.h"
 #include "search/cross_validation.h"
 #include "search/evidence.h"
 #include "search/search_phases.h"
-#include "search/significance.h"
 
 namespace armtrue {
 namespace {
@@ -185,7 +185,7 @@ bool ModelSearch::step() {
 // of it.
 bool ModelSearch::add_event() {
   if (model_.chosen_count() > 0 || options_.max_effects == 0) return false;
-  if (leaves_noise(model_.fit(), campaign_) != false) return false;
+  if (assess(model_.fit(), campaign_).leaves_noise() != false) return false;
   const std::vector<CandidateScore> scores = model_.view().projected.scores();
   const EffectModel::Fitted before = model_.fitted();
   int trials = 0;
@@ -200,7 +200,7 @@ bool ModelSearch::add_event() {
     if (p >= model_.significance()) break;
     model_.add(model_.refined(event, -1), p);
     settle_place_of(0);
-    if (!is_half_shown(0) && leaves_noise(model_.fit(), campaign_) == true) {
+    if (!is_half_shown(0) && assess(model_.fit(), campaign_).leaves_noise() == true) {
       result_.stages.push_back(model_.fit());
       return true;
     }

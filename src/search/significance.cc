@@ -8,7 +8,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kClearLackOfFit = 1e-3, kMayBeChance = 0.01;  // p
+constexpr double kClearLackOfFit = 1e-3;  // p
 
 }  // namespace
 
@@ -17,12 +17,6 @@ double significance_level(const CalibrationResult& fit, const Campaign& campaign
   const double lack_of_fit = assess(fit, campaign).lack_of_fit_in_position.value_or(1.0);
   const double missing = std::clamp(std::log(lack_of_fit) / std::log(kClearLackOfFit), 0.0, 1.0);
   return without_lack * std::pow(with_lack / without_lack, missing);
-}
-
-std::optional<bool> leaves_noise(const CalibrationResult& fit, const Campaign& campaign) {
-  const std::optional<double> p = assess(fit, campaign).lack_of_fit;
-  if (!p) return std::nullopt;
-  return *p >= kMayBeChance;
 }
 
 }  // namespace armtrue

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "armtrue/calibration/calibration.h"
 
 namespace armtrue {
@@ -11,9 +9,5 @@ namespace armtrue {
 /// between. Without a lack of fit an effect is less likely, and needs stronger evidence.
 double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
                           double without_lack);
-
-/// Whether what a fit leaves may be noise, at the level of the verdict; nothing where no noise is
-/// known.
-std::optional<bool> leaves_noise(const CalibrationResult& fit, const Campaign& campaign);
 
 }  // namespace armtrue

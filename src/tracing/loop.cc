@@ -247,11 +247,11 @@ bool is_against_held(const TraceResult& trace, const Campaign& held_out) {
   return mean_of(trace.fit) > mean_of(trace.stages.front());
 }
 
-// Whether a camera or a board moved among the images, and no effect of time explains it. Effects
-// found beside such a motion imitate it, and held-out images, which are of both parts, do not show
-// that.
+// Whether a camera or a board moved among the images, and no effect explains it: none of time, nor
+// others that leave nothing but noise. Effects found beside such a motion imitate it in part, and
+// held-out images, which are of both parts, do not show that.
 bool something_moved(const Campaign& given, const Training& training) {
-  if (!given.has_pixels_only()) return false;
+  if (!given.has_pixels_only() || training.quality.leaves_noise() == true) return false;
   const TraceResult& trace = training.trace;
   const bool follows_time = std::ranges::any_of(trace.effects, [](const TracedEffect& traced) {
     return traced.effect.driver.follows_course();

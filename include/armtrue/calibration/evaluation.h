@@ -144,6 +144,9 @@ struct FitQuality {
   /// the variance between groups (Searle, Casella, McCulloch, "Variance components", 1992, 3.6).
   /// Replicates share what the model lacks, so that unknowns take up groups, not readings.
   double rest = 0;
+
+  /// Whether what the fit leaves may be noise (p >= 0.01); nothing where no noise is known.
+  std::optional<bool> leaves_noise() const;
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
 
