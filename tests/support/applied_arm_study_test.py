@@ -26,6 +26,9 @@ SEEDS = (1, 4, 5, 17, 20)
 # Cameras with another scale in depth, which looks like a constant error of their distances.
 DEPTHS = (28, 36, 104)
 
+# Wires have another scale, and two joints have backlash.
+SCALES_OF_WIRES = 740
+
 # Campaigns of many poses: of a tracker, and of wires.
 STRAIN_WAVE, DRUM = 617, 669
 
@@ -142,6 +145,9 @@ class Campaigns(unittest.TestCase):
     def test_what_hides_is_not_harmed(self):
         for seed in SEEDS:
             self.judged(seed)
+
+    def test_backlash_is_named_beside_scales_of_wires(self):
+        self.assertIn("backlash: R.theta ~ arrival 4", self.judged(SCALES_OF_WIRES)["found"])
 
 
 class Cycles(unittest.TestCase):
