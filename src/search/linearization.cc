@@ -18,11 +18,15 @@ namespace {
 constexpr double kMinPivot = 1e-9;  // columns have unit length; a smaller pivot is rounding
 // The relative error of a pivot p of a Gram matrix is 1e-16 / p.
 constexpr double kMinClearPivot = 1e-5;
-// Squared share of a direction that other columns have as well; less is rounding.
-constexpr double kMinShared = 1e-12;
+// Squared share of a direction that other columns have as well. With less they would have to move
+// the readings a thousand times as far to take its place.
+constexpr double kMinShared = 1e-6;
 // A parameter is named as refitted if it moves the readings by at least this share of the effect.
 constexpr double kMinShareOfRefit = 0.1;
-constexpr int kNone = -1;  // no row
+constexpr int kNone = -1;  // no row, or no column
+// A column that moves the readings by less than this beside all others, as a multiple of the noise
+// of one of them, is not seen, though its coefficient be the largest that is possible.
+constexpr double kUnseen = 0.01;
 
 // Design effect deff = 1 + (m - 1) icc (Kish, "Survey Sampling", 1965): the number of readings that
 // are worth one independent reading. All m readings of a pose share the error of the model at that
@@ -246,7 +250,11 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
   problem.readings = blocks.rightCols<1>();
   for (const Effect& effect : fit.robot.effects) {
     std::vector<double>& values = problem.coefficients_of_effect.emplace_back();
-    for (const Coefficient& coefficient : effect.coefficients) values.push_back(coefficient.value);
+    for (const Coefficient& coefficient : effect.coefficients) {
+      values.push_back(coefficient.value);
+      const double square = models.mean_square_value(static_cast<int>(problem.most.size()));
+      problem.most.push_back(square > 0 ? kMaxVariation / std::sqrt(square) : 0);
+    }
   }
   problem.mean_psi_derivative = mean_psi_derivative(fit.weights, fit.degrees_of_freedom, size);
   return problem;
@@ -263,10 +271,20 @@ Linearization::Linearization(LinearProblem problem)
       jacobian_(std::move(problem.jacobian)),
       mean_psi_derivative_(problem.mean_psi_derivative) {
   const Eigen::VectorXd length = problem.fitted.colwise().norm();
-  Basis basis = orthonormal_basis(normalized(std::move(problem.fitted)));
-  basis_ = std::move(basis.vectors);
-  fitted_ = std::move(basis.columns);
-  set_duals();
+  Eigen::MatrixXd columns = normalized(std::move(problem.fitted));
+  std::vector<std::pair<Eigen::Index, Eigen::VectorXd>> unseen;
+  for (;;) {
+    Basis basis = orthonormal_basis(columns);
+    basis_ = std::move(basis.vectors);
+    fitted_ = std::move(basis.columns);
+    set_duals();
+    const Eigen::Index column = unseen_column(problem, length);
+    if (column == kNone) break;
+    unseen.emplace_back(column, columns.col(column));
+    columns.col(column).setZero();
+  }
+  Eigen::MatrixXd coordinates = fitted_;
+  for (const auto& [column, values] : unseen) coordinates.col(column) = basis_.transpose() * values;
   explained_ = basis_.transpose() * problem.readings;
   residual_ = problem.readings - basis_ * explained_;
   residual_norm_ = residual_.squaredNorm() + replicates_.rest.squaredNorm();
@@ -276,7 +294,7 @@ Linearization::Linearization(LinearProblem problem)
     first_effect_column_.push_back(column);
     Eigen::VectorXd contribution = Eigen::VectorXd::Zero(basis_.cols());
     for (double coefficient : coefficients) {
-      contribution += fitted_.col(column) * (length[column] * coefficient);
+      contribution += coordinates.col(column) * (length[column] * coefficient);
       ++column;
     }
     contribution_.push_back(contribution);
@@ -304,6 +322,25 @@ void Linearization::set_duals() {
   if (rank < count) turn_ = duals_;
   const Eigen::MatrixXd triangle = qr.matrixQR().topRows(rank);
   triangle.triangularView<Eigen::Upper>().solveInPlace(duals_);
+}
+
+// The least seen column of an effect, if it is not seen. A driver that takes no notice of effects
+// makes such columns: the length of a wire grows as all lengths of the arm do, but for what the
+// other effects add to it, which is their own column a hundred thousand times smaller. Left in, it
+// would take their place, with an impossible coefficient.
+Eigen::Index Linearization::unseen_column(const LinearProblem& problem,
+                                          const Eigen::VectorXd& length) const {
+  Eigen::Index least_seen = kNone;
+  double least = kUnseen;
+  for (Eigen::Index k = 0; k < std::ssize(problem.most); ++k) {
+    const Eigen::Index column = problem.geometric + k;
+    const double dual = duals_.col(column).norm();  // of what is beside all others, 1 / length
+    const double seen = problem.most[k] * length[column] / dual;
+    if (fitted_.col(column).isZero() || !(seen < least)) continue;
+    least = seen;
+    least_seen = column;
+  }
+  return least_seen;
 }
 
 // Decomposes the fitted columns without those of some effects.

@@ -23,6 +23,9 @@ struct BesideTheRest {
   int poses() const { return pose.empty() ? 0 : 1 + *std::max_element(pose.begin(), pose.end()); }
 };
 
+/// What an effect adds to its parameter, at most [m, rad]: more is a mistake, not an effect.
+inline constexpr double kMaxVariation = 0.02;
+
 /// A fit as a linear problem: readings = fitted * unknowns + residual, whitened and weighted.
 struct LinearProblem {
   std::vector<int> pose;  ///< number of the pose, from 0, of each row
@@ -35,6 +38,8 @@ struct LinearProblem {
   int geometric = 0;         ///< number of geometric columns of `fitted`
   Eigen::VectorXd readings;  ///< rows * row_size: readings minus the model
   std::vector<std::vector<double>> coefficients_of_effect;
+  /// Largest amount of each coefficient that is possible; empty: not known.
+  std::vector<double> most;
   double mean_psi_derivative = 1;  ///< see pose_influence.h
   Replicates replicates;           ///< of the rows; empty: each row is one reading
 };
@@ -93,13 +98,16 @@ class Linearization {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(const std::vector<int>& effects) const;
   Eigen::MatrixXd only_by(const std::vector<int>& effects) const;
   void set_duals();
+  Eigen::Index unseen_column(const LinearProblem& problem, const Eigen::VectorXd& length) const;
 
   int row_size_ = 3;
   std::vector<int> pose_;
   Replicates replicates_;
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd basis_;
-  Eigen::MatrixXd fitted_;  // the fitted columns in coordinates of the basis, of unit length
+  // The fitted columns in coordinates of the basis, of unit length; zero of a column of an effect
+  // that is not seen beside the others.
+  Eigen::MatrixXd fitted_;
   // The pseudoinverse of their transpose. Of independent columns its column k is orthogonal to all
   // fitted columns but the k-th. Where they depend on each other, `turn_` has an orthonormal basis
   // of their rows as its own rows.

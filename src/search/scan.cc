@@ -14,8 +14,6 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxVariation = 0.02;  // m or rad: more is a mistake, not an effect
-
 // Two effects with the same key have the same values in every context.
 std::string value_key(const Effect& effect) {
   const Shape& shape = effect.shape;

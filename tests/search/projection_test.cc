@@ -170,6 +170,36 @@ TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
   EXPECT_NEAR(own.score, ebic_fall(false, 1.25, 1, gain, before, 180 - 6), 1e-9);
 }
 
+// The lengths of wires, read without the other effects, grow as all lengths do but for a hundred
+// thousandth of these effects.
+TEST(Projection, WhatCannotBeSeenTakesNoEffectsPlace) {
+  Random random{7};
+  const Campaign campaign = angles_by_hand(random, 60);
+  LinearProblem linear = problem_by_hand(random, campaign, 5);
+  const Eigen::MatrixXd rest = linear.fitted;
+  const Eigen::MatrixXd backlash = normal_matrix(random, 180, 2);
+  const Eigen::Vector2d coefficients(0.8, -1.5);
+  linear.readings = 0.1 * normal_matrix(random, 180, 1);
+  linear.coefficients_of_effect = {{coefficients[0], coefficients[1]}, {0.01}};
+  linear.most = {10, 10, 0.1};
+  const Eigen::VectorXd readings = linear.readings + backlash * coefficients;
+  const double gain = squares_left(rest, readings) - squares_left(beside(rest, backlash), readings);
+  for (const double besides : {0.0, 1e-7}) {
+    const Eigen::MatrixXd wire =
+        rest.col(2) + 1e-5 * backlash * coefficients + besides * normal_matrix(random, 180, 1);
+    linear.fitted = beside(beside(rest, backlash), wire);
+    const Linearization fit{linear};
+    const Linearization::Loss loss = fit.without({0});
+    EXPECT_EQ(loss.span.cols(), 2);
+    EXPECT_NEAR(loss.residual.squaredNorm(), gain, 1e-3 * gain);
+    EXPECT_EQ(fit.without({1}).span.cols(), 0);
+    EXPECT_EQ(fit.basis().cols(), 7);
+  }
+  // With coefficients of thousands it could.
+  linear.most.back() = 1e6;
+  EXPECT_LT(Linearization{linear}.without({0}).residual.squaredNorm(), 0.5 * gain);
+}
+
 // A candidate that cannot score more than the least is left out, any other is scored as before.
 TEST(Projection, BoundLeavesOutOnlyWhatCannotScoreMore) {
   const ProjectedProblem problem;

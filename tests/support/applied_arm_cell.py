@@ -1092,10 +1092,10 @@ class Cell:
                 shift = add(shift, effect.reading(s, v, sub(frame[1], station)))
         return frame[0], add(frame[1], shift)
 
-    def lengths(self, v, sizes=None, rows=None, tool=None, base=None):
+    def lengths(self, v, sizes=None, rows=None, tool=None, base=None, anchors=None):
         sizes = sizes or [effect.sizes for effect in self.effects]
         point, result = self.readings(v, sizes, rows, tool, base)[1], []
-        for k, anchor in enumerate(self.anchors):
+        for k, anchor in enumerate(anchors or self.anchors):
             l = length(sub(point, anchor))
             for effect, s in zip(self.effects, sizes):
                 if effect.wire:

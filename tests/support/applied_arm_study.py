@@ -22,7 +22,8 @@ that count, and with --against the campaigns in which two builds differ. `famili
 tests the judge itself and runs some of the campaigns.
 
 Best: the expected error of a fit that knows the forms of all that hides, from the covariance of its sizes and of the geometry;
-it is not run.
+it is not run. Shown: of each that hides, the fall of BIC that such a fit expects of it. A scale of the instrument is a
+length of the arm: it moves each reading, and shows in none. What falls by odds of 1000 to 1 is shown.
 Harmed: more than 5 % and more than a tenth of the floor above the error of the geometry of the same poses (or of all poses, or
 of the nominal arm). False confidence:
 the verdict is closed or nothing-to-explain, the arm errs by more than two floors, and its own std says less than half of
@@ -54,6 +55,7 @@ MAX_MM = 100                   # no correction is refused for its size: the nomi
 LEFT_ALONE = {"unreachable", "limit", "beyond-max", "singular"}
 HARM_SHARE, HARM_FLOORS = 0.05, 0.1
 FALSE_FLOORS = 2.0
+SHOWN = 2 * math.log(1000)
 PRODUCTS = ("closed", "geometry", "all-poses")
 
 
@@ -114,6 +116,7 @@ class Point:
     def __init__(self, cell):
         self.rows, self.tool, self.bases = [copy.copy(row) for row in cell.rows], cell.tool, list(cell.bases)
         self.sizes, self.zeros = [list(effect.sizes) for effect in cell.effects], list(cell.zeros) if cell.anchors else []
+        self.anchors = list(cell.anchors)
 
 
 def unknowns(cell):
@@ -146,6 +149,10 @@ def unknowns(cell):
         def move_zero(point, step, k=k):
             point.zeros[k] += step
         result.append((10.0, 0.01, move_zero))
+        for axis in range(3):
+            def move_anchor(point, step, k=k, axis=axis):
+                point.anchors[k] = add(point.anchors[k], tuple(step * (a == axis) for a in range(3)))
+            result.append((1.0, 0.01, move_anchor))
     for e, effect in enumerate(cell.effects):
         for k in range(len(effect.sizes)):
             def move_size(point, step, e=e, k=k):
@@ -165,10 +172,9 @@ def derivatives(cell, moves, look):
     return columns
 
 
-def best_possible(cell):
-    """Expected error of the arm, mean over the targets, mm, by the posterior covariance of a fit of the geometry and of the sizes of
-    all that hides, forms known, from as many readings as close-loop fits."""
-    moves = unknowns(cell)
+def information(cell, moves):
+    """Normal matrix of a fit of the geometry and of the sizes of all that hides, forms known, from as many readings as close-loop
+    fits, with its priors, and the number of equations."""
     step = max(1, len(cell.visits) // READINGS_OF_BEST)
     visits = cell.visits[::step]
     share = len(cell.visits) / len(visits) * (0.8 if cell.with_test else 0.75)
@@ -180,7 +186,7 @@ def best_possible(cell):
         for v, back in zip(visits, upright):
             known = (v, point.sizes, point.rows, point.tool, point.bases[v.session])
             if cell.anchors:
-                numbers += [weight * (l + zero) for l, zero in zip(cell.lengths(*known), point.zeros)]
+                numbers += [weight * (l + zero) for l, zero in zip(cell.lengths(*known, point.anchors), point.zeros)]
                 continue
             rotation, place = cell.readings(*known)
             numbers += [weight * x for x in place]
@@ -195,6 +201,29 @@ def best_possible(cell):
     for a in range(n):
         for b in range(a, n):
             normal[a][b] = normal[b][a] = share * sum(map(operator.mul, columns[a], columns[b])) + (a == b)
+    return normal, share * len(columns[0])
+
+
+def shown(cell, moves, normal, equations):
+    """Fall of BIC, without noise, by each that hides beside the geometry and all else that hides."""
+    falls, first = [], len(moves) - sum(len(effect.sizes) for effect in cell.effects)
+    for effect in cell.effects:
+        own = list(range(first, first + len(effect.sizes)))
+        order = [k for k in range(len(moves)) if k not in own] + own
+        lower = cholesky([[normal[a][b] for b in order] for a in order])
+        sizes = [size / moves[k][0] for size, k in zip(effect.sizes, own)]
+        # The last block of N = L L^T leaves L_own L_own^T to it, of which 1 is its prior.
+        begin = len(moves) - len(own)
+        gain = sum(sum(lower[a][b] * size for a, size in zip(range(begin, len(moves)), sizes)) ** 2
+                   for b in range(begin, len(moves))) - sum(size * size for size in sizes)
+        falls.append(gain - len(own) * math.log(equations))
+        first += len(own)
+    return falls
+
+
+def best_possible(cell, moves, normal):
+    """Expected error of the arm, mean over the targets, mm, by the posterior covariance of that fit."""
+    n = len(moves)
     cell.follow(cell.judged, cell.targets)
     frames = [cell.chain(v) for v in cell.judged[1:]]
     at_targets = derivatives(cell, moves, lambda point: [x for v in cell.judged[1:] for x in cell.chain(
@@ -287,7 +316,7 @@ def owner_of(parameter, driver):
 
 
 def explained(cell, effect):
-    """Whether a hidden family explains a finding. Neighbours of a joint count: their axes may be parallel, and beta behind
+    """The hidden families that explain a finding. Neighbours of a joint count: their axes may be parallel, and beta behind
     a right angle is theta by another name."""
     owner, kind = owner_of(effect["parameter"], effect["driver"]), kind_of(effect["driver"])
     link = effect["parameter"].rsplit(".", 1)[0]
@@ -296,12 +325,10 @@ def explained(cell, effect):
     if link in names:
         before = [i for i in cell.arm.driven if i <= names.index(link)]
         at = len(before) - 1
-    for hidden in cell.effects:
-        for claimed_owner, claimed_kind, joints in hidden.claims:
-            if (owner, kind) == (claimed_owner, claimed_kind) and (
-                    joints is None or at is None or any(abs(at - j) <= 1 for j in joints)):
-                return hidden.name
-    return None
+    return [hidden.name for hidden in cell.effects
+            if any((owner, kind) == (claimed_owner, claimed_kind)
+                   and (joints is None or at is None or any(abs(at - j) <= 1 for j in joints))
+                   for claimed_owner, claimed_kind, joints in hidden.claims)]
 
 
 def is_without_doubt(effect):
@@ -314,7 +341,7 @@ def mean(values):
     return sum(values) / len(values) if values else float("nan")
 
 
-FIELDS = ["seed", "arm", "instrument", "poses", "repeats", "hidden", "kinds", "owners", "size_mm", "floor_mm", "verdict", "found",
+FIELDS = ["seed", "arm", "instrument", "poses", "repeats", "hidden", "kinds", "owners", "size_mm", "shown", "floor_mm", "verdict", "found",
           "sentences", "wrong", "unexplained_by", "not_applied", "without_name", "before_mm", "after_mm", "nominal_mm",
           "geometry_mm", "all_poses_mm", "result_mm", "best_mm", "std_mm", "inside_95", "geometry_std_mm", "geometry_inside_95", "left_alone",
           "exits", "cpu_s", "memory_mb", "harmed", "harmed_all_poses", "harmed_nominal", "false_confidence", "problem"]
@@ -430,7 +457,10 @@ def judge_products(cell, folder, command, exits, row):
         if known:
             row[prefix + "std_mm"] = math.sqrt(mean(s * s for _, s in known))
             row[prefix + "inside_95"] = mean(e < 1.7 * s for e, s in known)
-    row["best_mm"] = best_possible(cell)
+    moves = unknowns(cell)
+    normal, equations = information(cell, moves)
+    row["shown"] = " ".join(f"{fall:.1f}" for fall in shown(cell, moves, normal, equations))
+    row["best_mm"] = best_possible(cell, moves, normal)
     floor = cell.floor_mm()
     harmed = lambda other: result - other > max(HARM_SHARE * other, HARM_FLOORS * floor)
     effects = loop.get("effects") or []
@@ -440,7 +470,7 @@ def judge_products(cell, folder, command, exits, row):
             "found": " | ".join(f"{e['name']}: {e['parameter']} ~ {e['driver']} ({e['shape']})"
                                 + ("" if is_without_doubt(e) else " ?")
                                 + (" [instrument?]" if e.get("may_be_instrument") else "")
-                                + f" -> {explained(cell, e) or 'nothing hidden'}" for e in effects),
+                                + f" -> {', '.join(explained(cell, e)) or 'nothing hidden'}" for e in effects),
             "sentences": " | ".join(e.get("sentence", "") for e in effects),
             "wrong": " | ".join(f"{e['parameter']} ~ {e['driver']}" for e in wrong),
             "unexplained_by": sum(not explained(cell, e) for e in effects),
@@ -494,6 +524,11 @@ def percent(part, whole):
     return f"{part} of {whole} ({100 * part / whole:.1f} %)" if whole else "0 of 0"
 
 
+def names_of(row):
+    """The hidden families that the findings name."""
+    return {name for names in re.findall(r"-> ([^|]*)", row["found"]) for name in names.strip().split(", ")}
+
+
 def lists(rows, title):
     if rows:
         print(f"\n{title}")
@@ -532,13 +567,18 @@ def summary(options):
             f"; geometric mean of result / best {math.exp(mean(math.log(number(r, 'result_mm') / number(r, 'best_mm')) for r in best)):.2f}")
     print("false confidence:", percent(len(false), n))
     print("wrong cause without doubt:", percent(len(wrong), n))
+    missed = {}
     for kind in ("growth", "load", "distortion", "backlash"):
         hidden = [row for row in rows if kind in row["kinds"].split()]
         families = {name for name, entry in FAMILIES.items() if entry[2] == kind}
-        large = [row for row in hidden if max(float(size) for size, name in zip(row["size_mm"].split(), row["hidden"].split(" + "))
-                                              if name in families) > 0.5 * number(row, "floor_mm")]
-        named = [row for row in large if any(f"-> {name}" in row["found"] for name in families)]
-        print(f"{kind}: hidden in {len(hidden)}, larger than half a floor in {len(large)}, named {percent(len(named), len(large))}")
+        most = lambda row, key: max((float(x) for x, name in zip(row.get(key, "").split(), row["hidden"].split(" + "))
+                                     if name in families), default=0.0)
+        large = [row for row in hidden if most(row, "size_mm") > 0.5 * number(row, "floor_mm")]
+        seen = [row for row in hidden if most(row, "shown") > SHOWN]
+        named = lambda chosen: percent(sum(bool(families & names_of(row)) for row in chosen), len(chosen))
+        print(f"{kind}: hidden in {len(hidden)}; larger than half a floor in {len(large)}, named {named(large)}; shown in {len(seen)}, "
+              f"named {named(seen)}")
+        missed[kind] = [row for row in seen if not families & names_of(row)]
     known = [row for row in rows if row["inside_95"]]
     print(f"targets within the 95 % bounds of the applied arm: {100 * mean(number(r, 'inside_95') for r in known):.1f} %; of the "
           f"geometry {100 * mean(number(r, 'geometry_inside_95') for r in known if r['geometry_inside_95']):.1f} %")
@@ -549,6 +589,8 @@ def summary(options):
     lists([row for row in worse_than_nominal if row not in harmed], "harmed against nominal")
     lists(false, "false confidence")
     lists(wrong, "wrong cause without doubt")
+    for kind, campaigns in missed.items():
+        lists(campaigns, f"{kind} that readings show, not named")
     for row in everything:
         if row["problem"]:
             print(f"  {row['seed']} {row['arm']} {row['hidden']}: {row['problem']}")

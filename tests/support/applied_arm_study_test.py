@@ -26,6 +26,9 @@ SEEDS = (1, 4, 5, 17, 20)
 # Cameras with another scale in depth, which looks like a constant error of their distances.
 DEPTHS = (28, 36, 104)
 
+# Wires have another scale, and two joints have backlash.
+SCALES_OF_WIRES = 740
+
 # Campaigns of many poses: of a tracker, and of wires.
 STRAIN_WAVE, DRUM = 617, 669
 
@@ -93,9 +96,31 @@ class Judge(unittest.TestCase):
 
     def test_the_best_fit_of_more_noise_is_worse(self):
         cell = Cell(3)
-        quiet = study.best_possible(cell)
+        best = lambda: study.best_possible(cell, moves := study.unknowns(cell), study.information(cell, moves)[0])
+        quiet = best()
         cell.noise_mm, cell.noise_mrad = 4 * cell.noise_mm, 4 * cell.noise_mrad
-        self.assertGreater(study.best_possible(cell), 1.5 * quiet)
+        self.assertGreater(best(), 1.5 * quiet)
+
+    def test_readings_show_what_no_constant_imitates(self):
+        def fall(family, effect=None):
+            cell = Cell(2, [family])
+            cell.effects = [effect] if effect else cell.effects
+            moves = study.unknowns(cell)
+            return study.shown(cell, moves, *study.information(cell, moves))[0]
+        scale = lambda s, v, p: (s[0] * p[0], s[0] * p[1], s[0] * p[2])
+        stretch = lambda s, v, p: (s[0] * p[0], 0.0, 0.0)
+        of_space = lambda reading: Effect("station", "space", [5e-4], [], reading=reading)
+        self.assertLess(fall("range-scale", of_space(scale)), 0.0)
+        self.assertGreater(fall("range-scale", of_space(stretch)), study.SHOWN)
+
+    def test_a_finding_is_of_each_hidden_family_that_explains_it(self):
+        cell = Cell(2, ["one-soft-joint", "tool-droop", "soft-floor"])
+        self.assertEqual(study.explained(cell, {"parameter": "base.rx", "driver": "moment"}),
+                         ["one-soft-joint", "soft-floor"])
+        self.assertEqual(study.explained(cell, {"parameter": "tool", "driver": "gravity-direction"}), ["tool-droop"])
+        self.assertEqual(study.explained(cell, {"parameter": "base.rx", "driver": "time"}), [])
+        found = {"found": "a: base ~ moment (linear) ? -> soft-floor, slip | b: tool ~ x (sign) -> nothing hidden"}
+        self.assertEqual(study.names_of(found), {"soft-floor", "slip", "nothing hidden"})
 
 
 class Campaigns(unittest.TestCase):
@@ -120,6 +145,9 @@ class Campaigns(unittest.TestCase):
     def test_what_hides_is_not_harmed(self):
         for seed in SEEDS:
             self.judged(seed)
+
+    def test_backlash_is_named_beside_scales_of_wires(self):
+        self.assertIn("backlash: R.theta ~ arrival 4", self.judged(SCALES_OF_WIRES)["found"])
 
 
 class Cycles(unittest.TestCase):
