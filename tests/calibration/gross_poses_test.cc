@@ -95,7 +95,8 @@ TEST(Worthwhile, ComparesWithTheNominalRobotByTheWeightsOfTheFit) {
           random.uniform(3e-3, 100e-3) * Eigen::Vector3d(1, -1, 1).normalized();
     CalibrationResult fit = calibrate(given.robot, given.campaign);
     const std::vector<int> blunders = assess(fit, given.campaign).blunders;
-    EXPECT_TRUE(require_worthwhile(given.robot, fit, given.campaign, blunders, 0)) << seed;
+    EXPECT_TRUE(require_worthwhile(given.robot, fit, given.campaign, blunders, 0).has_value())
+        << seed;
     fit.robot.chain.links[1].d += 10e-3;
     EXPECT_THROW(require_worthwhile(given.robot, fit, given.campaign, blunders, 0),
                  std::invalid_argument)
