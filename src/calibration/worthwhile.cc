@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -10,6 +12,7 @@
 #include "armtrue/campaign/selection.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
@@ -19,11 +22,29 @@ namespace {
 // Twelve numbers need no more: their standard deviations are then a 300th of the noise.
 constexpr int kRowsThatPlace = 100000;
 
+std::vector<int> rows_that_place(const Campaign& campaign) {
+  return thinned_rows(campaign, std::min(campaign.rows(), kRowsThatPlace));
+}
+
 Robot placed_on(const Robot& robot, const Campaign& campaign) {
   Robot placed = robot;
   placed.identify = {"base", "tool"};
   placed.identify_per_session.clear();
   return calibrate(placed, campaign, {.statistics = FitStatistics::weights}).robot;
+}
+
+// Root of the mean square of the residuals in standard deviations of the fit, by its weights; on
+// the rows on which placed_nominal() places. What the fit minimises is concave in the squares: a
+// robot that has less of this than the fit has less of that, too.
+double weighted_misfit(const Robot& robot, const CalibrationResult& fit, const Campaign& campaign) {
+  const std::vector<int> rows = rows_that_place(campaign);
+  const Campaign part = campaign.select(rows);
+  const SessionModels models(part, robot, {}, fit.sigma);
+  const std::vector<Eigen::Vector2d> norms =
+      models.squared_norms(Eigen::VectorXd::Zero(models.unknowns()));
+  double sum = 0;
+  for (size_t k = 0; k < rows.size(); ++k) sum += fit.weights[rows[k]] * norms[k].sum();
+  return std::sqrt(sum / (static_cast<double>(rows.size()) * models.row_size()));
 }
 
 // Of the readings without the rows of blunders. `errors`: of the rows; `first_rows`: see Evaluation.
@@ -52,7 +73,7 @@ double mean_error(const std::vector<double>& errors, const std::vector<int>& fir
 Robot placed_nominal(const Robot& robot, const Campaign& campaign,
                      const std::vector<int>& blunders) {
   if (campaign.rows() <= kRowsThatPlace && blunders.empty()) return placed_on(robot, campaign);
-  std::vector<int> rows = thinned_rows(campaign, std::min(campaign.rows(), kRowsThatPlace));
+  std::vector<int> rows = rows_that_place(campaign);
   std::erase_if(rows, [&](int row) { return std::ranges::binary_search(blunders, row); });
   return placed_on(robot, campaign.select(rows));
 }
@@ -83,23 +104,24 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   const bool finds_tool = identifies(layout_of(nominal.chain).tool) || sound.has_pixels_only() ||
                           sound.has_beams_only();
   if (!finds_place || !finds_tool) return std::nullopt;
-  constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
-  const std::vector<int> first = sound.first_rows_of_readings();
-  const double fitted = mean_error(errors, first, blunders);
+  const double mean = mean_error(errors, sound.first_rows_of_readings(), blunders);
   constexpr double kImplausibleMean = 0.02;  // m: more than any arm's errors
-  if (fitted > kImplausibleMean)
+  if (mean > kImplausibleMean)
     throw std::invalid_argument(
         fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), more than "
                     "any error of an arm{}",
-                    sound.source, fitted / kMillimetre, remedy));
-  Robot placed_robot = placed_nominal(nominal, sound, blunders);
-  const double placed = mean_error(position_errors(placed_robot, sound), first, blunders);
-  if (fitted > kWorse * placed + kExact)
+                    sound.source, mean / kMillimetre, remedy));
+  Robot placed = placed_nominal(nominal, sound, blunders);
+  constexpr double kWorse = 1.02, kExact = 1e-6;  // of the solver, and m where nothing is left
+  const double fitted = weighted_misfit(fit.robot, fit, sound);
+  const double of_nominal = weighted_misfit(placed, fit, sound);
+  if (fitted > kWorse * of_nominal + kExact / fit.sigma.position)
     throw std::invalid_argument(
-        fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), the nominal "
-                    "robot with base and tool placed by {:.4g} mm{}",
-                    sound.source, fitted / kMillimetre, placed / kMillimetre, remedy));
-  return placed_robot;
+        fmt::format("{}: the calibrated robot fits its readings worse than the nominal robot with "
+                    "base and tool placed: {:.4g} and {:.4g} standard deviations are left, RMS by "
+                    "the weights of the fit{}",
+                    sound.source, fitted, of_nominal, remedy));
+  return placed;
 }
 
 std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& fit,

@@ -23,6 +23,10 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
+size_t end_at(char separator, std::string_view line, size_t begin) {
+  return std::min(line.find(separator, begin), line.size());
+}
+
 // A name without its unit and case: most mistakes are in these.
 std::string stem(const std::string& name) {
   return lower_case(name.substr(0, name.rfind('_')));
@@ -100,7 +104,7 @@ size_t CsvTable::end_of_field(std::string_view line, size_t begin) const {
       if (end == line.size() || line[end] == separator_) return end;
     }
   }
-  return std::min(line.find(separator_, begin), line.size());
+  return end_at(separator_, line, begin);
 }
 
 // `begin`: of the field in its line.
@@ -117,11 +121,12 @@ std::string_view CsvTable::unquoted(std::string_view field, size_t begin) {
 void CsvTable::split(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
   names_.clear();
+  const bool has_quotes = line.find('"') != std::string_view::npos;
   size_t begin = 0;
   while (true) {
-    const size_t end = end_of_field(line, begin);
+    const size_t end = has_quotes ? end_of_field(line, begin) : end_at(separator_, line, begin);
     const std::string_view field = trim(line.substr(begin, end - begin));
-    fields.push_back(unquoted(field, field.data() - line.data()));
+    fields.push_back(has_quotes ? unquoted(field, field.data() - line.data()) : field);
     if (end == line.size()) return;
     begin = end + 1;
   }

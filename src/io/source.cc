@@ -170,7 +170,9 @@ bool Source::next_line(std::string_view& line) {
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   check_text(line, name_, line_number_ + 1);
   if (++line_number_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
-  const bool is_ascii = std::ranges::none_of(line, [](char c) { return (c & 0x80) != 0; });
+  char bits = 0;  // of all characters: the compiler takes many at once
+  for (const char c : line) bits |= c;
+  const bool is_ascii = (bits & 0x80) == 0;
   if (!is_ascii && !is_utf8(line)) line = converted_ = as_utf8(line);
   return true;
 }
@@ -186,7 +188,8 @@ std::string Source::next_block(size_t bytes) {
   while (size == 0 && fill()) size = whole_lines();
   std::string block(buffer_.data() + begin_, size);
   begin_ += size;
-  line_number_ += static_cast<int>(std::ranges::count(block, '\n'));
+  for (size_t at = block.find('\n'); at != block.npos; at = block.find('\n', at + 1))
+    ++line_number_;
   if (!block.empty() && block.back() != '\n') ++line_number_;
   return block;
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/observation/observation.h"
@@ -320,11 +321,17 @@ void ObservationModel::At::write_block(int row, const Prediction& predicted, Tur
   weight.head<3>().setConstant(1.0 / sigma.position);
   weight.tail<3>().setConstant(1.0 / sigma.orientation);
 
+  const auto copy = [&](auto rows, int k, int index) {
+    for (int i = 0; i < rows; ++i) out(i, k) = jacobian(i, index) * weight[i];
+  };
+  constexpr std::integral_constant<int, 6> kWholePose;  // a loop that the compiler unrolls
   for (int k = 0; k < model_.geometric_count(); ++k)
-    if (const int index = model_.geometric_[k]; index < layout_.geometric)
-      for (int i = 0; i < size; ++i) out(i, k) = jacobian(i, index) * weight[i];
-    else
+    if (const int index = model_.geometric_[k]; index >= layout_.geometric)
       set_instrument_column(row, index, predicted, sigma.position, out.col(k));
+    else if (size == kWholePose)
+      copy(kWholePose, k, index);
+    else
+      copy(size, k, index);
   out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
   const int first = model_.geometric_count();
   if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();

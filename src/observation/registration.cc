@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/campaign/selection.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/pose.h"
@@ -26,6 +27,7 @@ constexpr double kFarTurn = 0.3;          // rad
 constexpr int kMinPoints = 4;             // one more than a pose needs
 constexpr int kMinDistances = 5;          // one more than the unknowns
 constexpr int kAnchorsThatShowATurn = 3;  // all rotations of the base
+constexpr int kRowsOfAStart = 100000;     // at equal steps; a fit of more starts from them, too
 
 }  // namespace
 
@@ -222,8 +224,12 @@ Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaig
 
 }  // namespace
 
-Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept) {
-  if (campaign.has_touches()) return starting_robot_beside_contacts(robot, campaign, kept);
+Robot starting_robot(const Robot& robot, const Campaign& given, const std::vector<int>& kept) {
+  if (given.has_touches()) return starting_robot_beside_contacts(robot, given, kept);
+  Campaign part;
+  const bool is_large = given.rows() > kRowsOfAStart;
+  if (is_large) part = given.select(thinned_rows(given, kRowsOfAStart));
+  const Campaign& campaign = is_large ? part : given;
   // Fewer than three anchors do not show all rotations of the base.
   const bool shows_turn = !campaign.reads_one_number() || campaign.has_coordinates() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;

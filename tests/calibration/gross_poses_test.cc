@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/worthwhile.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
@@ -79,6 +81,27 @@ Plan plan_of(unsigned seed) {
   const std::vector<std::string> robots = {"kr360-spindle", "kr360", "kr360-eq1-zero"};
   return {robots[seed % robots.size()], 30 + static_cast<int>(seed * 7 % 31),
           1 + static_cast<int>(seed / 3 % 3), seed % 4 == 0, seed};
+}
+
+// Gross readings among replicates decide nothing; a robot that is no solution is refused.
+TEST(Worthwhile, ComparesWithTheNominalRobotByTheWeightsOfTheFit) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Plan plan = plan_of(seed);
+    plan.visits = 3;
+    Measured given = measured(plan);
+    Random random(2000 + seed);
+    for (unsigned k = 0; k < seed; ++k)
+      given.campaign.position[static_cast<size_t>(7 * k)] +=
+          random.uniform(3e-3, 100e-3) * Eigen::Vector3d(1, -1, 1).normalized();
+    CalibrationResult fit = calibrate(given.robot, given.campaign);
+    const std::vector<int> blunders = assess(fit, given.campaign).blunders;
+    EXPECT_TRUE(require_worthwhile(given.robot, fit, given.campaign, blunders, 0).has_value())
+        << seed;
+    fit.robot.chain.links[1].d += 10e-3;
+    EXPECT_THROW(require_worthwhile(given.robot, fit, given.campaign, blunders, 0),
+                 std::invalid_argument)
+        << seed;
+  }
 }
 
 // A pose that is off is named, nothing else is, and the arm is as good as without it.

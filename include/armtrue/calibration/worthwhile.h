@@ -16,10 +16,10 @@ Robot placed_nominal(const Robot& robot, const Campaign& campaign,
 
 /// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
 /// blunders) than kept. Throws too, if base and tool are identified or need not be (touches,
-/// images, beams) and the mean error of the fit on the kept readings exceeds 20 mm, or 1.02 times
-/// that of placed_nominal() by 1 um. `sound`: the campaign of the fit; `blunders`: its rows that
-/// count as blunders. Returns placed_nominal(), or nothing if base or tool should be identified and
-/// is not.
+/// images, beams) and the mean error of the fit on the kept readings exceeds 20 mm, or if the fit
+/// is no solution: by its own weights placed_nominal(), a special case of its model, has smaller
+/// residuals. `sound`: the campaign of the fit; `blunders`: its rows that count as blunders.
+/// Returns placed_nominal(), or nothing if base or tool should be identified and is not.
 std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
                                         const Campaign& sound, const std::vector<int>& blunders,
                                         int gross_rows);

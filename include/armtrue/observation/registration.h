@@ -41,7 +41,8 @@ Pose registered_base(const Robot& robot, const Campaign& campaign);
 /// median error is 80 mm or more, registered_base() replaces the base, if its error is smaller. If
 /// the tool is among them, too, the error was 80 mm or 0.3 rad or more, and stays above 20 mm or
 /// 0.3 rad with the registered base, those of place_base_and_tool() replace base and tool, if their
-/// error is smaller. with_contacts_fitted() places contacts among them.
+/// error is smaller. with_contacts_fitted() places contacts among them. Without contacts, 100,000
+/// rows at equal steps stand for more.
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const std::vector<int>& kept);
 
 }  // namespace armtrue
