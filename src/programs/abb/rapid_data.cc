@@ -497,8 +497,25 @@ int RapidData::add_point(const ListItem& list, TargetKind kind, const std::strin
   return index;
 }
 
-void RapidData::leave(const Statement& argument) {
-  if (!is_displaced(argument)) keep(argument);
+void RapidData::leave(const Statement& argument, const ProgramTarget* in_frames) {
+  if (in_frames && is_displaced(argument))
+    offsets_.push_back({argument, {in_frames->base, in_frames->tool}});
+  else
+    keep(argument);
+}
+
+// What corrects a point in one frame would displace its offsets in another one the wrong way.
+void RapidData::keep_starts_in_other_frames() {
+  std::map<int, std::set<FramesOfMove>> frames;  // of points
+  for (const ProgramTarget& target : program_.targets)
+    frames[target.point].insert({target.base, target.tool});
+  for (const Offset& offset : offsets_)
+    each_word(text_, offset.argument, [&](const std::string& word, size_t at, const TextCursor&) {
+      Datum* const datum = find(word, at);
+      if (!datum) return;
+      for (const auto& [element, point] : datum->points)
+        datum->is_shared |= !frames[point].empty() && frames[point] != std::set{offset.frames};
+    });
 }
 
 void RapidData::keep(const Statement& argument) {
@@ -508,6 +525,7 @@ void RapidData::keep(const Statement& argument) {
 }
 
 std::vector<RapidData::Use> RapidData::finish() {
+  keep_starts_in_other_frames();
   const auto mark = [&](const Datum& datum, int point) {
     program_.points[point].is_shared = datum.is_shared;
     program_.points[point].is_of_others = datum.is_of_others;

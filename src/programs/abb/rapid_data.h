@@ -54,8 +54,9 @@ class RapidData {
   const RapidExternalAxes& external() const { return external_; }
 
   /// A move to the point is left alone: its declaration must stay. An offset starts from it, and
-  /// follows it.
-  void leave(const Statement& argument);
+  /// follows it if all moves to the point have the tool and the work object of `in_frames`; null if
+  /// they are not known.
+  void leave(const Statement& argument, const ProgramTarget* in_frames);
   /// The declarations of all points in an argument must stay.
   void keep(const Statement& argument);
 
@@ -98,6 +99,11 @@ class RapidData {
     std::optional<double> number;    // of a constant
     std::map<size_t, int> points;    // by the index of the element, 0 of the whole
   };
+  using FramesOfMove = std::pair<int, int>;  // work object and tool, in RobotProgram::frames
+  struct Offset {
+    Statement argument;
+    FramesOfMove frames;
+  };
   struct UseOfDatum {
     Use use;
     const Datum* datum;
@@ -108,6 +114,7 @@ class RapidData {
   void read_uses(const Statement& statement);
   std::vector<RoutineParameter> points_handed_to(const std::string& procedure) const;
   bool is_displaced(const Statement& argument) const;
+  void keep_starts_in_other_frames();
   bool is_point_text(const Statement& argument) const;
   void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const Statement& statement, const std::string& word, size_t at,
@@ -158,6 +165,7 @@ class RapidData {
   ScopedNames<Datum> names_;
   std::map<std::string, Datum> of_others_;                 // global data of other modules
   std::vector<UseOfDatum> uses_;                           // of points, outside of moves
+  std::vector<Offset> offsets_;                            // moves that are left alone
   std::set<std::string> routines_;                         // of all texts
   std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;

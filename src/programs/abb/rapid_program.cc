@@ -174,11 +174,12 @@ class RapidReader : MoveReader {
       return;
     }
     if (why_not.empty()) set_frames(arguments[tool], target, why_not);
+    const ProgramTarget* const in_frames = why_not.empty() ? &target : nullptr;
     std::vector<int> points;
     for (int i = 0; i < move.points && why_not.empty(); ++i)
       points.push_back(data_.point_at(arguments[i], target.kind, line, why_not));
     if (!why_not.empty()) {
-      for (int i = 0; i < move.points; ++i) data_.leave(arguments[i]);
+      for (int i = 0; i < move.points; ++i) data_.leave(arguments[i], in_frames);
       return leave(line, why_not);
     }
     const char kind = move_.kind();

@@ -20,8 +20,15 @@ class FanucFrames {
 
   /// The number of the active frame or tool at a place; nothing if it is not certain.
   std::optional<int> active(bool is_tool, size_t at) const;
-  /// Whether the program may have changed a frame or tool at a place.
+  /// Whether the program may have given a frame or tool at a place a value that is not known.
   bool is_changed(bool is_tool, int number, size_t at) const;
+  struct SetFrame {
+    int line = 0;
+    std::vector<double> numbers;  ///< X Y Z W P R [mm, deg]
+  };
+  /// What the program has given a frame or tool at a place, if that is known: UTOOL[9]=PR[9] behind
+  /// six lines PR[9,1]=0 to PR[9,6]=0, with no call since. Null if not.
+  const SetFrame* set_value(bool is_tool, int number, size_t at) const;
   /// Whether moves at a place are, or may be, displaced by what the arm has touched.
   bool is_displaced(size_t at) const { return displaced_.at(at) != 0; }
 
@@ -29,7 +36,9 @@ class FanucFrames {
   // Of user frames or of tools.
   struct Kind {
     std::vector<ProgramFlow::Setting> numbers;
-    std::map<int, std::vector<ProgramFlow::Setting>> changes;  // by number; -1: of any
+    // By number; -1: of any. The value is that of values, counted from 1.
+    std::map<int, std::vector<ProgramFlow::Setting>> changes;
+    std::vector<SetFrame> values;
     ProgramFlow::Values active;
     std::map<int, ProgramFlow::Values> changed;
   };
@@ -37,10 +46,17 @@ class FanucFrames {
   void read_statement(std::string_view text, const Statement& statement);
   void read_steps(std::string_view text, const Statement& statement);
   void read_setting(Kind& kind, bool is_number, size_t at, bool is_first, TextCursor cursor);
+  bool read_element(std::string_view text, const Statement& statement);
+  int value_of(Kind& kind, TextCursor cursor) const;
+  int change_at(bool is_tool, int number, size_t at) const;
   const Kind& kind(bool is_tool) const { return is_tool ? tools_ : frames_; }
 
   ProgramFlow flow_;
   Kind frames_, tools_;
+  std::vector<ProgramFlow::Setting> calls_;  // of programs that may set frames
+  int line_ = 0;                             // of the statement that is read
+  double register_ = 0;                      // that the lines just before it set
+  std::map<double, double> elements_;        // of the register
   std::vector<ProgramFlow::Setting> displacements_;
   ProgramFlow::Values displaced_;
 };

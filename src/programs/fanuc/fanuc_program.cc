@@ -307,7 +307,9 @@ class FanucReader : MoveReader {
     for (const PointOfMove& point : points) {
       if (point.is_register || is_joints(point)) continue;
       const auto number = frame_number(positions_[point.id], false, at);
-      if (number && registers_->find_frame(false, *number) && !is_given("UF", *number))
+      const bool is_of_world = number && (registers_->find_frame(false, *number) ||
+                                          frames_->set_value(false, *number, at));
+      if (is_of_world && !is_given("UF", *number))
         return fmt::format(
             "its motion is coordinated with a positioner (COORD), which carries its frame; say "
             "where that stands: --frame UF[{}]=x,y,z,a,b,c",
@@ -435,7 +437,7 @@ class FanucReader : MoveReader {
       return fmt::format("{}[{}] is set at run time", name, number);
     const char* const option = is_tool ? "UT" : "UF";
     if (!registers_->find_frame(is_tool, number) || is_given(option, number) ||
-        !registers_->is_set_by_others(is_tool, number))
+        frames_->set_value(is_tool, number, at) || !registers_->is_set_by_others(is_tool, number))
       return "";
     return fmt::format("another program sets {}[{}]; say where it is: --frame {}[{}]=x,y,z,a,b,c",
                        name, number, option, number);
@@ -484,8 +486,8 @@ class FanucReader : MoveReader {
     target.line = line;
     target.begin = of_move.begin;
     target.end = of_move.end;
-    if (frame) target.base = add_frame_of(false, *frame, line);
-    if (tool) target.tool = add_frame_of(true, *tool, line);
+    if (frame) target.base = add_frame_of(false, *frame, line, of_move.begin);
+    if (tool) target.tool = add_frame_of(true, *tool, line, of_move.begin);
     if (program_.points[point].kind == TargetKind::cartesian) {
       target.configuration = fanuc_configuration(configuration);
       target.configuration.continues = is_auxiliary;
@@ -559,22 +561,31 @@ class FanucReader : MoveReader {
     return target;
   }
 
-  // That of --frame, or as it is listed. UF[0] is the world frame, UT[0] the flange.
-  int add_frame_of(bool is_tool, int number, int line) {
-    const char* const name = is_tool ? "UT" : "UF";
+  // That of --frame, as the program has set it, or as it is listed. UF[0] is the world frame, UT[0]
+  // the flange.
+  int add_frame_of(bool is_tool, int number, int line, size_t at) {
+    const char* const option = is_tool ? "UT" : "UF";
+    std::string name = fmt::format("{}[{}]", option, number);
+    const std::vector<double>* numbers = nullptr;
+    if (const FanucRegister* const found = registers_->find_frame(is_tool, number))
+      numbers = &found->numbers;
+    if (const FanucFrames::SetFrame* const set = frames_->set_value(is_tool, number, at);
+        set && !is_given(option, number)) {
+      numbers = &set->numbers;
+      name += fmt::format(" of line {}", set->line);
+    }
     std::optional<Pose> pose;
     if (number == 0) pose = Pose{};
-    if (const FanucRegister* const found = registers_->find_frame(is_tool, number);
-        found && number > 0) {
-      pose = program_.frames[add_frame_of(is_tool, 0, line)].pose *
-             fanuc_dialect().pose_of_numbers(found->numbers);
+    if (numbers && number > 0) {
+      pose = program_.frames[add_frame_of(is_tool, 0, line, at)].pose *
+             fanuc_dialect().pose_of_numbers(*numbers);
       if (!is_tool && !is_given("UF", 0) && pose->translation.norm() > 0)
         warnings_.add(line,
-                      "the listed user frame counts from FANUC's world frame, which is taken to be "
+                      "the user frame counts from FANUC's world frame, which is taken to be "
                       "R_0 of the robot file; if it is not, such as at the height of axis 2, say "
                       "where it is: --frame 'UF[0]=x,y,z,a,b,c'");
     }
-    return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number), pose);
+    return add_frame(program_.frames, known_, name, pose);
   }
 
   // The move keeps its options: its point becomes another one.

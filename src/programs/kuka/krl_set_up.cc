@@ -425,9 +425,7 @@ int KrlSetUps::frame_of(size_t begin, size_t end) {
       return add(spelled, krl_pose(aggregate.frame));
     return add(spelled, std::nullopt);
   }
-  if (spelled == "$NULLFRAME" || spelled == "$WORLD" || spelled == "BASE_DATA[0]" ||
-      spelled == "TOOL_DATA[0]")
-    return add(spelled, Pose{});
+  if (spelled == "$NULLFRAME" || spelled == "$WORLD") return add(spelled, Pose{});
   return add_name(spelled, begin);
 }
 
@@ -447,6 +445,7 @@ int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::stri
 
 // With the value that this program gives it: the only one, or the one that it has at a place.
 int KrlSetUps::add_name(const std::string& name, size_t place) {
+  if (name == "BASE_DATA[0]" || name == "TOOL_DATA[0]") return add(name, Pose{});
   if (const auto set = syntax_.set_frames.find(name);
       set != syntax_.set_frames.end() && !is_given_frame(known_, name))
     return value_at(name, set->second, place);
@@ -480,8 +479,7 @@ int KrlSetUps::value_at(const std::string& name, const KrlSetFrame& frame, size_
 }
 
 int KrlSetUps::number_of(const char* list, int number, size_t place) {
-  const std::string name = fmt::format("{}[{}]", list, number);
-  return number == 0 ? add(name, Pose{}) : add_name(name, place);
+  return add_name(fmt::format("{}[{}]", list, number), place);
 }
 
 int KrlSetUps::add(const std::string& name, const std::optional<Pose>& pose) {

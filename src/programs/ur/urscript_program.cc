@@ -69,9 +69,9 @@ class UrReader : MoveReader {
       read_calls(statement);
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
-    values_.note_uses(statements);
+    values_.note_uses(statements, program_.targets);
     follow_calls(calls_, of_parameters_, "its point is a parameter of the function", *this);
-    values_.finish(statements, program_.points);
+    values_.finish(statements, program_.targets, program_.points);
     program_.warnings = warnings_.list();
   }
 
@@ -235,7 +235,7 @@ class UrReader : MoveReader {
     for (size_t i = 0; i < points && why_not.empty(); ++i)
       if (const auto value = value_at(arguments[i], open, why_not)) values.push_back(*value);
     if (!why_not.empty()) {
-      for (size_t i = 0; i < points; ++i) values_.leave(arguments[i]);
+      for (size_t i = 0; i < points; ++i) values_.leave(arguments[i], tools_.at(open));
       return leave_move(line, why_not, may_run(open));
     }
     for (UrValue& value : values) value.open = open;

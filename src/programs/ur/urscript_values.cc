@@ -412,14 +412,18 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
     return base.is_known ? std::optional(base.pose * pose) : std::nullopt;
   }
   TextCursor cursor(text_, argument.begin, argument.end);
-  if (cursor.take_name() != "POSE_INV" || cursor.next() != '(' || depth > kDeepest)
+  const std::string name = cursor.take_name();
+  if ((name != "POSE_INV" && name != "POSE_TRANS") || cursor.next() != '(' || depth > kDeepest)
     return std::nullopt;
   const size_t open = cursor.at(), close = closing(open, argument.end);
   const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
   TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
-  if (arguments.size() != 1 || !rest.done()) return std::nullopt;
-  const std::optional<Pose> pose = constant(arguments[0], depth + 1);
-  return pose ? std::optional(inverse(*pose)) : std::nullopt;
+  if (arguments.size() != (name == "POSE_INV" ? 1 : 2) || !rest.done()) return std::nullopt;
+  const std::optional<Pose> first = constant(arguments[0], depth + 1);
+  if (!first) return std::nullopt;
+  if (name == "POSE_INV") return inverse(*first);
+  const std::optional<Pose> second = constant(arguments[1], depth + 1);
+  return second ? std::optional(*first * *second) : std::nullopt;
 }
 
 // pose_add(pose, shift): positions are added, so it is the pose in a frame that is shifted. A shift
@@ -508,34 +512,64 @@ int UrValues::computed_point_of(const UrValue& value, std::vector<ProgramPoint>&
   return static_cast<int>(points.size()) - 1;
 }
 
-void UrValues::leave(const Statement& argument) {
-  TextCursor cursor(text_, argument.begin, argument.end);
-  cursor.take_name();
-  if (!cursor.done()) offsets_[argument.begin] = argument.end;
+// pose_trans(POINT, SHIFT) and pose_add(POINT, SHIFT) start from POINT, and p[POINT[0]+0.1, ..]
+// does. In pose_trans(FRAME, POINT) nothing is known of the frame; other functions may do anything.
+void UrValues::leave(const Statement& argument, int tool) {
+  if (TextCursor cursor(text_, argument.begin, argument.end); cursor.take_name(), cursor.done())
+    return;
+  for (Statement start = argument;;) {
+    TextCursor cursor(text_, start.begin, start.end);
+    const std::string name = cursor.take_name();
+    if (name.empty() || cursor.next() != '(') {
+      offsets_[start.begin] = {start.end, tool};
+      return;
+    }
+    if (name != "POSE_TRANS" && name != "POSE_ADD" && name != "GET_INVERSE_KIN") return;
+    start = arguments_in(start.line, cursor.at(), closing(cursor.at(), start.end))[0];
+  }
 }
 
 // Variables that other statements than moves name.
-std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Statement>& statements) {
+std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Statement>& statements,
+                                                       const std::vector<ProgramTarget>& targets) {
+  std::map<int, std::set<std::pair<int, int>>> frames;  // of points: frame and tool
+  for (const ProgramTarget& target : targets)
+    frames[target.point].insert({target.base, target.tool});
+  const auto follows = [&](const Variable& variable, int tool) {
+    return std::ranges::all_of(points_of(variable), [&](int point) {
+      return frames[point].empty() || frames[point] == std::set{std::pair(-1, tool)};
+    });
+  };
   std::set<Variable*> found;
   for (const Statement& statement : statements)
     each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
       const bool is_named = cursor.take('=') && cursor.next() != '=';  // NAME=..
       const auto behind = offsets_.upper_bound(at);
-      const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
-      if (is_named || is_offset || moves_.contains(at) || begins_pose(word, cursor)) return;
+      const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second.end;
+      if (is_named || moves_.contains(at) || begins_pose(word, cursor)) return;
       Variable* const variable =
           variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
-      if (variable) found.insert(variable);
+      if (variable && !(is_offset && follows(*variable, std::prev(behind)->second.tool)))
+        found.insert(variable);
     });
   return found;
 }
 
-void UrValues::finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points) {
-  for (const Variable* const variable : used_elsewhere(statements))
-    for (const Assignment& assignment : variable->assignments)
-      for (auto point = points_.lower_bound(assignment.value.begin);
-           point != points_.end() && point->first < assignment.value.end; ++point)
-        points[point->second].is_shared = true;
+// Its literals that moves use.
+std::vector<int> UrValues::points_of(const Variable& variable) const {
+  std::vector<int> found;
+  for (const Assignment& assignment : variable.assignments)
+    for (auto point = points_.lower_bound(assignment.value.begin);
+         point != points_.end() && point->first < assignment.value.end; ++point)
+      found.push_back(point->second);
+  return found;
+}
+
+void UrValues::finish(const std::vector<Statement>& statements,
+                      const std::vector<ProgramTarget>& targets,
+                      std::vector<ProgramPoint>& points) {
+  for (const Variable* const variable : used_elsewhere(statements, targets))
+    for (const int point : points_of(*variable)) points[point].is_shared = true;
 }
 
 // The part that says where a move ends. An offset of a point is none: what corrects the point
@@ -571,8 +605,9 @@ void UrValues::hand_over(const std::string& function, const std::vector<Statemen
       variable->handed.reset();
 }
 
-void UrValues::note_uses(const std::vector<Statement>& statements) {
-  for (Variable* const variable : used_elsewhere(statements)) variable->is_used = true;
+void UrValues::note_uses(const std::vector<Statement>& statements,
+                         const std::vector<ProgramTarget>& targets) {
+  for (Variable* const variable : used_elsewhere(statements, targets)) variable->is_used = true;
 }
 
 bool UrValues::only_moves_use(const RoutineParameter& parameter) {

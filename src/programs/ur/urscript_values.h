@@ -60,10 +60,12 @@ class UrValues {
   /// The point of a value among `points`, where it is added by its first use.
   int point_of(const UrValue& value, std::vector<ProgramPoint>& points);
   /// A move to the point is left alone. A declaration that it names must stay; an expression starts
-  /// from the declared points, and follows them.
-  void leave(const Statement& argument);
+  /// from a declared point, and follows it if all moves to the point are in no frame and have this
+  /// tool.
+  void leave(const Statement& argument, int tool);
   /// Once all moves are read: marks the points that other statements use, too.
-  void finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points);
+  void finish(const std::vector<Statement>& statements, const std::vector<ProgramTarget>& targets,
+              std::vector<ProgramPoint>& points);
 
   /// The parameter that a move drives to: its argument is it, or an expression of it that
   /// value_of() understands; nothing of any other.
@@ -71,7 +73,8 @@ class UrValues {
   /// From now on the parameters of a function stand for the arguments of a call of it.
   void hand_over(const std::string& function, const std::vector<Statement>& arguments);
   /// Once all moves are read: notes which parameters other statements use.
-  void note_uses(const std::vector<Statement>& statements);
+  void note_uses(const std::vector<Statement>& statements,
+                 const std::vector<ProgramTarget>& targets);
   /// Whether moves alone use a parameter, and it is what a call states.
   bool only_moves_use(const RoutineParameter& parameter);
 
@@ -138,7 +141,13 @@ class UrValues {
   bool is_local(const Statement& argument);
   bool is_calculated(const Statement& frame);
   std::optional<Statement> point_in(const Statement& argument, int depth);
-  std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements);
+  std::vector<int> points_of(const Variable& variable) const;
+  struct Offset {
+    size_t end;
+    int tool;
+  };
+  std::set<Variable*> used_elsewhere(const std::vector<Statement>& statements,
+                                     const std::vector<ProgramTarget>& targets);
   std::optional<UrValue> literal_in(const Statement& part);
   std::optional<UrValue> value_of(const Statement& argument, int depth);
   bool is_place_of_arm(const Statement& argument) const;
@@ -159,7 +168,7 @@ class UrValues {
   std::map<size_t, int> points_;      // of variables, by where their literals stand
   std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
   std::set<size_t> moves_;            // where a move, or the head of a function, names its point
-  std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
+  std::map<size_t, Offset> offsets_;  // expressions of moves that are left alone, by their begin
 };
 
 }  // namespace armtrue
