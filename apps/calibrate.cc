@@ -18,6 +18,7 @@
 #include "armtrue/io/products/residuals_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/calibration_page.h"
+#include "armtrue/text/number_text.h"
 #include "calibration_inputs.h"
 #include "command_line.h"
 #include "option_text.h"
@@ -66,10 +67,11 @@ void report_fit(const app::Command& command, const Robot& nominal, const Calibra
   const std::vector<double> errors = evaluation.reading_errors();
   const ErrorSummary left = summarize(errors);
   command.report(fmt::format(
-      "{} poses, {} readings: {} unknowns of rank {} after {} iterations; these readings are left "
+      "{}, {}: {} of rank {} after {}; these readings are left "
       "with {:.4g} mm, mean, and {:.4g} mm at most\n",
-      campaign.pose_ids.size(), errors.size(), result.names.size(), result.rank,
-      result.iterations, left.mean / kMillimetre, left.max / kMillimetre));
+      counted(campaign.pose_ids.size(), "pose"), counted(errors.size(), "reading"),
+      counted(result.names.size(), "unknown"), result.rank, counted(result.iterations, "iteration"),
+      left.mean / kMillimetre, left.max / kMillimetre));
   if (!command.reports()) return;
   for (const std::string& sentence : cameras_in_words(nominal, result, campaign, evaluation))
     command.report(sentence + "\n");

@@ -47,13 +47,13 @@ int conclude(app::Command& command, const Certificate& certificate) {
   const double expanded = certificate.budget.expanded;
   const int decimals = decimals_shown(certificate);
   const std::string figures =
-      fmt::format("{}AP {:.{}f} mm, its uncertainty {:.{}f} mm (k = {:.4g}), RP {} mm",
+      fmt::format("{}AP {} mm, its uncertainty {} mm (k = {}), RP {} mm",
                   certificate.decision
-                      ? fmt::format("{}: tolerance {:g} mm, ", decision_name(*certificate.decision),
-                                    *certificate.tolerance / kMillimetre)
+                      ? fmt::format("{}: tolerance {} mm, ", decision_name(*certificate.decision),
+                                    number_text(*certificate.tolerance, kMillimetre))
                       : "",
-                  certificate.all.ap.value / kMillimetre, decimals, expanded / kMillimetre,
-                  decimals, certificate.budget.k,
+                  fixed_text(certificate.all.ap.value / kMillimetre, decimals),
+                  fixed_text(expanded / kMillimetre, decimals), rounded(certificate.budget.k),
                   mm(certificate.all.rp.value, certificate.all.rp_expanded().value_or(expanded)));
   for (const std::string& note : certificate.notes) command.tell(note + "\n");
   if (certificate.path) {
@@ -100,9 +100,10 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
     app::require_sessions(robot, campaign);
   } else {
     command.progress("refitting " + arguments.refit);
-    options.hidden = hidden_by_refit(app::split_list(arguments.refit), robot, campaign);
+    const std::vector<std::string> refit = app::parameters_of("--refit", arguments.refit, robot);
+    options.hidden = hidden_by_refit(refit, robot, campaign);
     app::warn_of_all(command, {options.hidden.words});
-    robot = refit_to_sound(robot, campaign, app::split_list(arguments.refit));
+    robot = refit_to_sound(robot, campaign, refit);
   }
   options.path = app::certified_path(command, arguments);
   const Certificate certificate = app::about_file(campaign.source, [&] {

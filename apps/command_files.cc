@@ -48,7 +48,8 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   warn_of_unknown(file.unknown_columns);
   warn_of_turns(file.campaign.source, file.moved_by_turns, robot, file.campaign.line);
   if (file.campaign.skipped_rows > 0)
-    warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
+    warn(fmt::format("{} without a measurement skipped",
+                     counted(file.campaign.skipped_rows, "row")));
   bind_touches(file.campaign, robot.chain);
   const Findings findings = check_log(file.campaign);
   if (!findings.errors.empty())
@@ -202,8 +203,8 @@ void Command::forget_remainder(Robot& robot, const std::string& path) {
   const auto count =
       std::erase_if(robot.effects, [](const Effect& effect) { return effect.name == kRemainder; });
   if (count > 0)
-    warn(fmt::format("{}: its {} effects called '{}' are of other readings and take no part here",
-                     path, count, kRemainder));
+    warn(fmt::format("{}: {} called '{}', of other readings, {} no part here", path,
+                     counted(count, "effect"), kRemainder, count == 1 ? "takes" : "take"));
 }
 
 bool Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
@@ -295,10 +296,15 @@ void write_parameter_tables(const std::string& parameters, const std::string& co
 }
 
 void use_identify(const std::string& list, Robot& robot) {
-  if (list.empty()) return;
-  robot.identify = split_list(list);
-  if (const std::string why = why_not_identified(robot.chain, robot.identify); !why.empty())
-    throw InputError("--identify: " + why);
+  if (!list.empty()) robot.identify = parameters_of("--identify", list, robot);
+}
+
+std::vector<std::string> parameters_of(const std::string& option, const std::string& list,
+                                       const Robot& robot) {
+  std::vector<std::string> names = split_list(list);
+  if (const std::string why = why_not_identified(robot.chain, names); !why.empty())
+    throw InputError(option + ": " + why);
+  return names;
 }
 
 void require_sessions(const Robot& robot, const Campaign& campaign) {
@@ -334,6 +340,26 @@ void require_one_arm(Command& command, const Robot& robot, const std::string& a,
         "{} and {} are no models of one arm: with base and tool fitted, their points lie {:.4g} mm "
         "apart (median over the travel); compare lengths, zeros and signs of the joints",
         a, b, apart / kMillimetre));
+}
+
+void warn_beyond_travel(Command& command, const std::string& file,
+                        const std::vector<JointTarget>& targets, const KinematicChain& chain) {
+  const auto beyond = [&](const JointTarget& target) {
+    return beyond_travel(chain, target.q).has_value();
+  };
+  const auto first = std::ranges::find_if(targets, beyond);
+  if (first == targets.end()) return;
+  const auto [index, value] = *beyond_travel(chain, first->q);
+  const Link& link = chain.links[index];
+  const double unit = is_prismatic(link) ? kMillimetre : kDegree;
+  const char* const unit_name = is_prismatic(link) ? "mm" : "deg";
+  const auto count = std::ranges::count_if(targets, beyond);
+  command.warn(fmt::format(
+      "{}:{}: {} of {} {} beyond the travel of the joints; in the first, '{}', {} stands "
+      "at {:.6g} {}, outside {:.6g} to {:.6g} {}",
+      file, first->line, count, counted(targets.size(), "target"), count == 1 ? "lies" : "lie",
+      first->pose, link.name, value / unit, unit_name, link.min / unit, link.max / unit,
+      unit_name));
 }
 
 std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,

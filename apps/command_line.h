@@ -199,6 +199,10 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
 void require_one_arm(Command& command, const Robot& robot, const std::string& a, const Robot& truth,
                      const std::string& b);
 
+/// Warns of targets beyond the travel of the joints, which a real controller refuses.
+void warn_beyond_travel(Command& command, const std::string& file,
+                        const std::vector<JointTarget>& targets, const KinematicChain& chain);
+
 /// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
 std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
                                   const std::vector<std::string>& taken);
@@ -213,6 +217,10 @@ void write_parameter_tables(const std::string& parameters, const std::string& co
 /// Sets what is identified to that of --identify, unless it is empty. Throws InputError for an
 /// entry that names nothing of the robot.
 void use_identify(const std::string& list, Robot& robot);
+/// The entries of a list such as base,tool that `option` gives. Throws InputError for one that
+/// names nothing of the robot.
+std::vector<std::string> parameters_of(const std::string& option, const std::string& list,
+                                       const Robot& robot);
 
 /// Reads a catalogue; "" stands for the catalogue that armtrue ships.
 Catalogue catalogue(const std::string& path);

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
+#include <stdexcept>
 
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/campaign_io.h"
@@ -9,6 +11,7 @@
 #include "armtrue/io/products/comparison_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/comparison_page.h"
+#include "armtrue/text/number_text.h"
 #include "command_line.h"
 #include "comparison_inputs.h"
 
@@ -55,12 +58,15 @@ void add_loops(app::Command& command, const app::ComparisonArguments& arguments,
   after.errors = second.errors;
 }
 
-std::vector<JointVector> poses_of(app::Command& command, const std::string& path,
-                                  const Robot& robot) {
-  std::vector<JointVector> poses;
+NamedPoses poses_of(app::Command& command, const std::string& path, const Robot& robot) {
+  NamedPoses poses;
   if (path.empty()) return poses;
   const JointTargetFile file = read_joint_target_file(path, joint_names(robot.chain));
-  for (const JointTarget& target : file.targets) poses.push_back(target.q);
+  app::warn_beyond_travel(command, path, file.targets, robot.chain);
+  for (const JointTarget& target : file.targets) {
+    poses.names.push_back(target.pose);
+    poses.q.push_back(target.q);
+  }
   command.add_to_inputs(file.name, file.sha256);
   return poses;
 }
@@ -94,10 +100,14 @@ std::optional<Campaign> readings_at_hand(app::Command& command, const RunFile& r
 int conclude(app::Command& command, const app::ComparisonArguments& arguments,
              const RunComparison& found) {
   bool is_met = true;
-  if (arguments.max_change_mm && found.arm &&
-      found.arm->mean > *arguments.max_change_mm * kMillimetre) {
-    command.warn(fmt::format("the arms differ by {:.4g} mm on average, more than {:g} mm",
-                             found.arm->mean / kMillimetre, *arguments.max_change_mm));
+  const double mean = found.arm ? found.arm->mean * found.arm->times_elsewhere() : 0;
+  if (arguments.max_change_mm && !(mean <= *arguments.max_change_mm * kMillimetre)) {
+    command.warn(
+        std::isfinite(mean)
+            ? fmt::format("the arms differ by {:.4g} mm on average, more than {:g} mm",
+                          mean / kMillimetre, *arguments.max_change_mm)
+            : "base and tool take up all of the distance of the arms at these poses, so that "
+              "--max-change-mm is not known to be met; compare at more poses");
     is_met = false;
   }
   const std::optional<bool> moved = found.arm_moved();
@@ -135,6 +145,20 @@ void ask_for_two_arms(app::Command& command, const RunComparison& found) {
         moved, tested));
 }
 
+// `path`: of the poses.
+RunComparison compared(const std::string& path, const ComparedRun& before, const ComparedRun& after,
+                       const NamedPoses& poses, ComparedArms arms) {
+  try {
+    return compare_runs(before, after, poses, arms);
+  } catch (const std::invalid_argument&) {
+    if (poses.q.empty()) throw;
+    throw InputError(fmt::format(
+        "{}: {} {} not enough to place base and tool of one arm on the other; give more, in which "
+        "all joints move",
+        path, counted(poses.q.size(), "pose"), poses.q.size() == 1 ? "is" : "are"));
+  }
+}
+
 int run(app::Command& command, const app::ComparisonArguments& arguments) {
   const ComparedArms arms = arguments.two_arms ? ComparedArms::two : ComparedArms::one;
   RunFile before = read(command, arguments.before), after = read(command, command.input);
@@ -153,10 +177,10 @@ int run(app::Command& command, const app::ComparisonArguments& arguments) {
     one.campaign = &*first;
     other.campaign = &*second;
   }
-  const std::vector<JointVector> poses =
-      after.robot ? poses_of(command, arguments.poses, *other.robot) : std::vector<JointVector>();
+  const NamedPoses poses =
+      after.robot ? poses_of(command, arguments.poses, *other.robot) : NamedPoses();
   command.progress("comparing");
-  const RunComparison found = compare_runs(one, other, poses, arms);
+  const RunComparison found = compared(arguments.poses, one, other, poses, arms);
   ask_for_two_arms(command, found);
   const std::vector<std::string> notes = notes_of_runs(one, other, arms);
   const Document product = write_comparison(found, notes, before, after, command.provenance());

@@ -11,6 +11,7 @@
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/urdf/ur_calibration_io.h"
 #include "armtrue/urdf/ur_conf_io.h"
 #include "armtrue/urdf/urdf_io.h"
@@ -47,18 +48,20 @@ struct Visits {
   std::string words;
 };
 
-Visits visits_of(const Robot& arm, const ConversionArguments& arguments) {
+Visits visits_of(Command& command, const Robot& arm, const ConversionArguments& arguments) {
   const Context conditions = conditions_of(arguments);
   Visits result;
   if (arguments.poses.empty()) {
     result.visits = visits_of_travel(arm, conditions);
   } else {
     std::vector<JointVector> q;
-    for (const JointTarget& target : read_joint_targets(arguments.poses, joint_names(arm.chain)))
-      q.push_back(target.q);
+    const std::vector<JointTarget> targets =
+        read_joint_targets(arguments.poses, joint_names(arm.chain));
+    warn_beyond_travel(command, arguments.poses, targets, arm.chain);
+    for (const JointTarget& target : targets) q.push_back(target.q);
     result.visits = visits_at(arm, q, conditions);
   }
-  result.words = fmt::format("{} poses of {}{}", result.visits.contexts.size(),
+  result.words = fmt::format("{} of {}{}", counted(result.visits.contexts.size(), "pose"),
                              arguments.poses.empty() ? "the travel" : arguments.poses,
                              conditions_in_words(arm, conditions));
   return result;
@@ -116,7 +119,7 @@ Robot with_constants_alone(Command& command, const Robot& given, const std::stri
       command.warn(file + ": has no effects of the arm, so --poses changes nothing");
     return robot;
   }
-  const auto [visits, words] = visits_of(arm, arguments);
+  const auto [visits, words] = visits_of(command, arm, arguments);
   const ConstantsFit fitted = fit(arm, arm.chain, link_parameters(arm.chain), visits, file);
   command.warn(
       fmt::format("the constants that are written stand for the effects, too: over {} they miss "
@@ -145,7 +148,7 @@ std::string controller_fields(Command& command, const Robot& robot, const std::s
     if (!is_of_positioner(arm, zero)) free.push_back(zero);
   if (arm.ground_link)  // its own fields hold all of a positioner
     std::copy_n(arm.chain.links.begin(), *arm.ground_link + 1, from.links.begin());
-  const auto [visits, words] = visits_of(arm, arguments);
+  const auto [visits, words] = visits_of(command, arm, arguments);
   const ConstantsFit fitted = fit(arm, from, free, visits, file);
   command.warn(fmt::format(
       "zero offsets alone bring the model of the controller from {} to {} of the arm, over {}; "

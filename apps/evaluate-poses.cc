@@ -12,6 +12,7 @@
 #include "armtrue/io/products/residuals_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/calibration_page.h"
+#include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
 #include "option_text.h"
@@ -56,7 +57,7 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
     return robot;
   }
   command.progress("refitting " + arguments.refit);
-  return refit_set_up(robot, campaign, app::split_list(arguments.refit));
+  return refit_set_up(robot, campaign, app::parameters_of("--refit", arguments.refit, robot));
 }
 
 // Reports what is wrong with the errors of `given`, fitted as `robot`; false if a criterion fails
@@ -130,7 +131,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const ErrorSummary errors = summarize(of_readings);
   const double floor = noise_floor(robot, campaign, evaluation).mean_error();
   command.report(fmt::format(
-      "{} readings: mean error {:.4g} mm, {:.4g} mm at most{}\n", of_readings.size(),
+      "{}: mean error {:.4g} mm, {:.4g} mm at most{}\n", counted(of_readings.size(), "reading"),
       errors.mean / kMillimetre, errors.max / kMillimetre,
       floor > 0 ? fmt::format("; noise alone makes {:.4g} mm on average", floor / kMillimetre)
                 : ""));

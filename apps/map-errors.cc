@@ -4,6 +4,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/error_map_io.h"
 #include "armtrue/report/error_map_page.h"
+#include "armtrue/text/number_text.h"
 #include "map_inputs.h"
 
 using namespace armtrue;
@@ -61,7 +62,8 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   } else {
     const PathFile file = command.read_path(arguments.path, KeepRows::no, controller);
     if (file.lost > 0)
-      command.warn(fmt::format("{}: {} rows without a position left out", file.source, file.lost));
+      command.warn(fmt::format("{}: {} without a position left out", file.source,
+                               counted(file.lost, "row")));
     program = targets_of_path(file.path, file.source, file.line, controller, options,
                               app::stated_orientation(arguments));
   }

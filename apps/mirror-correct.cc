@@ -123,7 +123,7 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
                     const app::MirrorInputs& inputs, MirrorFindings& findings) {
   app::warn_of_gaps(command, inputs.programmed, findings.result);
   app::warn_of_clipping(command, findings.result, findings.options);
-  if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {
+  if (command.reports() || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
     const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);
     app::on_samples_of(inputs.programmed, [&] {

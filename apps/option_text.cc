@@ -41,8 +41,8 @@ std::vector<double> numbers_from_text(const std::string& text, std::optional<siz
       throw std::invalid_argument("'" + item + "' is larger than anything real; give " + form);
   }
   if (count && numbers.size() != *count)
-    throw std::invalid_argument(fmt::format("'{}' has {} numbers instead of {}; give {}", text,
-                                            numbers.size(), *count, form));
+    throw std::invalid_argument(fmt::format("'{}' has {} instead of {}; give {}", text,
+                                            counted(numbers.size(), "number"), *count, form));
   return numbers;
 }
 
@@ -77,7 +77,8 @@ JointVector joints_of(const std::vector<double>& numbers, const Robot& robot,
       return joint.column.front() == 'q' && !joint.is_length;
     });
     throw UsageError(fmt::format(
-        "{}: has {} numbers instead of {}; give {}", option, numbers.size(), joints.size(),
+        "{}: has {} instead of {}; give {}", option, counted(numbers.size(), "number"),
+        joints.size(),
         of_arm ? fmt::format("q1,...,q{} in deg", joints.size()) : encoder_columns(robot.chain)));
   }
   JointVector q(std::ssize(numbers));

@@ -11,6 +11,7 @@
 #include "armtrue/path/mirror/pass_doubts.h"
 #include "armtrue/path/mirror/record_doubts.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue::app {
 namespace {
@@ -338,10 +339,10 @@ void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResu
         programmed.source, step, most));
   if (result.unrecorded > 0)
     command.warn(fmt::format(
-        "{} samples in motion lie before or after the record and are not corrected, and the "
+        "not corrected: {} in motion before or after the record; the "
         "correction grows from nothing in {:.2g} s beside them; record from before the tool moves "
         "until it stands again",
-        result.unrecorded, 1 / result.cutoff));
+        counted(result.unrecorded, "sample"), 1 / result.cutoff));
   for (const Pass& pass : result.passes)
     if (pass.longest_gap > most)
       command.warn(fmt::format(
@@ -361,8 +362,9 @@ void warn_of_clipping(Command& command, const MirrorResult& result, const Mirror
   else
     command.warn(fmt::format(
         "--max-mm {:g} leaves the mean deviation of {:.3g} mm nearly as it is, and cuts the "
-        "correction of {} samples: is it in mm?",
-        options.max / kMillimetre, result.before.mean / kMillimetre, result.clipped));
+        "correction of {}: is it in mm?",
+        options.max / kMillimetre, result.before.mean / kMillimetre,
+        counted(result.clipped, "sample")));
 }
 
 }  // namespace armtrue::app

@@ -12,6 +12,7 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "robot_program_files.h"
 
 namespace armtrue::app {
@@ -102,9 +103,10 @@ void write_path_program(Command& command, const PathProgramArguments& arguments,
   const std::string out = program_out(arguments);
   rename_as_file(program, out, texts);
   for (const std::string& warning : displaced.warnings) command.warn(warning);
-  command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
-                           program.texts[0].name, displaced.corrected, displaced.text.inserted,
-                           displaced.left_alone));
+  command.tell(fmt::format("{}: {} corrected, {} inserted, {} left alone\n", program.texts[0].name,
+                           counted(displaced.corrected, "point"),
+                           counted(displaced.text.inserted, "move"),
+                           counted(displaced.left_alone, "move")));
   write_program_texts(program, texts, out);
 }
 

@@ -9,6 +9,7 @@
 #include "armtrue/planning/planning.h"
 #include "armtrue/planning/separation.h"
 #include "armtrue/report/plan_tables.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/tracing/loop.h"
 #include "command_line.h"
 #include "option_text.h"
@@ -25,10 +26,10 @@ void warn_of_too_few(app::Command& command, const PosePlanner& planner, int coun
     return command.warn(
         "no number of such poses determines all unknowns, so the expected error has no bound; add "
         "contacts, anchors or targets, or identify fewer parameters");
-  command.warn(fmt::format(
-      "{} pose{} not determine all unknowns, so the expected error has no bound; {} are "
-      "the fewest that can, more make it small (--count)",
-      count, count == 1 ? " does" : "s do", *enough));
+  command.warn(
+      fmt::format("{} {} not determine all unknowns, so the expected error has no bound; {} are "
+                  "the fewest that can, more make it small (--count)",
+                  counted(count, "pose"), count == 1 ? "does" : "do", *enough));
 }
 
 int plan_for_separation(app::Command& command, const app::PlanArguments& arguments,

@@ -17,6 +17,7 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue::app {
 namespace {
@@ -185,8 +186,8 @@ class Project {
     } else {
       write_folder(changed);
     }
-    command_.tell(fmt::format("{}: {} texts of {} changed\n", files_.out, rewritten.texts.size(),
-                              texts_.size()));
+    command_.tell(fmt::format("{}: {} of {} changed\n", files_.out,
+                              counted(rewritten.texts.size(), "text"), texts_.size()));
   }
 
   void write_folder(const std::map<std::string, std::string>& changed) {

@@ -14,6 +14,7 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/text/edit_distance.h"
+#include "armtrue/text/number_text.h"
 #include "option_text.h"
 #include "program_arguments.h"
 
@@ -238,14 +239,14 @@ bool write_robot_program(Command& command, const RobotProgram& program,
     }
   if (const auto lost = moves_of(between) - rewritten.inserted; lost > 0) {
     command.warn(
-        fmt::format("{}: {} points are not inserted, because an end of their move stays as "
+        fmt::format("{}: {} not inserted, because an end of their move stays as "
                     "programmed",
-                    program.texts[0].name, lost));
+                    program.texts[0].name, counted(lost, "point")));
     is_followed = false;
   }
-  command.tell(fmt::format("{}: {} points changed, {} inserted, {} moves left alone\n",
-                           program.texts[0].name, rewritten.changed, rewritten.inserted,
-                           program.left_alone));
+  command.tell(fmt::format("{}: {} changed, {} inserted, {} left alone\n", program.texts[0].name,
+                           counted(rewritten.changed, "point"), rewritten.inserted,
+                           counted(program.left_alone, "move")));
   write_program_texts(program, rewritten.texts, files.out);
   return is_followed;
 }

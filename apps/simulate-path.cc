@@ -4,6 +4,7 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/path_io.h"
+#include "armtrue/text/number_text.h"
 #include "option_text.h"
 #include "pass_inputs.h"
 
@@ -43,12 +44,12 @@ int run(app::Command& command, const app::PassArguments& arguments) {
   Path measured = app::on_samples_of(
       programmed, [&] { return simulate_pass(programmed.path, robot, truth, pass); });
   if (measured.samples() < 2)
-    throw InputError(fmt::format(
-        "{}: the pass takes {:g} s, of which the instrument records {} sample{}; a record needs "
-        "two: give a shorter --instrument-period-ms (now {:g}) or lose less (--lost)",
-        programmed.source,
-        programmed.path.time[programmed.path.samples() - 1] - programmed.path.time[0],
-        measured.samples(), measured.samples() == 1 ? "" : "s", arguments.period_ms));
+    throw InputError(
+        fmt::format("{}: the pass takes {:g} s, of which the instrument records {}; a record needs "
+                    "two: give a shorter --instrument-period-ms (now {:g}) or lose less (--lost)",
+                    programmed.source,
+                    programmed.path.time[programmed.path.samples() - 1] - programmed.path.time[0],
+                    counted(measured.samples(), "sample"), arguments.period_ms));
   if (!arguments.joints) measured.q.resize(Eigen::NoChange, 0);
   write_output(command.output, write_path(measured, joint_names(robot.chain)));
   return app::kSuccess;

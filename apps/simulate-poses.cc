@@ -16,25 +16,6 @@ using namespace armtrue;
 
 namespace {
 
-// A real controller refuses such targets.
-void warn_beyond_travel(app::Command& command, const std::string& file,
-                        const std::vector<JointTarget>& targets, const KinematicChain& chain) {
-  const auto beyond = [&](const JointTarget& target) {
-    return beyond_travel(chain, target.q).has_value();
-  };
-  const auto first = std::ranges::find_if(targets, beyond);
-  if (first == targets.end()) return;
-  const auto [index, value] = *beyond_travel(chain, first->q);
-  const Link& link = chain.links[index];
-  const double unit = is_prismatic(link) ? kMillimetre : kDegree;
-  const char* const unit_name = is_prismatic(link) ? "mm" : "deg";
-  command.warn(fmt::format(
-      "{}:{}: {} of {} targets lie beyond the travel of the joints; in the first, '{}', {} stands "
-      "at {:.6g} {}, outside {:.6g} to {:.6g} {}",
-      file, first->line, std::ranges::count_if(targets, beyond), targets.size(), first->pose,
-      link.name, value / unit, unit_name, link.min / unit, link.max / unit, unit_name));
-}
-
 // The targets, with what they name of the contacts of the robot. Throws InputError if it has none
 // of that name.
 std::vector<PlannedPose> poses_of(const std::vector<JointTarget>& targets, const std::string& file,
@@ -80,7 +61,7 @@ Nothing nothing_read(const SimulationOptions& options) {
 Campaign simulate_targets(app::Command& command, const std::string& path, const Robot& robot,
                           const Robot& truth, const SimulationOptions& options) {
   const std::vector<JointTarget> targets = read_joint_targets(path, joint_names(robot.chain));
-  warn_beyond_travel(command, path, targets, robot.chain);
+  app::warn_beyond_travel(command, path, targets, robot.chain);
   Campaign campaign =
       simulate(poses_of(targets, path, truth.chain, options.touches), truth, options);
   const Nothing nothing = nothing_read(options);

@@ -19,6 +19,7 @@
 #include "armtrue/observation/registration.h"
 #include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/text/number_text.h"
 #include "calibration/fit_statistics.h"
 #include "calibration/levenberg_marquardt.h"
 #include "calibration/prior.h"
@@ -205,11 +206,11 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
   });
   const auto equations = model.rows() * model.row_size() + known;
   if (equations <= model.unknowns())
-    throw std::invalid_argument(
-        model.campaign().source + ": " + std::to_string(model.rows()) +
-        (model.rows() == 1 ? " reading gives " : " readings give ") + std::to_string(equations) +
-        " equations for " + std::to_string(model.unknowns()) +
-        " unknowns; measure more poses, or identify fewer parameters (--identify)");
+    throw std::invalid_argument(model.campaign().source + ": " + counted(model.rows(), "reading") +
+                                (model.rows() == 1 ? " gives " : " give ") +
+                                counted(equations, "equation") + " for " +
+                                counted(model.unknowns(), "unknown") +
+                                "; measure more poses, or identify fewer parameters (--identify)");
 }
 
 // Sets the coefficients of effects that are declared without them to zero. Without masses an effect

@@ -22,6 +22,7 @@
 #include "armtrue/observation/session_models.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 namespace {
@@ -163,8 +164,8 @@ std::string lines_in_words(const std::vector<int>& lines) {
   constexpr size_t kMostShown = 12;
   if (lines.empty()) return "";
   const bool all = lines.size() <= kMostShown;
-  return fmt::format("{} {} of the file{}: {}{}", lines.size(),
-                     lines.size() == 1 ? "line" : "lines", all ? "" : ", the first",
+  return fmt::format("{} of the file{}: {}{}", counted(lines.size(), "line"),
+                     all ? "" : ", the first",
                      fmt::join(lines.begin(), all ? lines.end() : lines.begin() + kMostShown, ", "),
                      all ? "" : ", ...");
 }
@@ -329,9 +330,9 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
 std::string not_converged(const CalibrationResult& fit) {
   if (fit.converged) return "";
   return fmt::format(
-      "not converged after {} iterations ({}); measure poses that move every joint over its "
+      "not converged after {} ({}); measure poses that move every joint over its "
       "travel, or identify fewer parameters",
-      fit.iterations, fit.termination);
+      counted(fit.iterations, "iteration"), fit.termination);
 }
 
 std::string lost_in_words(const Robot& robot, const Campaign& campaign,
@@ -361,7 +362,8 @@ std::string near_nominal_in_words(const CalibrationResult& fit, const Campaign& 
   for (int k : near.parameters) names += (names.empty() ? "" : ", ") + fit.names[k];
   return names + ": near the nominal value for lack of readings; " +
          (near.poses > 0
-              ? fmt::format("some {} more poses like these would determine them", near.poses)
+              ? fmt::format("some {} like these would determine them",
+                            counted(near.poses, "more pose"))
               : "no number of poses like these would determine them; move every joint over its "
                 "travel");
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 namespace {
@@ -131,10 +132,11 @@ std::string moved_text(const std::vector<MovedByTurns>& moved, const std::vector
   }
   const MovedByTurns& example = moved.front();
   return fmt::format(
-      "{} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
+      "{} of {} read a whole turn nearer to the travel of the joint, as in line {} "
       "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
       "none",
-      rows, names, lines[example.first], example.as_given / kDegree, example.as_read / kDegree);
+      counted(rows, "angle"), names, lines[example.first], example.as_given / kDegree,
+      example.as_read / kDegree);
 }
 
 }  // namespace armtrue

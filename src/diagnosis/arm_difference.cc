@@ -271,6 +271,7 @@ ArmDifference arm_difference(const Robot& before, const Robot& after,
   ArmDifference found;
   found.q = poses;
   found.distance = distances(arm_before, points);
+  found.hidden = hidden_by_refit({"base", "tool"}, arm_before, points);
   const ErrorSummary summary = summarize(found.distance);
   found.mean = summary.mean;
   found.rms = summary.rms;

@@ -28,6 +28,7 @@
 #include "armtrue/observation/placement.h"
 #include "armtrue/observation/registration.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/text/number_text.h"
 #include "diagnosis/board_check.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/exchanged_targets.h"
@@ -290,10 +291,9 @@ std::vector<Hypothesis> row_hypotheses(const Campaign& all, const std::vector<in
   std::vector<Hypothesis> hypotheses;
   for (const int late : {1, -1, 2, -2})
     hypotheses.push_back(
-        {fmt::format("the readings stand {} {}{} {} than their joint angles: move them, or put the "
+        {fmt::format("the readings stand {} {} than their joint angles: move them, or put the "
                      "tables together again",
-                     std::abs(late), what, std::abs(late) == 1 ? "" : "s",
-                     late > 0 ? "later" : "earlier"),
+                     counted(std::abs(late), what), late > 0 ? "later" : "earlier"),
          [q = joints_before(all, rows, chosen, late)](Robot&, Campaign& c) { c.q = q; }});
   return hypotheses;
 }

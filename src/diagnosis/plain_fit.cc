@@ -284,15 +284,15 @@ bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations)
 namespace {
 
 // A reading, and what of the squared residual falls without it.
-struct LeftOut {
+struct TakenOut {
   int row = -1;
   double fall = 0;
 };
 
-LeftOut worst_reading(const FitEquations& equations) {
+TakenOut worst_reading(const FitEquations& equations) {
   constexpr double kLeastFreedom = 1e-6;  // of a number: one that alone shows something always fits
   const int size = equations.row_size;
-  LeftOut worst;
+  TakenOut worst;
   for (int row = 0; row * size < equations.residual.size(); ++row) {
     const auto own = equations.basis.middleRows(row * size, size);
     const Eigen::LLT<Eigen::MatrixXd> freedom(Eigen::MatrixXd::Identity(size, size) -
@@ -329,7 +329,7 @@ Blunders find_blunders(const FitEquations& equations, double poses) {
   Blunders best, tried;
   double choices = 1;  // of so many among all
   for (int count = 1; count <= kMostBlunders * rows; ++count) {
-    const LeftOut worst = worst_reading(left);
+    const TakenOut worst = worst_reading(left);
     if (worst.row < 0) break;
     leave_out(worst.row, left);
     std::ranges::copy(equations.rows[worst.row], std::back_inserter(tried.rows));

@@ -13,6 +13,7 @@
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 namespace {
@@ -288,7 +289,7 @@ std::vector<std::string> why_untested(const ComparedRun& before, const ComparedR
   if (!one_sided.empty())
     reasons.push_back(fmt::format(
         "only one run identified {}, so that other parameters of the other run take its part; "
-        "calibrate both with the same --identify",
+        "calibrate both with the same unknowns (calibrate --identify)",
         some_of(one_sided, ", ")));
   if (!found.held_apart.empty())
     reasons.push_back(
@@ -369,8 +370,23 @@ std::string listed(const std::vector<std::string>& items) {
   return fmt::format("{} and {}", fmt::join(items.begin(), items.end() - 1, ", "), items.back());
 }
 
-std::string arms_in_words(const ArmDifference& arm) {
-  return fmt::format("{} at the tool on average, {} at most", mm(arm.mean), mm(arm.max));
+std::string arms_in_words(const RunComparison& found) {
+  return fmt::format(
+      "{} at the tool on average, {} at most{}", mm(found.arm->mean), mm(found.arm->max),
+      found.largest_pose.empty() ? "" : fmt::format(", in pose '{}'", found.largest_pose));
+}
+
+// What base and tool, which are fitted to few poses, take up of the distance.
+std::string hidden_in_words(const ArmDifference& arm) {
+  if (arm.hidden.words.empty()) return "";
+  const std::string fit = fmt::format(" Base and tool of the first are fitted to these {}",
+                                      counted(arm.q.size(), "pose"));
+  if (arm.hidden.freedom == 0)
+    return fit + " and take up all of the distance: compare at more poses.";
+  return fit + fmt::format(
+                   ", which takes up a part of the distance: at other poses of this region "
+                   "expect {} RMS.",
+                   mm(arm.rms * arm.times_elsewhere()));
 }
 
 bool number_of_arm_moved(const RunComparison& found) {
@@ -415,23 +431,25 @@ std::string chance_in_words(const ArmDifference& arm) {
 std::string sentence_of_two_arms(const RunComparison& found, const KinematicChain& chain) {
   const ArmDifference& arm = *found.arm;
   const std::string program =
+      hidden_in_words(arm) +
       " A program of one errs by as much on the other, with $BASE and $TOOL measured there: "
       "correct its original for the arm that runs it (compensate --robot).";
   if (!found.untested.empty())
     return fmt::format("The arms differ by {}; whether by more than chance is not tested: {}.",
-                       arms_in_words(arm), found.untested.front()) +
+                       arms_in_words(found), found.untested.front()) +
            program;
   if (const std::string why = found.undecided(); !why.empty())
     return fmt::format("Whether the arms differ is undecided: {}.", why);
   if (!found.arm_moved().value_or(false)) {
     const std::optional<double> seen = found.smallest_seen();
-    return fmt::format("The arms differ by no more than chance: {}{}.{}", arms_in_words(arm),
+    return fmt::format("The arms differ by no more than chance: {}{}.{}", arms_in_words(found),
                        chance_in_words(arm),
-                       seen ? fmt::format(" A program of one may run on the other where {} RMS, "
-                                          "above which a difference would have been seen, do not "
-                                          "matter.",
-                                          mm(*seen))
-                            : "");
+                       seen && arm.hidden.freedom > 0
+                           ? fmt::format(" A difference of more than {} RMS would have been seen: "
+                                         "a program of one may run on the other if it tolerates "
+                                         "an error of that size.",
+                                         mm(*seen * arm.times_elsewhere()))
+                           : hidden_in_words(arm));
   }
   std::vector<const ComparedParameter*> moved;
   for (const ComparedParameter& parameter : found.parameters)
@@ -446,7 +464,7 @@ std::string sentence_of_two_arms(const RunComparison& found, const KinematicChai
     if (effect.effect.of_arm() && std::ranges::any_of(effect.numbers, &NumberChange::moved))
       words.push_back(moved_in_words(effect));
   return fmt::format(
-             "The arms differ by {}{}: {}.", arms_in_words(arm), chance_in_words(arm),
+             "The arms differ by {}{}: {}.", arms_in_words(found), chance_in_words(arm),
              words.empty() ? "no parameter alone does, several share it" : some_of(words, ", ")) +
          program;
 }
@@ -456,14 +474,14 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
   const ArmDifference& arm = *found.arm;
   if (is_from_nominal)
     return fmt::format("The calibrated arm differs from the nominal one by {}.",
-                       arms_in_words(arm));
+                       arms_in_words(found));
   if (found.arms == ComparedArms::two) return sentence_of_two_arms(found, chain);
   if (found.readings == Shared::all)
-    return fmt::format("Two models of the same readings: they differ by {}.", arms_in_words(arm));
+    return fmt::format("Two models of the same readings: they differ by {}.", arms_in_words(found));
   if (!found.untested.empty())
     return fmt::format(
         "The two models differ by {}; whether the arm has changed does not follow from them: {}.",
-        arms_in_words(arm), found.untested.front());
+        arms_in_words(found), found.untested.front());
   std::vector<std::string> of_arm, of_station;
   for (const ComparedParameter& parameter : found.parameters)
     if (parameter.number.moved())
@@ -484,28 +502,30 @@ std::string sentence_of_arm(const RunComparison& found, bool is_from_nominal,
     return fmt::format(
                "The arm changed by more than chance: {}{}; no parameter alone did, several share "
                "it.",
-               arms_in_words(arm), by_chance) +
+               arms_in_words(found), by_chance) +
            station;
   if (of_arm.empty())
     return fmt::format(
         "{} changed by more than chance: the arms differ by {}{}{}.{}",
-        of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(arm), by_chance,
+        of_station.empty() ? "Nothing" : "Nothing of the arm", arms_in_words(found), by_chance,
         found.smallest_seen() ? fmt::format("; above {} RMS a change would have been seen",
                                             mm(*found.smallest_seen()))
                               : "",
         station);
   return fmt::format("The arm moved: {}; {}{}. Nothing else of it changed by more than chance.{}",
-                     listed(of_arm), arms_in_words(arm), by_chance, station);
+                     listed(of_arm), arms_in_words(found), by_chance, station);
 }
 
 std::string error_change(const RunErrors& before, const RunErrors& after, ComparedArms arms) {
   if (!before.after || !after.after) return "";
-  return fmt::format("Mean error {} {}, {} {}", mm(*before.after),
+  return fmt::format("Mean error of the model of each run: {} {}, {} {}", mm(*before.after),
                      behind_figure(InRuns::before, arms), mm(*after.after),
                      behind_figure(InRuns::after, arms)) +
-         (before.floor && after.floor ? fmt::format("; a perfect model would have {} and {}.",
-                                                    mm(*before.floor), mm(*after.floor))
-                                      : ".");
+         (before.floor && after.floor
+              ? fmt::format("; the noise of the readings alone, as the run takes it, would make {} "
+                            "and {}.",
+                            mm(*before.floor), mm(*after.floor))
+              : ".");
 }
 
 std::string sentence_of_errors(const RunErrors& before, const RunErrors& after, ComparedArms arms) {
@@ -732,7 +752,7 @@ std::array<int, 2> moved_of_tested(const RunComparison& found) {
 }
 
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
-                           const std::vector<JointVector>& poses, ComparedArms arms) {
+                           const NamedPoses& poses, ComparedArms arms) {
   RunComparison found;
   found.arms = arms;
   found.readings = shared_readings(before, after);
@@ -754,8 +774,9 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
     return found;
   }
   const std::vector<JointVector> at =
-      poses.empty() ? poses_of_both(*before.robot, *after.robot) : poses;
+      poses.q.empty() ? poses_of_both(*before.robot, *after.robot) : poses.q;
   found.arm = arm_difference(*before.robot, *after.robot, at);
+  if (!poses.names.empty()) found.largest_pose = poses.names[found.arm->largest];
   if (found.untested.empty() && found.readings == Shared::none && before.campaign &&
       after.campaign && before.spread && after.spread)
     found.by_readings = readings_difference(*before.robot, {before.campaign, *before.spread},
@@ -774,6 +795,7 @@ RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
       parameter.left_beside = mean_arm_difference(changed, *after.robot, at);
     }
   found.sentence = sentence_of_arm(found, has_nominal(before, after), after.robot->chain);
+  if (arms == ComparedArms::one) found.sentence += hidden_in_words(*found.arm);
   if (found.errors) found.sentence += " " + sentence_of_errors(*before.errors, *after.errors, arms);
   return found;
 }

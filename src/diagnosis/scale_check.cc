@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
@@ -16,27 +17,28 @@ std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
   if (!readings.reads_one_number() || readings.anchor_names.size() < 2) return std::nullopt;
   const KinematicChain& chain = fit.result.robot.chain;
   const FitEquations equations = fit_equations(fit, {layout_of(chain).instrument_scale});
-  const double whole = equations.residual.squaredNorm();
-  const double poses = fit.poses();
-  const auto anchors = static_cast<double>(readings.anchor_names.size());
+  std::set<int> readings_of_poses;  // repeats have one error of the model
+  for (int row = 0; row < readings.rows(); ++row)
+    readings_of_poses.insert(readings.pose_by_quantity(row));
   std::optional<std::string> found;
   double best = kClearFall;
   for (int anchor = 0; anchor < std::ssize(readings.anchor_names); ++anchor) {
-    Eigen::VectorXd column = equations.columns.col(0);
+    Eigen::VectorXd is_of_anchor(readings.rows());
     for (int row = 0; row < readings.rows(); ++row)
-      if (readings.anchor[row] != anchor || readings.kind(row) != ReadingKind::distance)
-        column.segment(row * equations.row_size, equations.row_size).setZero();
-    column -= equations.basis * (equations.basis.transpose() * column);
-    const double size = column.squaredNorm(), slope = column.dot(equations.residual);
-    if (!(size > 0) || std::abs(slope) < kLeastScale * size) continue;
-    const double share = std::min(1 - 1e-12, slope * slope / (size * whole));
-    const double fall = -poses * std::log(1 - share) - std::log(poses) - 2 * std::log(anchors);
-    if (share < kShareThatMatters || fall <= best) continue;
+      is_of_anchor[row] =
+          readings.anchor[row] == anchor && readings.kind(row) == ReadingKind::distance ? 1 : 0;
+    const JointFit scale =
+        fit_beside(times_of_rows(equations.columns.col(0), is_of_anchor), equations);
+    const double fall = fall_of_bic(scale, equations, static_cast<double>(readings_of_poses.size()),
+                                    static_cast<double>(readings.anchor_names.size()));
+    if (std::abs(scale.value[0]) < kLeastScale || scale.share < kShareThatMatters || fall <= best)
+      continue;
     best = fall;
     found = fmt::format(
         "the distances from anchor {} are too {} by {:.2g} %, those from the others are not: check "
         "the scale of that instrument (its drum, its unit)",
-        readings.anchor_names[anchor], slope > 0 ? "long" : "short", 100 * std::abs(slope) / size);
+        readings.anchor_names[anchor], scale.value[0] > 0 ? "long" : "short",
+        100 * std::abs(scale.value[0]));
   }
   return found;
 }

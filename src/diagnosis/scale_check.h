@@ -11,7 +11,7 @@ namespace armtrue {
 /// Names the anchor whose distances are all too long or too short by one factor, for example
 /// because the drum of a draw-wire has another size. Beside all fitted unknowns, the distances of
 /// each anchor get their own scale. The anchor that explains most of the residual is named if it
-/// explains at least a quarter, BIC with the poses as readings falls by more than 20, and its scale
+/// explains at least a quarter, BIC falls by more than kClearFall, see fall_of_bic(), and its scale
 /// error is 0.1 % or more. Nothing for points or for one anchor.
 std::optional<std::string> find_scale_of_anchor(const PlainFit& fit);
 

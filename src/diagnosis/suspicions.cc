@@ -7,6 +7,7 @@
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/campaign/without_rows.h"
+#include "diagnosis/coupling_check.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/early_angles.h"
 #include "diagnosis/far_set_up_change.h"
@@ -67,7 +68,12 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   auto fit = fit_plainly(robot, campaign);
   if (!fit) return found;
   if (fit->result.spread.position < kResolution) return found;
+  const auto coupling = find_coupling(*fit);
   auto change = find_impossible_change(robot, fit->result);
+  if (coupling) {
+    (change ? found.errors : found.warnings).push_back(*coupling);
+    return found;
+  }
   if (change)
     // Least squares follow a gross pose that far: only a fit without it says something of the
     // others.

@@ -6,6 +6,7 @@
 
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {
@@ -119,6 +120,28 @@ std::string check_mixed_angles(const Campaign& campaign, const std::vector<Joint
       in_lines(campaign, rows), most / kDegree);
 }
 
+// No joint turns so fast from one visit to the next, in most of them, unless the times are in
+// another unit.
+std::string check_speeds(const Campaign& campaign, const std::vector<JointName>& joints) {
+  constexpr double kFastest = 3600 * kDegree;  // rad/s; the last joint of a small arm turns by 3000
+  if (campaign.time_s.empty()) return "";
+  std::vector<double> speeds;
+  for (int row = 1; row < campaign.rows(); ++row) {
+    const double passed = std::abs(campaign.time_s[row] - campaign.time_s[row - 1]);
+    double turned = 0;
+    for (size_t j = 0; j < joints.size(); ++j)
+      if (!joints[j].is_length)
+        turned = std::max(turned, std::abs(campaign.q[row][j] - campaign.q[row - 1][j]));
+    if (passed > 0 && turned > 0) speeds.push_back(turned / passed);
+  }
+  if (std::ssize(speeds) < kFewestRows || median(speeds) < kFastest) return "";
+  return fmt::format(
+      "a joint turns by {:.3g} deg/s from row to row (median), faster than any does: is the unit "
+      "of "
+      "the times right?",
+      median(speeds) / kDegree);
+}
+
 }  // namespace
 
 std::vector<std::string> check_units(const Campaign& campaign,
@@ -143,6 +166,7 @@ std::vector<std::string> check_units(const Campaign& campaign,
     if (!doubt.empty()) doubts.push_back(doubt);
   };
   if (angles.turning >= kBent) add(check_mixed_angles(campaign, joints, kRadians));
+  if (angles.turning >= kBent) add(check_speeds(campaign, joints));
   if (campaign.position.empty()) return doubts;
   add(check_empty_points(campaign));
   add(check_mixed_lengths(campaign));

@@ -6,7 +6,9 @@
 #include <set>
 
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/column_units.h"
 #include "import/covariance_columns.h"
 #include "import/matrix_columns.h"
@@ -163,10 +165,37 @@ class Mapper {
            !(unit && unit->kind == UnitKind::time);
   }
 
+  // The column with this one letter as its name; empty if there is none.
+  std::string header_of(const std::string& letter) const {
+    for (const PlainColumn& column : table_.columns)
+      if (lower_case(column_name(column.name).stem) == letter) return column.name;
+    return "";
+  }
+
+  bool is_of_fanuc(const std::string& name) const {
+    const std::string stem = lower_case(column_name(name).stem);
+    return (stem == "w" || stem == "p" || stem == "r") && !header_of("w").empty() &&
+           !header_of("p").empty() && !header_of("r").empty();
+  }
+
   void leave_unknown(int k) {
     const std::string& name = header(k);
     const std::string& unit_row = table_.columns[k].unit_row;
     const ColumnName parts = column_name(name);
+    const auto unknown = unknown_unit(name);
+    if (unknown && looks_like_angle(unknown->stem, ""))
+      table_.fail_header(
+          fmt::format("the unit '{}' of the column '{}' is not known; write deg, rad, mrad or a "
+                      "unit of length, "
+                      "or say what the column is, such as --column {}='{}'",
+                      unknown->unit, name, our_column(known_quantity(unknown->stem)->name), name));
+    if (is_of_fanuc(name))
+      table_.fail_header(
+          "the column '" + name +
+          "' looks like an orientation; W, P, R of a FANUC are turns about x, y, z: --column "
+          "roll='" +
+          header_of("w") + "' --column pitch='" + header_of("p") + "' --column yaw='" +
+          header_of("r") + "' --angles rpy; else leave it out: --ignore '" + name + "'");
     if (looks_like_angle(name, parts.unit.empty() ? unit_row : parts.unit))
       table_.fail_header("the column '" + name +
                          "' looks like an angle or an orientation, and which is not known; say "
@@ -301,10 +330,11 @@ std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping) 
                                                          : std::string(1, table.separator);
   std::string text =
       table.separator == '\0'
-          ? fmt::format("{}: recording, {} readings\n", table.file, table.rows.size())
-          : fmt::format("{}: header in line {}, separator {}, decimal {}, {} rows\n", table.file,
+          ? fmt::format("{}: recording, {}\n", table.file, counted(table.rows.size(), "reading"))
+          : fmt::format("{}: header in line {}, separator {}, decimal {}, {}\n", table.file,
                         table.header_line, separator,
-                        mapping.decimal_sign == ',' ? "comma" : "point", table.rows.size());
+                        mapping.decimal_sign == ',' ? "comma" : "point",
+                        counted(table.rows.size(), "row"));
   const auto line = [&](const std::string& ours, const std::string& theirs, const std::string& unit,
                         const std::string& factor) {
     std::string row = fmt::format("  {:<12}  {:<24}  {:<5}  {}", ours, theirs, unit, factor);

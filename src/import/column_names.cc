@@ -143,15 +143,20 @@ std::optional<KnownQuantity> quantity_of_stem(std::string_view stem) {
   return found->second;
 }
 
-ColumnName unit_in_brackets(std::string_view header) {
+// What stands before the last brackets of a header and in them.
+ColumnName in_brackets(std::string_view header) {
   if (header.empty() || (header.back() != ']' && header.back() != ')')) return {};
   const size_t open = header.find_last_of(header.back() == ']' ? "[" : "(");
   if (open == std::string_view::npos || open == 0) return {};
   const std::string_view unit = trim_blanks(header.substr(open + 1, header.size() - open - 2));
   std::string_view stem = trim_blanks(header.substr(0, open));
   while (!stem.empty() && stem.back() == '_') stem.remove_suffix(1);
-  if (stem.empty() || !find_unit(unit)) return {};
   return {std::string(stem), std::string(unit)};
+}
+
+ColumnName unit_in_brackets(std::string_view header) {
+  const ColumnName name = in_brackets(header);
+  return name.stem.empty() || !find_unit(name.unit) ? ColumnName() : name;
 }
 
 ColumnName unit_behind_sign(std::string_view header) {
@@ -184,6 +189,14 @@ ColumnName column_name(std::string_view header) {
   if (name.stem.empty() && !known_names().contains(plain_stem(header)))
     name = unit_behind_sign(header);
   if (name.stem.empty()) name.stem = header;
+  return name;
+}
+
+std::optional<ColumnName> unknown_unit(std::string_view header) {
+  const ColumnName name = in_brackets(trim_blanks(header));
+  if (name.stem.empty() || name.unit.empty() || find_unit(name.unit)) return std::nullopt;
+  const auto quantity = quantity_of_stem(name.stem);
+  if (!quantity || quantity->kind == UnitKind::none) return std::nullopt;
   return name;
 }
 

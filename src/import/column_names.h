@@ -34,6 +34,10 @@ struct KnownQuantity {
   UnitKind kind = UnitKind::none;
 };
 
+/// The name and the unit of a header such as `A1 [Grad]`, whose name is known and whose unit is
+/// not.
+std::optional<ColumnName> unknown_unit(std::string_view header);
+
 /// The quantity that a column of this header holds, by its name alone.
 std::optional<KnownQuantity> known_quantity(std::string_view header);
 

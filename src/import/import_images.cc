@@ -15,6 +15,7 @@
 #include "armtrue/io/inputs_stay.h"
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/joint_stops.h"
 
 namespace armtrue {
@@ -50,10 +51,10 @@ std::vector<std::string> image_names(const std::string& folder) {
                      "; give the folder in which the images of the campaign stand");
   if (names.empty())
     throw InputError(
-        fmt::format("{}: has no image (.png, .jpg, .bmp, .tif, .pgm, .ppm, .webp) among its {} "
-                    "entr{}; give the "
+        fmt::format("{}: has no image (.png, .jpg, .bmp, .tif, .pgm, .ppm, .webp) among its {}; "
+                    "give the "
                     "folder in which the images of the campaign stand",
-                    folder, others, others == 1 ? "y" : "ies"));
+                    folder, counted(others, "entry")));
   std::ranges::sort(names, [](const std::string& a, const std::string& b) {
     const int order = strverscmp(a.c_str(), b.c_str());
     return order != 0 ? order < 0 : a < b;
@@ -97,11 +98,11 @@ class ImageJoin {
     const int rows = stops_.readings.campaign.rows();
     if (std::ssize(images_) != rows)
       throw InputError(fmt::format(
-          "{}: has {} row{}, and {} has {} image{} ({} to {}); rows belong to images in the order "
+          "{}: has {}, and {} has {} ({} to {}); rows belong to images in the order "
           "of their names, so both need as many: add a column image with the name of the file, or "
           "take out what has no partner",
-          table_, rows, rows == 1 ? "" : "s", folder_, images_.size(),
-          images_.size() == 1 ? "" : "s", images_.front(), images_.back()));
+          table_, counted(rows, "row"), folder_, counted(images_.size(), "image"), images_.front(),
+          images_.back()));
     std::vector<Pair> pairs;
     for (int row = 0; row < rows; ++row) pairs.push_back({images_[row], row});
     return pairs;
@@ -199,8 +200,8 @@ SeenImages look(const ImageFolder& folder, const std::vector<Pair>& pairs,
   }
   if (seen.images.empty())
     throw InputError(fmt::format(
-        "{}: none of {} image{} shows the board '{}'; {}", folder.folder, pairs.size(),
-        pairs.size() == 1 ? "" : "s", folder.pattern.text,
+        "{}: none of {} shows the board '{}'; {}", folder.folder, counted(pairs.size(), "image"),
+        folder.pattern.text,
         !hint.empty()
             ? hint
             : "count its columns and rows again (--board), look whether the board is whole "
@@ -242,12 +243,12 @@ std::string summary(const ImageFolder& folder, const SeenImages& seen, size_t im
   size_t corners = 0;
   for (const SeenImage& image : seen.images) corners += image.corners.size();
   return fmt::format(
-      "{}: {} of {} images show the board, {} corners\n"
+      "{}: the board in {} of {}, {}\n"
       "  for the robot file, with the focal length in px, and arm or cell as it is:\n"
       "  cameras: {{{}: {{on: arm, fx_px: , fy_px: , cx_px: {:g}, cy_px: {:g}, width_px: {}, "
       "height_px: {}}}}}\n"
       "  boards: {{board: {{on: cell, pattern: \"{}\"}}}}\n",
-      folder.folder, seen.images.size(), images, corners,
+      folder.folder, seen.images.size(), counted(images, "image"), counted(corners, "corner"),
       folder.camera.empty() ? "camera" : folder.camera, (seen.width - 1) / 2.0,
       (seen.height - 1) / 2.0, seen.width, seen.height, folder.pattern.text);
 }

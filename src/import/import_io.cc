@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/covariance_columns.h"
 #include "import/imported_table.h"
 #include "import/joint_match.h"
@@ -177,8 +178,9 @@ ImportedReadings built(const TableReader& points, const TableReader& joints,
   if (const std::string apart = scattered_poses(result.campaign); !apart.empty())
     result.warnings.push_back(points.table().file + ": " + apart);
   if (result.campaign.skipped_rows > 0)
-    result.warnings.push_back(fmt::format("{}: {} rows without a measured point are left out",
-                                          points.table().file, result.campaign.skipped_rows));
+    result.warnings.push_back(fmt::format("{}: left out: {} without a measured point",
+                                          points.table().file,
+                                          counted(result.campaign.skipped_rows, "row")));
   if (points.has("cov0") && result.campaign.whitening.empty())
     result.warnings.push_back(
         points.table().file +
@@ -186,11 +188,11 @@ ImportedReadings built(const TableReader& points, const TableReader& joints,
   if (!points.has("pose") && !joints.has("pose"))
     result.warnings.push_back(
         matches.same_joints_are_one_pose
-            ? fmt::format("{}: has no column of poses; {} poses are numbered by their joint angles",
-                          points.table().file, result.campaign.pose_ids.size())
-            : fmt::format("{}: has no column of poses; {} poses are numbered, and visits to the "
+            ? fmt::format("{}: has no column of poses; {} numbered by joint angles",
+                          points.table().file, counted(result.campaign.pose_ids.size(), "pose"))
+            : fmt::format("{}: has no column of poses; {} numbered, and visits to the "
                           "same pose are not known as such: --column pose=NAME",
-                          points.table().file, result.campaign.pose_ids.size()));
+                          points.table().file, counted(result.campaign.pose_ids.size(), "pose")));
   return result;
 }
 

@@ -4,6 +4,7 @@
 
 #include "armtrue/import/import_io.h"
 #include "armtrue/kinematics/pose.h"
+#include "armtrue/text/number_text.h"
 #include "import/imported_table.h"
 #include "import/table_reader.h"
 
@@ -68,7 +69,7 @@ ImportedPass import_pass(const std::string& path, const ImportOptions& options) 
   result.mapping = mapping_text(import.table, import.mapping);
   if (const size_t lost = table.rows() - kept.size(); lost > 0)
     result.warnings.push_back(
-        fmt::format("{}: {} rows without a measured point are left out", path, lost));
+        fmt::format("{}: left out: {} without a measured point", path, counted(lost, "row")));
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/bag.h"
 #include "import/bag_table.h"
 #include "import/body_columns.h"
@@ -37,7 +38,7 @@ void leave_out_empty_rows(ImportedTable& import) {
     import.table.fail_header("no row has joint angles; export them too");
   if (import.table.rows.size() < before)
     import.table.notes.push_back(
-        fmt::format("{} rows without joint angles", before - import.table.rows.size()));
+        fmt::format("{} without joint angles", counted(before - import.table.rows.size(), "row")));
 }
 
 std::optional<Preset> preset_for(const ImportOptions& options, bool holds_joints) {

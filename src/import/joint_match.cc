@@ -11,6 +11,7 @@
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/stop_join.h"
 
 namespace armtrue {
@@ -132,9 +133,9 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
     return "order";
   }
   throw InputError(fmt::format(
-      "{}: has {} rows, {} has {}, and no column of poses with the same names; say how rows belong "
+      "{}: has {}, {} has {}, and no column of poses with the same names; say how rows belong "
       "together: --join time, --join stops if their clocks differ, or --column pose=NAME for both",
-      a, lines_of(points), b, joints.rows()));
+      a, counted(lines_of(points), "row"), b, joints.rows()));
 }
 
 // A warning if many rows are joined by order although the other table has their names at other
@@ -160,8 +161,8 @@ std::string doubt_of_order(const TableReader& points, const TableReader& joints)
 JointMatches match_by_order(const TableReader& points, const TableReader& joints) {
   if (lines_of(points) != joints.rows())
     throw InputError(fmt::format(
-        "{}: has {} rows and {} has {}; --join order needs as many in both: add or remove rows",
-        points.table().file, lines_of(points), joints.table().file, joints.rows()));
+        "{}: has {} and {} has {}; --join order needs as many in both: add or remove rows",
+        points.table().file, counted(lines_of(points), "row"), joints.table().file, joints.rows()));
   JointMatches matches;
   if (std::string doubt = doubt_of_order(points, joints); !doubt.empty())
     matches.warnings.push_back(std::move(doubt));
@@ -196,8 +197,8 @@ class IdJoin {
     const auto left = std::ranges::count_if(
         joint_rows_, [&](const auto& entry) { return !point_rows_.contains(entry.first); });
     if (left > 0)
-      matches.warnings.push_back(fmt::format("{}: {} poses have no measured point and are left out",
-                                             joints_.table().file, left));
+      matches.warnings.push_back(fmt::format("{}: left out: {} without a measured point",
+                                             joints_.table().file, counted(left, "pose")));
     matches.how = by_repeat_ ? "by pose and repeat" : "by pose";
     return matches;
   }
@@ -260,15 +261,14 @@ class TimeJoin {
     }
     if (matches.rows.empty()) fail_without_rows(outside, moving);
     if (outside > 0)
-      matches.warnings.push_back(
-          fmt::format("{}: {} points lie before or after all joint angles "
-                      "and are left out",
-                      points_.table().file, outside));
+      matches.warnings.push_back(fmt::format("{}: left out: {} before or after all joint angles",
+                                             points_.table().file, counted(outside, "point")));
     if (moving > 0)
       matches.warnings.push_back(fmt::format(
-          "{}: at {} points the joints move, or have no samples within {:.6g} s, the first in line "
-          "{}; they are left out",
-          points_.table().file, moving, options_.max_gap_s, first_moving));
+          "{}: left out: {} at which the joints move, or have no samples within {:.6g} s, the "
+          "first in "
+          "line {}",
+          points_.table().file, counted(moving, "point"), options_.max_gap_s, first_moving));
     matches.stops_are_poses = true;
     matches.how =
         fmt::format("by time, {} of {} points, clock offset {:.9g} s", matches.rows.size(),
@@ -278,8 +278,8 @@ class TimeJoin {
 
  private:
   void read_clocks() {
-    const TableReader::Clock points = points_.clock(), joints = joints_.clock();
-    require_same_clocks(points_, points, joints_, joints);
+    TableReader::Clock points = points_.clock(), joints = joints_.clock();
+    bring_to_one_form(points_, points, joints_, joints);
     const PlainTime zero = joints.is_number ? PlainTime{} : joints.times.front();
     for (int r = 0; r < points_.rows(); ++r)
       point_s_.push_back(points.since(r, zero) + options_.clock_offset_s.value_or(0));
@@ -355,13 +355,30 @@ void require_times(const TableReader& points, const TableReader& joints) {
                             apart));
 }
 
-void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
-                         const TableReader& joints, const TableReader::Clock& b) {
-  const auto form = [](const TableReader::Clock& clock) -> std::string {
-    if (clock.is_number) return "numbers";
-    if (!clock.times.front().has_date) return "times of day";
-    return clock.times.front().has_zone ? "dates with a time zone" : "dates without a time zone";
+namespace {
+
+// Makes times of day of dates of one day: the other table has no dates.
+void drop_the_day(TableReader::Clock& clock) {
+  const auto day = [](const PlainTime& time) { return time.day; };
+  if (std::ranges::adjacent_find(clock.times, std::ranges::not_equal_to(), day) !=
+      clock.times.end())
+    return;
+  for (PlainTime& time : clock.times) time = PlainTime{.seconds = time.seconds};
+}
+
+}  // namespace
+
+void bring_to_one_form(const TableReader& points, TableReader::Clock& a, const TableReader& joints,
+                       TableReader::Clock& b) {
+  static constexpr std::string_view kNumbers = "numbers", kTimes = "times of day",
+                                    kDates = "dates without a time zone";
+  const auto form = [](const TableReader::Clock& clock) -> std::string_view {
+    if (clock.is_number) return kNumbers;
+    if (!clock.times.front().has_date) return kTimes;
+    return clock.times.front().has_zone ? "dates with a time zone" : kDates;
   };
+  if (form(a) == kDates && form(b) == kTimes) drop_the_day(a);
+  if (form(b) == kDates && form(a) == kTimes) drop_the_day(b);
   if (form(a) != form(b))
     throw InputError(fmt::format(
         "{}: its times are {}, those of {} are {}; give both in one form to join by time",

@@ -42,10 +42,11 @@ struct JointMatches {
 /// apart that they are in ns.
 void require_times(const TableReader& points, const TableReader& joints);
 
-/// Throws InputError if two clocks, which may differ by an offset alone, are written in different
-/// forms: numbers, times of day, dates with or without a time zone.
-void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
-                         const TableReader& joints, const TableReader::Clock& b);
+/// Two clocks may differ by an offset alone: if one has times of day, dates of a single day of the
+/// other are dropped. Throws InputError if they are still written in different forms: numbers,
+/// times of day, dates with or without a time zone.
+void bring_to_one_form(const TableReader& points, TableReader::Clock& a, const TableReader& joints,
+                       TableReader::Clock& b);
 
 /// Joins points and joint angles: by the column of poses, by the order of the rows, by time, or by
 /// stops (match_by_stops()). By time the joint angles are interpolated between the two samples

@@ -132,10 +132,8 @@ std::vector<std::string> spread_markers(PlainTable& table, const ImportNames& na
   if (chosen.empty() && !differ_in_numbers(markers))
     table.fail_header(
         fmt::format("several points stand in a row: {}; if they are reflectors on the "
-                    "tool, say --marker {}, else name the measured one, such as "
-                    "--column x_mm='{}'",
-                    fmt::join(found, ", "), fmt::join(found, " --marker "),
-                    table.columns[markers.front().second[0]].name));
+                    "tool, say --marker {}, else name the measured one alone: --marker NAME",
+                    fmt::join(found, ", "), fmt::join(found, " --marker ")));
   std::vector<size_t> others;
   for (size_t k = 0; k < table.columns.size(); ++k)
     if (std::ranges::none_of(markers, [&](const auto& marker) {

@@ -146,18 +146,18 @@ ViconHeader read_vicon_header(TableLines& lines, std::string_view separators) {
   header.units = lines.cells(header.separator);
   if (header.units.size() != header.axes.size())
     lines.fail(
-        fmt::format("the line of units has {} cells where the header has {}; export the "
+        fmt::format("the line of units has {} where the header has {}; export the "
                     "file again",
-                    header.units.size(), header.axes.size()));
+                    counted(header.units.size(), "cell"), header.axes.size()));
   return header;
 }
 
 void require_cells(const TableLines& lines, const Cells& cells, size_t count, int header_line) {
   if (cells.size() != count)
     lines.fail(
-        fmt::format("has {} cells where the header in line {} has {}; complete or remove "
+        fmt::format("has {} where the header in line {} has {}; complete or remove "
                     "the row",
-                    cells.size(), header_line, count));
+                    counted(cells.size(), "cell"), header_line, count));
 }
 
 PlainRow row_of(const TableLines& lines, const std::string& time, const Cells& cells,
@@ -186,6 +186,19 @@ void blank_unseen(const std::vector<BodyColumn>& columns, PlainRow& row) {
     if ((!has_matrix || is_of_matrix(columns[k])) && !is_zero(row.cells[k + 1]))  // behind the time
       return;
   std::fill(row.cells.begin() + 1, row.cells.end(), "");
+}
+
+// A name that is in the list of the export but never in view: another one is on the robot, or the
+// time is another.
+void require_seen(const PlainTable& table, const std::string& body) {
+  for (const PlainRow& row : table.rows)
+    if (!std::all_of(row.cells.begin() + 1, row.cells.end(),
+                     [](const std::string& cell) { return cell.empty(); }))
+      return;
+  table.fail_header(fmt::format(
+      "'{}' is seen in none of the frames: its cells are empty or 0 in all rows; name another with "
+      "--body, or export the frames in which it is seen",
+      body));
 }
 
 // ---- Qualisys
@@ -263,6 +276,7 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
     table.rows.push_back(row_of(lines, cells[1], cells, columns));
   }
   require_rows(table);
+  require_seen(table, chosen);
   return table;
 }
 
@@ -315,6 +329,7 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
     blank_unseen(columns, table.rows.back());
   }
   require_rows(table);
+  require_seen(table, chosen);
   write_times_like_cells(table);
   return table;
 }
@@ -346,6 +361,7 @@ PlainTable read_qualisys(const std::string& path, const std::string& body) {
     blank_unseen(columns, table.rows.back());
   }
   require_rows(table);
+  require_seen(table, chosen);
   return table;
 }
 

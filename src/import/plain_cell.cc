@@ -116,18 +116,34 @@ std::optional<int> take_one_or_two(std::string_view text, size_t& at) {
   return take_digits(text, at, 1);
 }
 
-// Three numbers with the same sign between them, the year in four digits, at one of the ends.
+// The number of a month by the first three letters of its English name, as MATLAB writes it.
+std::optional<int> take_month(std::string_view text, size_t& at) {
+  constexpr std::string_view kMonths = "janfebmaraprmayjunjulaugsepoctnovdec";
+  constexpr size_t kLetters = 3;
+  if (at + kLetters > text.size()) return std::nullopt;
+  std::string name(text.substr(at, kLetters));
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const size_t place = kMonths.find(name);
+  if (place == std::string_view::npos || place % kLetters != 0) return std::nullopt;
+  at += kLetters;
+  return static_cast<int>(place / kLetters) + 1;
+}
+
+// Three numbers with the same sign between them, the year in four digits, at one of the ends. The
+// month may be a name, as in 02-Dec-2025.
 std::optional<std::int64_t> take_date(std::string_view text, size_t& at, DateOrder order) {
   const auto leading_year = take_digits(text, at, 4);
   const auto first = leading_year ? leading_year : take_one_or_two(text, at);
   const char sign = at < text.size() ? text[at] : '\0';
-  if (!first || !take(text, at, "-./")) return std::nullopt;
-  const auto second = take_one_or_two(text, at);
+  if (!first || !take(text, at, "-./ ")) return std::nullopt;
+  const auto named = take_month(text, at);
+  if (sign == ' ' && !named) return std::nullopt;
+  const auto second = named ? named : take_one_or_two(text, at);
   if (!second || !take(text, at, std::string_view(&sign, 1))) return std::nullopt;
   const auto third = leading_year ? take_one_or_two(text, at) : take_digits(text, at, 4);
   if (!third) return std::nullopt;
   const int year = leading_year ? *first : *third;
-  const bool day_first = !leading_year && (sign == '.' || order == DateOrder::day_first);
+  const bool day_first = !leading_year && (named || sign == '.' || order == DateOrder::day_first);
   const int month = leading_year || day_first ? *second : *first;
   const int day = leading_year ? *third : day_first ? *first : *second;
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),

@@ -43,8 +43,8 @@ struct PlainTime {
 };
 
 /// 2024-05-03T12:33:01.25, with blank for T, with Z or +02:00, or a time of day 12:33:01, also as
-/// 12:33:01 PM. The date may also be 2024/5/3, 3.5.2024, whose points always follow the day, or one
-/// of `order`.
+/// 12:33:01 PM. The date may also be 2024/5/3, 3-May-2024, 3.5.2024, whose points always follow the
+/// day, or one of `order`.
 std::optional<PlainTime> plain_time(std::string_view cell, DateOrder order = DateOrder::day_first);
 /// 2024-05-03 or another of these forms: the day since 1970-01-01.
 std::optional<std::int64_t> plain_date(std::string_view cell,

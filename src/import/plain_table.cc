@@ -4,6 +4,7 @@
 
 #include "armtrue/io/source.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/column_names.h"
 #include "import/plain_cell.h"
 
@@ -90,8 +91,8 @@ bool is_unit_row(const std::vector<std::string>& cells) {
 }
 
 void refuse_row(const PlainTable& table, int line, size_t cells, std::string_view text) {
-  const std::string what = at_line(table.file, line) + "has " + std::to_string(cells) +
-                           " cells where the header in line " + std::to_string(table.header_line) +
+  const std::string what = at_line(table.file, line) + "has " + counted(cells, "cell") +
+                           " where the header in line " + std::to_string(table.header_line) +
                            " has " + std::to_string(table.columns.size()) + ": '" +
                            std::string(text.substr(0, 60)) + "'; complete or remove the row";
   throw InputError(what + (table.separator == ',' && cells > table.columns.size()

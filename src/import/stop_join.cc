@@ -11,6 +11,7 @@
 #include "armtrue/path/registration/standstills.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "import/covariance_columns.h"
 
 namespace armtrue {
@@ -88,8 +89,10 @@ class StopJoin {
 
   JointMatches match() {
     require_times(points_, joints_);
-    read_joints();
-    read_points();
+    TableReader::Clock points = points_.clock(), joints = joints_.clock();
+    if (knows_clock()) bring_to_one_form(points_, points, joints_, joints);
+    read_joints(joints);
+    read_points(points);
     find_stops();
     take_means();
     const StandstillMatch chosen = choose(candidates());
@@ -101,8 +104,7 @@ class StopJoin {
   const std::string& joints_file() const { return joints_.table().file; }
   bool knows_clock() const { return options_.clock_offset_s.has_value(); }
 
-  void read_joints() {
-    const TableReader::Clock clock = joints_.clock();
+  void read_joints(const TableReader::Clock& clock) {
     if (!clock.is_number) zero_ = clock.times.front();
     const int n = joints_.rows();
     joint_record_.times.resize(n);
@@ -118,9 +120,7 @@ class StopJoin {
     }
   }
 
-  void read_points() {
-    const TableReader::Clock clock = points_.clock();
-    if (knows_clock()) require_same_clocks(points_, clock, joints_, joints_.clock());
+  void read_points(const TableReader::Clock& clock) {
     const PlainTime own = clock.is_number ? PlainTime{} : clock.times.front();
     const PlainTime& zero = knows_clock() ? zero_ : own;
     std::vector<int> rows;
@@ -151,9 +151,9 @@ class StopJoin {
     stops_ = find_standstills(joints.times, joints.values, still);
     if (std::ssize(stops_) < kFewestStops)
       throw InputError(fmt::format(
-          "{}: the joints stand still for half a second {} times, and at least {} are needed; "
+          "{}: the joints stand still for half a second {}, and at least {} are needed; "
           "record the joint angles from the first stop to the last",
-          joints_file(), stops_.size(), kFewestStops));
+          joints_file(), counted(stops_.size(), "time"), kFewestStops));
     const double duration = span(point_record_.times);
     const double gap = median_gap(point_record_.times);
     const auto samples = static_cast<double>(point_record_.times.size());
@@ -171,9 +171,9 @@ class StopJoin {
       readings_ = find_standstills(points.times, points.values, Eigen::Vector3d::Constant(rest));
     if (std::ssize(readings_) < kFewestStops)
       throw InputError(fmt::format(
-          "{}: the points stand still for half a second {} times, and at least {} are needed; "
+          "{}: the points stand still for half a second {}, and at least {} are needed; "
           "record from the first stop to the last, and stop for a second or more",
-          points_file(), readings_.size(), kFewestStops));
+          points_file(), counted(readings_.size(), "time"), kFewestStops));
     tolerance_ += kPointEdge + median_gap(points.times);
   }
 

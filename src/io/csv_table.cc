@@ -203,7 +203,7 @@ void CsvTable::fail_in_line(int line, int column, const std::string& what) const
 
 void CsvTable::fail_size(bool has_cell_of_lines) const {
   throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": has " +
-                   std::to_string(fields_.size()) + " fields where the header has " +
+                   counted(fields_.size(), "field") + " where the header has " +
                    std::to_string(columns_.size()) + ": '" + std::string(original_.substr(0, 60)) +
                    "'; " +
                    (has_cell_of_lines ? "a cell in quotes holds a line end, and a row is one line: "

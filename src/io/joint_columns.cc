@@ -42,10 +42,11 @@ void require_number(const CsvTable& table, const std::vector<JointName>& joints)
            find_joint(table, joint.column, joint.is_length);
   });
   if (scattered) return;  // one is missing or misspelt
-  throw InputError(fmt::format(
-      "{}: has {} joint columns, q1 to q{}, and the robot has {}: {}; give the robot of these "
-      "joints, or the columns that it needs",
-      table.source_name(), found, found, joints.size(), fmt::join(encoder_names(joints), ", ")));
+  throw InputError(
+      fmt::format("{}: has {}, q1 to q{}, and the robot has {}: {}; give the robot of these "
+                  "joints, or the columns that it needs",
+                  table.source_name(), counted(found, "joint column"), found, joints.size(),
+                  fmt::join(encoder_names(joints), ", ")));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "armtrue/io/joint_target_io.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -20,6 +22,12 @@ JointTargetFile read_joint_target_file(const std::string& path,
   const auto pose = table.find("pose");
   const auto q = find_encoders(table, joints);
   if (!pose) table.fail_missing({"pose"});
+  const auto is_found = [](const auto& column) { return column.has_value(); };
+  if (std::ranges::none_of(q, is_found) && table.find_length("x"))
+    throw InputError(fmt::format(
+        "{}: has the points of poses and no joint values, which say how the arm stands; give {} to "
+        "{}, as plan-poses writes them",
+        source.name(), names.front(), names.back()));
   if (!has_all(table, q, names)) table.fail_missing(names, {*pose});
   const auto cell = [&](const std::optional<int>& column) {
     return column ? std::string(table.original(*column)) : std::string();

@@ -136,8 +136,8 @@ void add_time(const CsvTable& table, const Quantity& column, std::vector<double>
 // Throws InputError for a path of fewer than two samples.
 void set_times(const std::vector<double>& times, PathFile& file) {
   if (times.size() < 2)
-    throw InputError(file.source + ": has " + std::to_string(times.size()) +
-                     " samples; a path needs at least two");
+    throw InputError(file.source + ": has " + counted(times.size(), "sample") +
+                     "; a path needs at least two");
   file.path.time = Eigen::Map<const Eigen::VectorXd>(times.data(), times.size());
 }
 

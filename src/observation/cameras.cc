@@ -16,6 +16,7 @@
 #include "armtrue/observation/observation.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/text/number_text.h"
 #include "linear_algebra/decompositions.h"
 #include "observation/nearer_half.h"
 
@@ -364,10 +365,9 @@ Robot with_cameras_placed(Robot robot, const Campaign& campaign, FitContacts whi
     const std::vector<Loop> loops = loops_of(camera, images.at(pair));
     if (std::ssize(loops) < kFewestImages)
       throw std::invalid_argument(fmt::format(
-          "{}: the camera '{}' shows the board '{}' in {} image{}, and places follow from {} or "
+          "{}: the camera '{}' shows the board '{}' in {}, and places follow from {} or "
           "more, in poses that turn about different axes; take more, or leave these out",
-          campaign.source, camera.name, board.name, loops.size(), loops.size() == 1 ? "" : "s",
-          kFewestImages));
+          campaign.source, camera.name, board.name, counted(loops.size(), "image"), kFewestImages));
     std::vector<Pose> places;
     if (known[pair.camera]) {
       for (const Loop& loop : loops) places.push_back(loop.arm * camera.place * loop.seen);

@@ -49,13 +49,12 @@ void add_calibration_next(Page& page, const CalibrationResult& result, const Cam
   if (near.poses > 0)
     items.push_back("some " + page.value("calibration/more_poses") +
                     " more poses like these: they would determine the " +
-                    std::to_string(near.parameters.size()) +
-                    " parameters that stand near their nominal values for lack of readings");
+                    counted(near.parameters.size(), "parameter") +
+                    " near the nominal value for lack of readings");
   else if (!near.parameters.empty())
-    items.push_back(
-        "poses that move every joint over its travel: " + std::to_string(near.parameters.size()) +
-        " parameters stand near their nominal values, and poses like these do not "
-        "determine them");
+    items.push_back("poses that move every joint over its travel: " +
+                    counted(near.parameters.size(), "parameter") +
+                    " near the nominal value, not determined by poses like these");
   page.list(items);
 }
 
@@ -101,7 +100,7 @@ Report calibration_page(const CalibrationResult& result, const Robot& nominal,
                 "of it the readings say: 1 is all, below a half it stands near its nominal value. "
                 "Turns of base and tool have no number of their own; their change is a rotation "
                 "vector."));
-  page.add(folded(fmt::format("{} parameters", result.set.kept.size()),
+  page.add(folded(counted(result.set.kept.size(), "parameter"),
                   parameters_table(nominal, result, campaign.poses(), "")));
   page.add(folded("Errors in numbers", errors_table(page, tabled)));
   page.add(folded("The fit",

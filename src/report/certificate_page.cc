@@ -7,8 +7,6 @@
 namespace armtrue {
 namespace {
 
-std::string mm_text(double value) { return rounded(value / kMillimetre); }
-
 // With the decimals of its uncertainty [m]; with four digits if that is not known (0).
 std::string mm_as_known(double value, double expanded) {
   return as_known(value / kMillimetre, expanded / kMillimetre);
@@ -54,7 +52,7 @@ void add_decision(Page& page, const Certificate& certificate) {
   if (*certificate.decision == Decision::fail) law = "AP &minus; U &gt; tolerance";
   const int decimals = decimals_shown(certificate);
   page.verdict(tone_of_decision(certificate), decision_name(*certificate.decision),
-               "Tolerance of AP " + mm_text(*certificate.tolerance) + " mm, AP " +
+               "Tolerance of AP " + number_text(*certificate.tolerance, kMillimetre) + " mm, AP " +
                    fixed_text(certificate.all.ap.value / kMillimetre, decimals) + " mm, U " +
                    fixed_text(certificate.budget.expanded / kMillimetre, decimals) + " mm; " + law +
                    " (ISO 14253-1).");
@@ -102,8 +100,8 @@ std::string path_table(const PathFigures& path, const Budget& budget) {
 std::string budget_table(const std::string& figure, const Budget& budget) {
   std::vector<TableRow> rows;
   for (const BudgetRow& row : budget.rows)
-    rows.push_back({row.source, row.distribution, mm_text(row.standard), "1"});
-  rows.push_back({"combined", "", mm_text(budget.combined), ""});
+    rows.push_back({row.source, row.distribution, rounded(row.standard / kMillimetre), "1"});
+  rows.push_back({"combined", "", rounded(budget.combined / kMillimetre), ""});
   rows.push_back({"expanded U, k = " + rounded(budget.k), "",
                   mm_as_known(budget.expanded, budget.expanded), ""});
   return "<h2>Uncertainty of " + figure + " (GUM)</h2>\n" +

@@ -212,7 +212,7 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
       for (const char* unit : {"deg", "mm"})
         if (of_arm || is_one) pictures.push_back(changes_picture(found, of_arm, unit));
     page.pictures(pictures);
-    page.add(folded(fmt::format("{} parameters", found.parameters.size()),
+    page.add(folded(counted(found.parameters.size(), "parameter"),
                     parameters_table(page, found.parameters, words)));
   }
   add_effects(page, found);
@@ -231,7 +231,7 @@ Report comparison_page(const RunComparison& found, const std::string& robot, con
     }
     page.pictures(pictures);
     page.add(folded(
-        fmt::format("{} curves", rows.size()),
+        counted(rows.size(), "curve"),
         table({"parameter", "over joint", "unit", std::string("RMS, ") + words.before,
                std::string("RMS, ") + words.after, std::string("RMS of the ") + words.change},
               rows)));

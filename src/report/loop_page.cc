@@ -167,9 +167,9 @@ void add_effects(Page& page, const LoopResult& result) {
     const size_t k = order[place];
     if (folds && place == kShown)
       page.add(
-          fmt::format("</div>\n<details><summary>{} further effects</summary>\n<div "
+          fmt::format("</div>\n<details><summary>{}</summary>\n<div "
                       "class=\"effects\">\n",
-                      order.size() - kShown));
+                      counted(order.size() - kShown, "further effect")));
     const TracedEffect& traced = result.trace.effects[k];
     const std::string key = index_key("effects", k);
     page.add("<div class=\"effect\"><h3>" + page.value(key + "sentence") + "</h3>\n" +
@@ -197,7 +197,7 @@ void add_next(Page& page, const LoopResult& result) {
                       page.value(index_key("effects", k) + "separated_by"));
   }
   if (result.verdict == Verdict::too_few_poses)
-    items.push_back(fmt::format("some {} more poses like these", result.more_poses));
+    items.push_back(fmt::format("some {} like these", counted(result.more_poses, "more pose")));
   if (result.verdict == Verdict::unknown_noise)
     items.push_back("every pose twice or more, driven to anew: repeats show the noise");
   if (result.verdict == Verdict::unexplained && result.explanation.empty()) {
@@ -283,7 +283,7 @@ void add_parameters(Page& page, const LoopResult& result, const std::optional<Fi
   const CalibrationResult& fit = to_all ? to_all->fit : result_of(result);
   const int poses = (to_all ? to_all->sound : training).poses();
   page.add(folded(
-      fmt::format("{} parameters", fit.set.kept.size()),
+      counted(fit.set.kept.size(), "parameter"),
       paragraph(fmt::format("Fitted to {} {}poses, beside the effects. A share of 1: the readings "
                             "say all; below a half the parameter stands near its nominal value. "
                             "Turns of base and tool have no number of their own; their change is "

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 
@@ -67,10 +68,10 @@ std::string mirror_table(const MirrorFindings& findings) {
                          force->magnitude.k->value / kMillimetre,
                          force->magnitude.k->ci95[0] / kMillimetre,
                          force->magnitude.k->ci95[1] / kMillimetre, force->magnitude.r2);
-  table += fmt::format(
-      "cut-off {:.3g} Hz, gain {:.3f}, {} correction points, {} breaks, {} samples clipped\n",
-      result.cutoff, result.gain, result.points.size(), result.deviation.breaks.size(),
-      result.clipped);
+  table += fmt::format("cut-off {:.3g} Hz, gain {:.3f}, {}, {}, {} clipped\n", result.cutoff,
+                       result.gain, counted(result.points.size(), "correction point"),
+                       counted(result.deviation.breaks.size(), "break"),
+                       counted(result.clipped, "sample"));
   return table;
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "armtrue/text/number_text.h"
+
 namespace armtrue {
 
 void add_readings_left_out(Page& page, const std::vector<GrossPose>& gross,
@@ -19,8 +21,7 @@ void add_readings_left_out(Page& page, const std::vector<GrossPose>& gross,
   std::vector<std::string> shown = page.values(key + "excluded_rows");
   shown.resize(std::min(kMostLines, shown.size()));
   const std::string text =
-      fmt::format("{} {} of the file: {}", lines.size(), lines.size() == 1 ? "line" : "lines",
-                  fmt::join(shown, ", "));
+      fmt::format("{} of the file: {}", counted(lines.size(), "line"), fmt::join(shown, ", "));
   page.add(paragraph(text + (lines.size() > kMostLines ? ", ..." : ".")));
 }
 

@@ -34,12 +34,32 @@ std::optional<int> read_whole_number(std::string_view text) {
   return static_cast<int>(*value);
 }
 
+namespace {
+
+// Decimals that end in 5 are a little less than that as doubles, some of them, and fmt rounds the
+// others to even; all are rounded away from zero.
+double with_ties_away(double value) {
+  return value * (1 + 2 * std::numeric_limits<double>::epsilon());
+}
+
+}  // namespace
+
 NumberText number_text(double value) {
   if (value == 0) return NumberText("0");  // no "-0"
   return number_in_form("{}", value);
 }
 
-NumberText rounded(double value) { return number_in_form("{:.4g}", value); }
+NumberText rounded(double value) { return number_in_form("{:.4g}", with_ties_away(value)); }
+
+std::string counted(std::int64_t count, std::string_view noun) {
+  std::string text = std::to_string(count) + " ";
+  const auto ends = [&](std::string_view ending) { return noun.ends_with(ending); };
+  if (count == 1) return text += noun;
+  const bool is_vowel_before_y = ends("ay") || ends("ey") || ends("oy") || ends("uy");
+  if (ends("y") && !is_vowel_before_y) return (text += noun.substr(0, noun.size() - 1)) += "ies";
+  const bool hisses = ends("s") || ends("x") || ends("sh") || ends("ch");
+  return (text += noun) += hisses ? "es" : "s";
+}
 
 NumberText number_in_form(const char* form, double value) {
   require_finite(value);
@@ -60,7 +80,7 @@ int decimals_of_uncertainty(double uncertainty) {
 
 NumberText fixed_text(double value, int decimals) {
   require_finite(value);
-  const std::string text = fmt::format("{:.{}f}", value, decimals);
+  const std::string text = fmt::format("{:.{}f}", with_ties_away(value), decimals);
   const bool is_zero = text.find_first_not_of("-0.") == text.npos;
   return NumberText(is_zero && text.front() == '-' ? text.substr(1) : text);
 }

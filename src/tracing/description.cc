@@ -288,18 +288,17 @@ std::string errors_in_words(const LoopResult& result) {
                : fmt::format("no poses held out, floor {}", floor);
   if (result.rejected) text += "; effects predict worse and are left out";
   if (const size_t effects = result.without_gain.size(); effects > 0)
-    text += fmt::format("; {} found {} with which they are predicted worse {} left out", effects,
-                        effects == 1 ? "effect" : "effects", effects == 1 ? "is" : "are");
+    text += fmt::format("; {} with which they are predicted worse {} left out",
+                        counted(effects, "found effect"), effects == 1 ? "is" : "are");
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
   if (const size_t rows = result.contradicted_rows.size(); rows > 0)
-    text += fmt::format("; {:.3g} mm without {} held-out {} that the others of {} contradict",
-                        result.after_sound / kMillimetre, rows, rows == 1 ? "reading" : "readings",
+    text += fmt::format("; {:.3g} mm without {} that the others of {} contradict",
+                        result.after_sound / kMillimetre, counted(rows, "held-out reading"),
                         rows == 1 ? "its pose" : "their poses");
   if (const size_t rows = result.not_judged_rows.size(); rows > 0)
-    text +=
-        fmt::format("; {} held-out {} at a step in time may be of either side and {} not judged",
-                    rows, rows == 1 ? "reading" : "readings", rows == 1 ? "is" : "are");
+    text += fmt::format("; {} at a step in time may be of either side and {} not judged",
+                        counted(rows, "held-out reading"), rows == 1 ? "is" : "are");
   if (result.after_arm && *result.after_arm > kCountsAsWorse * result.after)
     text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
                         *result.after_arm / kMillimetre);
@@ -333,9 +332,10 @@ std::string unexplained_in_words(const LoopResult& result) {
     return "but " + result.wrong_readings + "; do not correct programs with this result";
   if (const auto& left_out = result.trace.left_out)
     return fmt::format(
-        "the rest is of {} parameters that 'identify' leaves out: with them {:.3g} mm of {:.3g} "
+        "the rest is of {} that 'identify' leaves out: with them {:.3g} mm of {:.3g} "
         "would be left in the training poses",
-        left_out->parameters.size(), left_out->with / kMillimetre, left_out->without / kMillimetre);
+        counted(left_out->parameters.size(), "parameter"), left_out->with / kMillimetre,
+        left_out->without / kMillimetre);
   if (!result.explanation.empty())
     return "a change among the readings explains what is left: " + result.explanation +
            (result.moved ? "; do not correct programs with this result" : "");

@@ -13,6 +13,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/text/utf8.h"
 #include "armtrue/urdf/urdf_io.h"
 #include "urdf/link_frames.h"
@@ -190,9 +191,9 @@ void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) 
   }
   if (driven < 1 || driven > kMaxJoints)
     throw InputError(
-        fmt::format("{}: has {} driven joints (revolute or prismatic) from base to tip; armtrue "
+        fmt::format("{}: has {} (revolute or prismatic) from base to tip; armtrue "
                     "knows arms of 1 to {}; --base and --tip name other ends",
-                    file, driven, kMaxJoints));
+                    file, counted(driven, "driven joint"), kMaxJoints));
 }
 
 // Parameters are named after links, so each link needs a name of its own: that of the link in the

@@ -11,12 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
@@ -415,6 +417,32 @@ TEST(SilentNumbers, RightReadingsHaveNoFindings) {
   EXPECT_THAT(all_findings(spindle(), tutorial()), IsEmpty());
 }
 
+// The gears of a wrist move one joint with another; the robot file does not say so, or otherwise.
+TEST(SilentNumbers, CouplingsOfAWristAreNamed) {
+  const auto coupled = [](Robot robot, const std::vector<Coupling>& couplings) {
+    for (const Coupling& coupling : couplings) robot.chain.couplings.push_back(coupling);
+    return robot;
+  };
+  const auto findings = [](const Robot& robot, const Robot& truth) {
+    return all_findings(
+        robot,
+        simulate(robot, truth,
+                 {.poses = 60, .noise_position = 5e-5, .noise_orientation = 1e-4, .seed = 3}));
+  };
+  constexpr int kA4 = 3, kA5 = 4, kA6 = 5;
+  const Robot one = coupled(spindle(), {{kA5, kA4, 0.0125}}),
+              two = coupled(spindle(), {{kA5, kA4, 0.0125}, {kA6, kA5, -0.02}}),
+              other = coupled(spindle(), {{kA6, kA5, -0.01}});
+  EXPECT_THAT(findings(spindle(), one),
+              Contains(HasSubstr("A5 with A4 (`coupled: {A4: 0.0125}`)")));
+  const auto of_two = findings(spindle(), two);
+  EXPECT_THAT(of_two, Contains(HasSubstr("A5 with A4 (`coupled: {A4: 0.0125}`)")));
+  EXPECT_THAT(of_two, Contains(HasSubstr("A6 with A5 (`coupled: {A5: -0.0199}`)")));
+  EXPECT_THAT(findings(other, coupled(spindle(), {{kA6, kA5, -0.02}})),
+              Contains(HasSubstr("A6 with A5 (`coupled: {A5: -0.02}`)")));
+  EXPECT_THAT(findings(two, two), IsEmpty());
+}
+
 TEST(SilentNumbers, TemperaturesOfAnArmAreNoMistake) {
   EXPECT_THAT(check_log(with_temperatures(18)).warnings, IsEmpty());
 }
@@ -460,6 +488,42 @@ TEST(SilentNumbers, OrientationsOfTheControllerAreNamed) {
     ASSERT_TRUE(found) << seed;
     EXPECT_THAT(*found, HasSubstr("they look computed by the controller"));
   }
+}
+
+// The controller's orientations in a part of the rows, in any order, or from a row on.
+TEST(SilentNumbers, OrientationsOfTheControllerInSomeRowsAreNamed) {
+  const auto at_random = [](int row) { return row * 7919 % 10 < 4; };
+  const auto in_a_new_file = [](int row) { return row >= 36; };
+  const auto most = [](int row) { return row % 5 != 0; };
+  for (const std::uint64_t seed : {1, 2})
+    for (const auto& is_computed :
+         std::vector<std::function<bool(int)>>{at_random, in_a_new_file, most}) {
+      Campaign campaign = of_table_4(seed);
+      const Campaign computed = with_orientations_of(spindle(), seed);
+      std::vector<int> lines;
+      for (int row = 0; row < campaign.rows(); ++row)
+        if (is_computed(row)) {
+          campaign.orientation[row] = computed.orientation[row];
+          lines.push_back(campaign.line[row]);
+        }
+      const auto found = find_computed_orientations(spindle(), campaign);
+      ASSERT_TRUE(found) << seed;
+      EXPECT_THAT(*found, HasSubstr(lines_in_words(lines)));
+      EXPECT_THAT(*found, HasSubstr("those look computed by the controller"));
+    }
+}
+
+// Poses under a load that turns the flange are not those of an instrument among computed ones.
+TEST(SilentNumbers, ALoadInSomePosesIsNoMeasuringBesideComputing) {
+  Campaign campaign =
+      simulate(spindle(), spindle(), {.poses = 60, .noise_position = 1e-4, .seed = 1});
+  for (int row = 0; row < campaign.rows(); row += 2) {
+    const Eigen::Vector3d tilt(4e-4, -3e-4, 2e-4);
+    campaign.orientation[row] =
+        Eigen::AngleAxisd(tilt.norm(), tilt.normalized()) * campaign.orientation[row];
+    campaign.position[row] += tilt.cross(campaign.position[row]);
+  }
+  EXPECT_EQ(find_computed_orientations(spindle(), campaign), std::nullopt);
 }
 
 TEST(SilentNumbers, MeasuredOrientationsAreNotNamed) {

@@ -85,6 +85,73 @@ TEST(ImportPreset, PointsOfSpatialAnalyzerOfTwoDaysAreADayApart) {
   EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 86400 + 62);
 }
 
+TEST(ImportPreset, DatesOfSpatialAnalyzerHaveTheFormsOfOtherTables) {
+  ImportOptions options = with({"spatialanalyzer"});
+  options.join = "order";
+  options.columns = {"pose=Group", "target=Point"};
+  const auto with_times = [](const std::string& first, const std::string& second) {
+    std::string points = kSpatialAnalyzer;
+    for (const auto& [old, now] :
+         {std::pair("02/12/25 16:38:29", first), std::pair("02/12/25 16:39:31", second)})
+      points.replace(points.find(old), std::string_view(old).size(), now);
+    return points;
+  };
+  const std::vector<std::pair<std::string, std::string>> alike{
+      {"12/2/2025 4:38:29 PM", "12/2/2025 4:39:31 PM"},
+      {"12/2/2025 11:59:29 AM", "12/2/2025 12:00:31 PM"},
+      {"12/02/25 04:38:29 p.m.", "12/02/25 04:39:31 p.m."},
+      {"2025-12-02T16:38:29", "2025-12-02T16:39:31"},
+      {"2025-12-02 16:38:29.500", "2025-12-02 16:39:31.500"},
+      {"2025-12-02T16:38:29+01:00", "2025-12-02T16:39:31+01:00"},
+      {"02.12.2025 23:59:29", "03.12.2025 00:00:31"},
+      {"12/31/2025 11:59:29 PM", "1/1/2026 12:00:31 AM"},
+      {"2025/12/02 16:38:29", "2025/12/02 16:39:31"}};
+  for (const auto& [first, second] : alike) {
+    const Campaign campaign =
+        import_two(with_times(first, second), kTwoJointRows, options).campaign;
+    EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 62) << first;
+  }
+  EXPECT_THAT(
+      error_of(with_times("2/3/2025 4:38:29 PM", "3/3/2025 4:38:29 PM"), kTwoJointRows, options),
+      HasSubstr("--dates day-first or --dates month-first"));
+  EXPECT_THAT(
+      error_of(with_times("Tue Dec 2 2025", "Tue Dec 2 2025"), kTwoJointRows, options),
+      HasSubstr(":4: ends with 'Tue Dec 2 2025', which is neither a coordinate nor a date"));
+}
+
+// An instrument writes dates where a controller writes times of day alone.
+TEST(ImportPreset, DatesOfOneDayJoinTimesOfDay) {
+  ImportOptions options;
+  options.join = "time";
+  const std::string joints =
+      "Time,A1 [deg],A2 [deg],A3 [deg],A4 [deg],A5 [deg],A6 [deg]\n16:38:29,10,0,0,0,0,0\n"
+      "16:38:29.02,10,0,0,0,0,0\n";
+  const auto points = [](const std::string& second) {
+    return "Time,X [mm],Y [mm],Z [mm]\n2025-12-02 16:38:29.01,1,2,3\n" + second + ",4,5,6\n";
+  };
+  for (const char* join : {"time", "stops"}) {
+    options.join = join;
+    if (options.join == "stops") options.clock_offset_s = 0;
+    EXPECT_THAT(error_of(points("2025-12-03 16:38:29.01"), joints, options),
+                HasSubstr("its times are dates without a time zone"))
+        << join;
+  }
+  options.join = "time";
+  EXPECT_EQ(import_two(points("2025-12-02 16:38:29.02"), joints, options).campaign.rows(), 2);
+}
+
+// Nothing but zeros says that the body was never seen, not that it stands at the origin.
+TEST(ImportPreset, ABodyThatIsNeverSeenIsNamed) {
+  const std::string vicon =
+      "Objects\n100\n,,tool:tool,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ\n,,deg,deg,deg,mm,mm,mm\n"
+      "1,0,0,0,0,0,0,0\n2,0,0,0,0,0,0,0\n";
+  ImportOptions options = with({"vicon"});
+  options.join = "order";
+  options.angles = "rotvec";
+  EXPECT_THAT(error_of(vicon, kTwoJointRows, options),
+              HasSubstr("'tool:tool' is seen in none of the frames"));
+}
+
 TEST(ImportPreset, PointsOfSpatialAnalyzerMayHaveFewerNames) {
   ImportOptions options = with({"spatialanalyzer"});
   options.length_unit = "mm";

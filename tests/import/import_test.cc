@@ -104,12 +104,15 @@ TEST(ImportCell, TimesAreIso) {
 TEST(ImportCell, DatesHaveTheDayFirstBehindPointsAndInTheStatedOrderBehindSlashes) {
   const auto day = plain_date("2024-05-03");
   ASSERT_TRUE(day);
-  for (const char* text : {"3.5.2024", "03.05.2024", "2024/05/03", "2024.5.3"})
+  for (const char* text : {"3.5.2024", "03.05.2024", "2024/05/03", "2024.5.3", "3-May-2024",
+                           "03 may 2024", "2024-May-03", "03.MAY.2024"})
     for (const DateOrder order : {DateOrder::day_first, DateOrder::month_first})
       EXPECT_EQ(plain_date(text, order), day) << text;
   EXPECT_EQ(plain_date("3/5/2024", DateOrder::day_first), day);
   EXPECT_EQ(plain_date("05-03-2024", DateOrder::month_first), day);
   EXPECT_FALSE(plain_date("13/5/2024", DateOrder::month_first));
+  for (const char* text : {"3-Mai-2024", "3-ayj-2024", "3 5 2024", "May-03-2024", "3-May-24"})
+    EXPECT_FALSE(plain_date(text)) << text;
   EXPECT_EQ(day_of("3.5.2024, 9:00:00", DateOrder::month_first), day);
   EXPECT_FALSE(day_of("9:00:00", DateOrder::day_first));
 }

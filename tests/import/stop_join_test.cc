@@ -330,7 +330,7 @@ TEST(StopJoin, LogsWithoutStopsAreRefused) {
     moving += t + "," + std::to_string(0.2 * k) + ",2,3,4,5,6\n";
     at_rest += t + ",1,2,3\n";
   }
-  EXPECT_THAT(error_of(cell.points(), still), HasSubstr("stand still for half a second 1 times"));
+  EXPECT_THAT(error_of(cell.points(), still), HasSubstr("stand still for half a second 1 time,"));
   EXPECT_THAT(error_of(cell.points(), moving), HasSubstr("stand still for half a second 0 times"));
   EXPECT_THAT(error_of(at_rest, cell.joint_log()), HasSubstr("the points stand still"));
 }

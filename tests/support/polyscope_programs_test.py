@@ -254,7 +254,7 @@ class PolyscopeProgramsTest(unittest.TestCase):
             self.corrected_names, self.names_that_stay = ({name for name, _ in of} for of in (writer.fixed, writer.stays))
             if writer.version == 3:
                 self.poses_belong_together(cell, text, now, number)
-            self.assertIn(f"{writer.left} moves left alone", said, number)
+            self.assertIn(f"{writer.left} move{'' if writer.left == 1 else 's'} left alone", said, number)
             (self.folder / "part.urp").write_bytes(bytes_now)
             again = self.compensate("true.yaml", "--program", "part.urp", "--program-out", "new.urp")
             self.assertEqual(again.returncode, 1, again.stderr)

@@ -91,7 +91,7 @@ class Corpus(unittest.TestCase):
         def compensate(robot):
             done = run(robot, folder / names[0])
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn(f" {file.left_alone} moves left alone", done.stderr)
+            self.assertIn(f" {file.left_alone} move{'' if file.left_alone == 1 else 's'} left alone", done.stderr)
             return [(folder / "new" / name).read_bytes().decode() for name in names]
 
         self.assertEqual(compensate("nominal.yaml"), texts)

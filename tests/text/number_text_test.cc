@@ -27,6 +27,27 @@ TEST(NumberText, WholeNumbersAreThoseOfAnInt) {
     EXPECT_FALSE(read_whole_number(text)) << text;
 }
 
+TEST(NumberText, CountsWithTheRightFormOfTheNoun) {
+  EXPECT_EQ(counted(1, "row"), "1 row");
+  EXPECT_EQ(counted(0, "row"), "0 rows");
+  EXPECT_EQ(counted(2, "joint value"), "2 joint values");
+  EXPECT_EQ(counted(2, "body"), "2 bodies");
+  EXPECT_EQ(counted(3, "key"), "3 keys");
+  EXPECT_EQ(counted(2, "pass"), "2 passes");
+  EXPECT_EQ(counted(1, "pass"), "1 pass");
+}
+
+// 3.5875 and 1.0005 are a little less than that as doubles, 0.125 is not.
+TEST(NumberText, RoundsAFiveAwayFromZero) {
+  EXPECT_EQ(fixed_text(3.5875, 3), "3.588");
+  EXPECT_EQ(fixed_text(-3.5875, 3), "-3.588");
+  EXPECT_EQ(fixed_text(0.125, 2), "0.13");
+  EXPECT_EQ(fixed_text(0.135, 2), "0.14");
+  EXPECT_EQ(fixed_text(3.58749, 3), "3.587");
+  EXPECT_EQ(rounded(3.5875), "3.588");
+  EXPECT_EQ(rounded(10005), "1.001e+04");
+}
+
 TEST(NumberText, HasTheDecimalsOfItsUncertainty) {
   EXPECT_EQ(as_known(0.30004, 0.08122), "0.300");
   EXPECT_EQ(as_known(0.30004, 0.0997), "0.30");  // 0.10

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/effects/robot.h"
 
@@ -26,6 +28,7 @@ struct ArmDifference {
   std::vector<JointVector> q;         ///< the poses
   std::vector<double> distance;       ///< at each [m]
   int largest = 0;                    ///< index of the pose with the largest distance
+  HiddenError hidden;                 ///< what the fit of base and tool to these poses hides
   /// Effects of the arm that joint angles do not determine, such as backlash and temperature; they
   /// are left out.
   std::vector<std::string> left_out;
@@ -43,6 +46,11 @@ struct ArmDifference {
   /// One scale of all lengths in place of a change of the arm; where `by_chance` is known.
   std::optional<CommonScale> scale;
 
+  /// By how many times the RMS distance is larger where base and tool are fitted to other poses
+  /// than to these; infinite if nothing of the distance is left.
+  double times_elsewhere() const {
+    return std::sqrt((hidden.freedom + hidden.unknowns) / hidden.freedom);
+  }
   bool moved() const { return p_value && *p_value < kChangeSignificance; }
   /// More than noise makes, and less than what the models lack may make: the arm may have changed,
   /// or may not.

@@ -135,6 +135,12 @@ Shared shared_readings(const ComparedRun& before, const ComparedRun& after);
 std::vector<std::string> notes_of_runs(const ComparedRun& before, const ComparedRun& after,
                                        ComparedArms arms = ComparedArms::one);
 
+/// Poses at which arms are compared.
+struct NamedPoses {
+  std::vector<std::string> names;
+  std::vector<JointVector> q;
+};
+
 /// The result of compare_runs().
 struct RunComparison {
   ComparedArms arms = ComparedArms::one;
@@ -149,6 +155,7 @@ struct RunComparison {
   std::vector<ComparedEffect> effects;
   std::vector<RemainderCurve> remainder;
   std::optional<ArmDifference> arm;
+  std::string largest_pose;  ///< name of that with the largest distance; empty if it has none
   std::optional<ReadingsDifference> by_readings;  ///< where those of both runs are at hand
   std::optional<std::array<RunErrors, 2>> errors;
   /// What changed, in one sentence or two.
@@ -180,8 +187,7 @@ std::string why_not_comparable(const Robot& before, const std::string& name_befo
 /// readings the change of a number has the standard deviation sqrt(s1^2 + s2^2); it is significant
 /// if its p-value, times the number of all that are tested, is below kChangeSignificance.
 RunComparison compare_runs(const ComparedRun& before, const ComparedRun& after,
-                           const std::vector<JointVector>& poses = {},
-                           ComparedArms arms = ComparedArms::one);
+                           const NamedPoses& poses = {}, ComparedArms arms = ComparedArms::one);
 
 /// How many of the tested parameters of the arm moved, and how many are tested.
 std::array<int, 2> moved_of_tested(const RunComparison& found);

@@ -12,14 +12,15 @@ namespace armtrue {
 
 /// Mistakes in the readings that a calibration of the geometry shows. Errors: a link changes by
 /// more than the error of any real arm, however small the residuals are and whether or not gross
-/// poses are left out. Warnings, the likeliest one: after some row, or in a session, the frame, the
-/// tool, the zero of a joint, a constant of the instrument, or the place of a camera or a board
-/// changes; the instrument adds a length to all distances; the distances from one anchor have
-/// another scale than the others; all links become longer or shorter by one factor; the depth of a
-/// camera has another scale than its width; gravity has another direction than in the robot file;
-/// the joint angles were not read at standstill; joint angles or readings are rounded; a link
-/// changes by more than the tolerances of arms. Empty if the readings are too few for a
-/// calibration, or of more than 16 sessions.
+/// poses are left out. Either, if it explains nearly all: joints move with others, as by the gears
+/// of a wrist, which the robot file does not say. Warnings, the likeliest one: after some row, or
+/// in a session, the frame, the tool, the zero of a joint, a constant of the instrument, or the
+/// place of a camera or a board changes; the instrument adds a length to all distances; the
+/// distances from one anchor have another scale than the others; all links become longer or shorter
+/// by one factor; the depth of a camera has another scale than its width; gravity has another
+/// direction than in the robot file; the joint angles were not read at standstill; joint angles or
+/// readings are rounded; a link changes by more than the tolerances of arms. Empty if the readings
+/// are too few for a calibration, or of more than 16 sessions.
 Findings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 /// A change among the readings that explains the residual of a fit: one of those that
@@ -47,7 +48,9 @@ std::optional<std::string> find_computed_points(const Robot& robot, const Campai
 /// rounded, unlike those of a simulation without noise. Otherwise the points must contradict them:
 /// about an arm calibrated to both, the points scatter at least twice as much. The frame of the
 /// orientations does not matter, nor does the tool. Nothing for fewer than twenty poses of a
-/// session.
+/// session. Where a part of the rows is computed, twenty poses or more, those of the robot file
+/// alone are found: the others then lie at least five times as far from it, and their points do
+/// not.
 std::optional<std::string> find_computed_orientations(const Robot& robot, const Campaign& campaign);
 
 /// Removes the orientations, and what rows state of their noise: poses become points.

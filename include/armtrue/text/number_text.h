@@ -1,6 +1,7 @@
 #pragma once
 
 #include <concepts>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -34,7 +35,8 @@ std::optional<int> read_whole_number(std::string_view text);
 /// the functions below.
 NumberText number_text(double value);
 
-/// Four significant digits, enough for a statistic. Must be finite.
+/// Four significant digits, enough for a statistic; a 5 behind them is rounded away from zero, here
+/// and in fixed_text(). Must be finite.
 NumberText rounded(double value);
 
 /// The value rounded to so many decimals, without zeros at the end.
@@ -56,6 +58,9 @@ NumberText number_text(double si, double unit);
 
 /// All digits of a whole number.
 NumberText whole_number(std::integral auto value) { return NumberText(std::to_string(value)); }
+
+/// The count of what an English noun names: "1 row", "2 rows", "3 boundaries".
+std::string counted(std::int64_t count, std::string_view noun);
 
 /// A number in a form of fmt, such as "{:.3f}". Must be finite.
 NumberText number_in_form(const char* form, double value);

@@ -146,7 +146,8 @@ Document write_certificate(const Certificate& certificate,
   root["provenance"] = provenance_node(provenance);
   root["robot"] = certificate.robot;
   root["about"] = about_node(certificate.about);
-  if (certificate.tolerance) root["tolerance_mm"] = rounded(*certificate.tolerance / kMillimetre);
+  if (certificate.tolerance)
+    root["tolerance_mm"] = number_text(*certificate.tolerance, kMillimetre);
   if (certificate.decision) root["result"] = decision_name(*certificate.decision);
   if (!certificate.refitted.empty()) root["refitted"] = certificate.refitted;
   if (certificate.cube) root["cube"] = set_node(*certificate.cube, certificate.budget);

@@ -99,6 +99,9 @@ YAML::Node arm_node(const RunComparison& found, const KinematicChain& chain) {
   node["mean_mm"] = rounded(arm.mean / kMillimetre);
   node["rms_mm"] = rounded(arm.rms / kMillimetre);
   node["max_mm"] = rounded(arm.max / kMillimetre);
+  if (arm.hidden.freedom > 0)
+    node["rms_elsewhere_mm"] = rounded(arm.rms * arm.times_elsewhere() / kMillimetre);
+  if (!found.largest_pose.empty()) node["largest_pose"] = found.largest_pose;
   const std::vector<JointName> names = joint_names(chain);
   for (size_t j = 0; j < names.size(); ++j)
     at[names[j].encoder()] = number_in_form("{:.4f}", arm.q[arm.largest][j] / names[j].si());

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <ranges>
+#include <span>
 
 #include "armtrue/io/products/compensation_io.h"
 #include "armtrue/kinematics/units.h"
@@ -61,6 +62,25 @@ class ProgramReader {
             file_.source, column, joints));
   }
 
+  // Refuses points, such as a tracker reads: neither the arm nor its tool is determined by them.
+  void refuse_points(std::span<const std::optional<Quantity>> pose,
+                     std::span<const std::optional<Quantity>> q) const {
+    const auto is_found = [](const std::optional<Quantity>& column) { return column.has_value(); };
+    if (!std::ranges::all_of(pose.first(3), is_found) ||
+        !std::ranges::none_of(pose.last(3), is_found))
+      return;
+    const std::vector<std::string> names = encoder_names(file_.joints);
+    throw InputError(
+        fmt::format("{}: has points without an orientation, which are no targets; ", file_.source) +
+        (std::ranges::all_of(q, is_found)
+             ? fmt::format(
+                   "if the instrument measured them, leave x_mm, y_mm and z_mm out, and the "
+                   "joint values {} to {} are the targets",
+                   names.front(), names.back())
+             : fmt::format("add a_deg, b_deg and c_deg, or give joint values, {} to {}",
+                           names.front(), names.back())));
+  }
+
   // Refuses corrected numbers by their check digits: a product of compensate may have got other
   // column names, or its columns may be in another file.
   void refuse_corrections() const {
@@ -107,6 +127,7 @@ class ProgramReader {
     const std::array<std::optional<Quantity>, 6> pose{
         table_.find_length("x"), table_.find_length("y"), table_.find_length("z"),
         table_.find_angle("a"),  table_.find_angle("b"),  table_.find_angle("c")};
+    refuse_points(pose, q);
     is_cartesian_ = has_all(table_, pose, kPoseColumns);
     has_joints_ = has_all(table_, q, q_names);
     std::vector<std::string> missing;

@@ -10,6 +10,7 @@
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/names.h"
+#include "armtrue/text/number_text.h"
 #include "io/yaml/link_io.h"
 
 namespace armtrue {
@@ -86,8 +87,8 @@ void check_masses_on_ground(YamlMap& document, const Robot& robot) {
 void read_links(YamlMap& map, KinematicChain& chain) {
   std::vector<YamlMap> entries = map.maps("links");
   if (entries.empty() || entries.size() > kMaxLinks)
-    map.fail("links",
-             fmt::format("has {} entries; a chain has from 1 to {}", entries.size(), kMaxLinks));
+    map.fail("links", fmt::format("has {}; a chain has from 1 to {}",
+                                  counted(entries.size(), "entry"), kMaxLinks));
   std::vector<Link>& links = chain.links;
   for (YamlMap& entry : entries) {
     const Link link = read_link(entry);
@@ -169,9 +170,9 @@ void use_positioner(YamlMap& document, Robot& robot) {
   }
   const char* key = robot.ground_link ? (forward ? "positioner" : "ground_link") : "links";
   if (const int joints = joint_count(robot.chain); joints < 1 || joints > kMaxJoints)
-    document.fail(key, fmt::format("has {} driven joints (revolute or prismatic); an arm has from "
+    document.fail(key, fmt::format("has {} (revolute or prismatic); an arm has from "
                                    "1 to {}",
-                                   joints, kMaxJoints));
+                                   counted(joints, "driven joint"), kMaxJoints));
   if (forward) check_axes_of_positioner(document, robot);
   if (robot.ground_link) check_masses_on_ground(document, robot);
 }

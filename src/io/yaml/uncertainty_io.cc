@@ -41,10 +41,10 @@ Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
     for (const Effect& effect : effects) coefficients += effect.coefficients.size();
     const size_t rows = result.parameters.size() + coefficients;
     map.fail("root",
-             fmt::format("has {} numbers, and the lower triangle of {} parameters and {} "
+             fmt::format("has {}, and the lower triangle of {} parameters and {} "
                          "coefficients of effects has {}: parameters or effects were added or "
                          "removed by hand; calibrate again, or remove the map 'uncertainty'",
-                         numbers.size(), result.parameters.size(), coefficients,
+                         counted(numbers.size(), "number"), result.parameters.size(), coefficients,
                          rows * (rows + 1) / 2));
   }
   result.root = Eigen::MatrixXd::Zero(size, size);

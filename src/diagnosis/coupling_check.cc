@@ -1,0 +1,113 @@
+#include "diagnosis/coupling_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <vector>
+
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+// A joint that may move with another, and the column of its coefficient.
+struct CoupledPair {
+  int link, followed;  // 0-based
+  Eigen::VectorXd column;
+};
+
+std::vector<CoupledPair> pairs_of(const KinematicChain& chain, const Campaign& readings,
+                                  const FitEquations& equations) {
+  std::vector<CoupledPair> pairs;
+  const int joints = joint_count(chain);
+  for (int other = 0; other < joints; ++other) {
+    if (is_prismatic(joint_link(chain, other))) continue;
+    Eigen::VectorXd q(readings.rows());
+    for (int row = 0; row < readings.rows(); ++row) q[row] = readings.q[row][other];
+    for (int joint = 0; joint < joints; ++joint)
+      if (joint != other)
+        pairs.push_back({link_of_joint(chain, joint), link_of_joint(chain, other),
+                         times_of_rows(equations.columns.col(joint), q)});
+  }
+  return pairs;
+}
+
+// Of the squared residual, that of the positions or of the orientations, whichever is explained
+// better: a joint whose axis meets the measured point turns it only.
+double largest_share(const Eigen::MatrixXd& columns, const JointFit& fit,
+                     const FitEquations& equations) {
+  constexpr int kOfPose = 6, kOfPosition = 3;
+  if (equations.row_size != kOfPose || columns.cols() == 0) return fit.share;
+  Eigen::VectorXd explained = columns * fit.value;
+  explained -= equations.basis * (equations.basis.transpose() * explained);
+  double before[2] = {0, 0}, after[2] = {0, 0};
+  for (Eigen::Index k = 0; k < explained.size(); ++k) {
+    const int part = k % kOfPose < kOfPosition ? 0 : 1;
+    before[part] += std::pow(equations.residual[k], 2);
+    after[part] += std::pow(equations.residual[k] - explained[k], 2);
+  }
+  return 1 - std::min(after[0] / std::max(before[0], 1e-300),
+                      after[1] / std::max(before[1], 1e-300));
+}
+
+double stated_coefficient(const KinematicChain& chain, const CoupledPair& pair) {
+  for (const Coupling& coupling : chain.couplings)
+    if (coupling.follower == pair.link && coupling.followed == pair.followed)
+      return coupling.coefficient;
+  return 0;
+}
+
+}  // namespace
+
+std::optional<std::string> find_coupling(const PlainFit& fit) {
+  constexpr double kNearlyAll = 0.95, kLeastOfAngle = 5e-3, kLeastOfLength = 0.5 * kMillimetre;
+  constexpr int kMostPairs = 3;
+  const KinematicChain& chain = fit.result.robot.chain;
+  std::vector<int> zeros;
+  for (int joint = 0; joint < joint_count(chain); ++joint)
+    zeros.push_back(zero_offset(chain, joint));
+  const FitEquations equations = fit_equations(fit, zeros);
+  const std::vector<CoupledPair> pairs = pairs_of(chain, fit.readings, equations);
+  Eigen::MatrixXd columns(equations.residual.size(), 0);
+  std::vector<int> chosen;
+  JointFit best;
+  double choices = 1, share = 0;
+  while (share < kNearlyAll && std::ssize(chosen) < std::min<long>(kMostPairs, std::ssize(pairs))) {
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+    int next = -1;
+    for (int k = 0; k < std::ssize(pairs); ++k) {
+      columns.rightCols<1>() = pairs[k].column;
+      JointFit joint = fit_beside(columns, equations);
+      if (next >= 0 && joint.share <= best.share) continue;
+      next = k;
+      best = std::move(joint);
+    }
+    columns.rightCols<1>() = pairs[next].column;
+    share = largest_share(columns, best, equations);
+    chosen.push_back(next);
+    choices *= static_cast<double>(pairs.size());
+  }
+  if (share < kNearlyAll || fall_of_bic(best, equations, fit.poses(), choices) < kClearFall)
+    return std::nullopt;
+  std::vector<std::string> found;
+  for (int k = 0; k < std::ssize(chosen); ++k) {
+    const CoupledPair& pair = pairs[chosen[k]];
+    const Link& link = chain.links[pair.link];
+    const bool slides = is_prismatic(link);
+    if (std::abs(best.value[k]) < (slides ? kLeastOfLength : kLeastOfAngle)) return std::nullopt;
+    const double coefficient = stated_coefficient(chain, pair) + link.sign * best.value[k];
+    found.push_back(fmt::format("{} with {} (`coupled: {{{}: {:.3g}}}`)", link.name,
+                                chain.links[pair.followed].name, chain.links[pair.followed].name,
+                                coefficient / (slides ? kMillimetre : 1)));
+  }
+  return fmt::format(
+      "joints look as if gears or a screw moved them with others, otherwise than the robot file "
+      "says: {}; that explains {:.1f} % of the squared error. If the arm is built so, state it in "
+      "the robot file",
+      fmt::join(found, ", "), 100 * share);
+}
+
+}  // namespace armtrue
