@@ -109,6 +109,11 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   const Certificate certificate = app::about_file(campaign.source, [&] {
     return certify(robot, campaign, evaluate(robot, campaign), about, options);
   });
+  if (before && before->date > about.date)
+    command.warn(fmt::format(
+        "{}: is of {}, younger than these readings of {} ({}): before and now look exchanged; give "
+        "the older certificate to --against, or correct the date",
+        arguments.against, before->date, about.date, arguments.about));
   std::optional<Comparison> comparison;
   if (before)
     comparison = app::about_file(arguments.against,

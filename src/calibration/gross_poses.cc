@@ -32,7 +32,9 @@ constexpr double kTimesMiss = 4, kGap = 1.5;
 constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
 constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
 constexpr double kCommonShare = 0.1, kLargestShare = 0.25;  // of the poses
-constexpr double kNoEffect = 5e-3;                          // m: a larger error cannot be an effect
+// Of the readings of a pose. A pose that is wrong moves half of the corners of its image, or more,
+// at least along u or v; a single corner of many is none.
+constexpr double kLeastShare = 0.25;
 
 // One reading for each session, pose and channel.
 struct Reduced {
@@ -92,6 +94,10 @@ Campaign kept_of(const Reduced& all, const Campaign& campaign, const std::vector
   }
   kept.pose_ids = ids;
   return kept;
+}
+
+bool is_share_of_pose(const std::vector<int>& off, const std::vector<int>& all) {
+  return static_cast<double>(off.size()) >= kLeastShare * static_cast<double>(all.size());
 }
 
 // Comparison of a pose with the fit without it.
@@ -268,6 +274,7 @@ class Search {
         sum += miss;
       }
     judged.off = judged.rows_off.empty() ? 0 : sum / static_cast<double>(judged.rows_off.size());
+    if (!is_share_of_pose(judged.rows_off, all_.of_pose[pose])) judged.rows_off.clear();
   }
 
   // s^2, from the quantiles of chi-square over its degrees of freedom.
@@ -411,6 +418,7 @@ std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& h
     for (int k : all.of_pose[pose])
       if (misses[k] > kTimesMiss * usual * deviations[k]) judged.rows_off.push_back(k);
     judged.off = mean_of(judged.rows_off, [&](int k) { return misses[k]; });
+    if (!is_share_of_pose(judged.rows_off, all.of_pose[pose])) far.pop_back();
   }
   if (static_cast<double>(far.size()) >
       std::max(1.0, kLargestShare * static_cast<double>(sizes.size())))

@@ -193,11 +193,12 @@ double best_turn(const Robot& fitted, const Campaign& readings, Eigen::Index joi
 }
 
 // One joint value that is wrong by any amount. It must fit far better than the other mistakes: a
-// chance error of a point lies so close to the way of one of six joints in one case of 300.
+// chance error of a point lies so close to the way of one of six joints in one case of 300. An
+// effect of that joint, such as a cable at the end of its travel, does the same as a small amount.
 void attempt_one_joint(const Robot& fitted, const Campaign& readings, double off,
                        Corrections& corrections) {
   constexpr double kOfTheError = 1.0 / 30;
-  if (corrections.best()) return;
+  if (corrections.best() || off < kNoEffect) return;
   corrections.require(kOfTheError * off);
   const std::vector<JointName> names = joint_names(fitted.chain);
   for (Eigen::Index j = 0; j < std::ssize(names); ++j) {

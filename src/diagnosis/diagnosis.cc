@@ -46,14 +46,20 @@ constexpr int kRowsLookedAt = 500;
 // the file, a wrong sign may fit them much better by chance; a wrong unit does not.
 constexpr size_t kFewestPoses = 6;
 
+// Base and contacts placed, cameras by the intrinsics that the robot file gives them.
+Robot with_places(Robot robot, const Campaign& campaign) {
+  robot.effects.clear();
+  robot.chain.base = registered_base(robot, campaign);
+  return with_contacts_fitted(std::move(robot), campaign, FitContacts::all);
+}
+
 // Median position error with base and tool fitted completely; with the base alone if there are too
 // few readings for both, or if they are distances and the fit fails.
 double median_miss(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
   if (const auto placed = place_base_and_tool(robot, campaign, kImplausibleMiss))
     return median(placed->miss);
-  robot.chain.base = registered_base(robot, campaign);
-  robot = with_contacts_fitted(std::move(robot), campaign, FitContacts::all);
+  robot = with_places(std::move(robot), campaign);
   const double miss = median(evaluate(robot, campaign).position);
   if (!campaign.reads_one_number() || miss <= kImplausibleMiss) return miss;
   robot.identify = {"base", "tool"};
@@ -100,6 +106,7 @@ Robot calibrated_to_points(const Robot& given, Campaign campaign) {
 struct Hypothesis {
   std::string remedy;
   std::function<void(Robot&, Campaign&)> change;
+  double lengths = 1;  ///< times the lengths of the readings
 };
 
 void scale_lengths(Campaign& campaign, double factor) {
@@ -121,26 +128,23 @@ bool looks_like_metres(const KinematicChain& chain) {
 
 std::vector<Hypothesis> length_hypotheses(const KinematicChain& chain, bool of_distances) {
   std::vector<Hypothesis> hypotheses;
-  hypotheses.push_back({of_distances
-                            ? "the distances look like metres under a _mm name; name the column l_m"
-                            : "the positions look like metres under a _mm name; name the columns "
-                              "x_m,y_m,z_m",
-                        [](Robot&, Campaign& c) { scale_lengths(c, 1000); }});
-  hypotheses.push_back({"the lengths look like inches under a _mm name; convert them",
-                        [](Robot&, Campaign& c) { scale_lengths(c, 25.4); }});
-  hypotheses.push_back({"the lengths look like centimetres under a _mm name; convert them",
-                        [](Robot&, Campaign& c) { scale_lengths(c, 10); }});
-  hypotheses.push_back({"the lengths are 25.4 times too large, as mm that were taken for inches",
-                        [](Robot&, Campaign& c) { scale_lengths(c, 1 / 25.4); }});
-  hypotheses.push_back({"the lengths are 10 times too large, as mm that were taken for centimetres",
-                        [](Robot&, Campaign& c) { scale_lengths(c, 0.1); }});
-  hypotheses.push_back(
-      {looks_like_metres(chain) ? "the lengths of the robot file look like metres under _mm names; "
-                                  "multiply its d_mm and r_mm by 1000"
-       : of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
-                      : "the positions look like millimetres under a _m name; name the columns "
-                        "x_mm,y_mm,z_mm",
-       [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
+  const auto add = [&](double factor, std::string remedy) {
+    hypotheses.push_back(
+        {std::move(remedy), [factor](Robot&, Campaign& c) { scale_lengths(c, factor); }, factor});
+  };
+  add(1000, of_distances
+                ? "the distances look like metres under a _mm name; name the column l_m"
+                : "the positions look like metres under a _mm name; name the columns x_m,y_m,z_m");
+  add(25.4, "the lengths look like inches under a _mm name; convert them");
+  add(10, "the lengths look like centimetres under a _mm name; convert them");
+  add(1 / 25.4, "the lengths are 25.4 times too large, as mm that were taken for inches");
+  add(0.1, "the lengths are 10 times too large, as mm that were taken for centimetres");
+  add(1e-3,
+      looks_like_metres(chain) ? "the lengths of the robot file look like metres under _mm names; "
+                                 "multiply its d_mm and r_mm by 1000"
+      : of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
+                     : "the positions look like millimetres under a _m name; name the columns "
+                       "x_mm,y_mm,z_mm");
   return hypotheses;
 }
 
@@ -391,7 +395,8 @@ void try_hypotheses(const Robot& robot, const Campaign& campaign,
     Robot changed_robot = robot;
     Campaign changed = campaign;
     hypothesis.change(changed_robot, changed);
-    const double miss = measure(changed_robot, changed);
+    // What is left of readings that were made shorter is shorter, whatever they are.
+    const double miss = measure(changed_robot, changed) / std::min(1.0, hypothesis.lengths);
     if (miss >= much_better * as_it_stands || miss > kSame * best) continue;
     best = std::min(best, miss);
     better.emplace_back(miss, hypothesis.remedy);
@@ -401,6 +406,34 @@ void try_hypotheses(const Robot& robot, const Campaign& campaign,
   for (const auto& [miss, remedy] : better)
     if (miss <= kSame * best) remedies += (remedies.empty() ? "" : "; or ") + remedy;
   if (!remedies.empty()) findings.push_back(remedies);
+}
+
+// Hypotheses on images, those first with which cameras and boards, as placed by the file's
+// intrinsics, miss least. A calibration of each is slow, and with the intrinsics free a mirrored
+// image fits as one whose columns are exchanged.
+std::vector<Hypothesis> by_placement(const Robot& robot, const Campaign& campaign,
+                                     const std::vector<Hypothesis>& hypotheses) {
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t k = 0; k < hypotheses.size(); ++k) {
+    Robot changed_robot = robot;
+    Campaign changed = campaign;
+    hypotheses[k].change(changed_robot, changed);
+    const Robot placed = with_places(std::move(changed_robot), changed);
+    order.emplace_back(median(evaluate(placed, changed).position), k);
+  }
+  std::ranges::stable_sort(order, {}, &std::pair<double, size_t>::first);
+  std::vector<Hypothesis> sorted;
+  for (const auto& [miss, k] : order) sorted.push_back(hypotheses[k]);
+  return sorted;
+}
+
+// The first of the mistakes in images that explains them.
+void try_image_hypotheses(const Robot& robot, const Campaign& campaign, double as_it_stands,
+                          std::vector<std::string>& findings) {
+  constexpr double kBetter = 0.3;  // of hundreds of corners, which few hypotheses fit by chance
+  for (const Hypothesis& hypothesis : by_placement(robot, campaign, image_hypotheses()))
+    if (findings.empty())
+      try_hypotheses(robot, campaign, {hypothesis}, as_it_stands, median_miss, findings, kBetter);
 }
 
 // Names what remains after a calibration, if it is larger than any error of an arm.
@@ -456,15 +489,18 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
     if (const auto moved = find_far_set_up_change(robot, session)) return {{*moved}, fits};
   if (campaign.has_pixels_only()) {
     constexpr double kOdd = kImplausibleMiss / 4;  // wrong images exceed it, few nominal arms do
-    constexpr double kBetter = 0.3;  // of hundreds of corners, which few hypotheses fit by chance
     if (const auto other = find_other_board(robot, campaign)) return {{*other}, fits};
-    if (miss > kOdd)
-      try_hypotheses(robot, campaign, image_hypotheses(), miss, median_miss, findings, kBetter);
+    if (miss > kOdd) try_image_hypotheses(robot, campaign, miss, findings);
   }
   if (!fits && findings.empty()) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
     if (!few) std::ranges::copy(row_hypotheses(all, rows, chosen), std::back_inserter(hypotheses));
+    constexpr size_t kCalibrated = 6;  // as many starts as place_base_and_tool() follows to the end
+    if (campaign.has_pixels_only() && hypotheses.size() > kCalibrated) {
+      hypotheses = by_placement(robot, campaign, hypotheses);
+      hypotheses.resize(kCalibrated);
+    }
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
     constexpr int kRowsForDepth = 100;  // it is tried at many scales
     if (findings.empty() && !few && !campaign.has_pixels())

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "armtrue/kinematics/parameters.h"
 #include "diagnosis/changed_cause.h"
 #include "diagnosis/reading_order.h"
 
@@ -77,6 +78,32 @@ ChangedPart part_of(int last, int first, const ReadingOrder& order, const Campai
           ""};
 }
 
+std::string words_of(const Cause& cause, const KinematicChain& chain) {
+  switch (cause.kind) {
+    case Cause::Kind::base:
+      return "the frame of the readings";
+    case Cause::Kind::tool:
+      return "the place of the reflector on the tool";
+    case Cause::Kind::zero:
+      return "the zero of " + chain.links[link_of_parameter(cause.parameter)].name;
+    case Cause::Kind::contact:
+      return "the place of a camera or a board";
+    default:
+      return "the scale of the instrument";
+  }
+}
+
+// The fall of BIC by a cause that changes evenly in an order of the readings, in place of at once.
+double fall_by_drift(const FitEquations& equations, const Cause& cause,
+                     const std::vector<int>& order, double poses, double choices) {
+  const int size = equations.row_size;
+  const auto rows = static_cast<double>(order.size());
+  Eigen::MatrixXd columns = equations.columns.middleCols(cause.first_column, cause.count);
+  for (size_t k = 0; k < order.size(); ++k)
+    columns.middleRows(order[k] * size, size) *= static_cast<double>(k) / rows;
+  return fall_of_bic(fit_beside(columns, equations), equations, poses, choices * rows);
+}
+
 }  // namespace
 
 std::optional<Suspicion> find_set_up_change(const PlainFit& fit) {
@@ -103,6 +130,12 @@ std::optional<Suspicion> find_set_up_change(const PlainFit& fit) {
   }
   if (!found) return std::nullopt;
   const std::vector<int> readings = readings_in(*found, equations);
+  if (fall_by_drift(equations, *found_cause, readings, poses, choices) > best.score)
+    return Suspicion{
+        best.score,
+        fmt::format("in the order of the {}s {} changes evenly, rather than at once: a drift or a "
+                    "warm-up, which close-loop looks for where the readings have times (t_s)",
+                    found->of, words_of(*found_cause, fit.result.robot.chain))};
   const auto row_of = [&](int k) { return equations.rows[readings[k]].front(); };
   return Suspicion{best.score, describe_change(*found_cause, best.moved, fit,
                                                part_of(row_of(best.first - 1), row_of(best.first),

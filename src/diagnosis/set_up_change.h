@@ -17,7 +17,8 @@ namespace armtrue {
 /// A place counts if gain is at least a quarter of |r|^2, the median residual falls by a fifth, and
 /// BIC (with the poses as readings, and a charge for the choice of the place) falls by more than
 /// 20, see fall_of_bic(). An error of the arm does not depend on the order of the readings, unless
-/// they are sorted by posture; so the result is a suspicion only.
+/// they are sorted by posture; so the result is a suspicion only. Where the same unknowns explain
+/// more as they grow evenly from the first reading to the last, it is a drift, and told as one.
 std::optional<Suspicion> find_set_up_change(const PlainFit& fit);
 
 }  // namespace armtrue

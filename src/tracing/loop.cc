@@ -164,7 +164,10 @@ int poses_to_the_floor(const LoopResult& result, double floor_high) {
   const double allowed = floor_high * floor_high - result.floor * result.floor;
   if (allowed <= 0) return 0;
   const double poses = result.training_poses * excess / allowed;
-  return std::max(1, static_cast<int>(std::ceil(poses)) - result.training_poses);
+  // The law holds for about as many poses as there are: with some more, the next run says better.
+  constexpr int kTimesAsMany = 3;
+  return std::clamp(static_cast<int>(std::ceil(std::min(poses, 1e6))) - result.training_poses, 1,
+                    std::max(1, kTimesAsMany * result.training_poses));
 }
 
 // Of an effect; `without`: the model without it, `with`: the errors with it.

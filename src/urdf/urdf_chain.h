@@ -61,10 +61,11 @@ Robot robot_of(const UrdfChain& chain, const std::string& text, const std::strin
 
 /// What a joint that write_urdf() writes copies of the position of another [rad or m].
 struct WrittenMimic {
+  int followed = 0;
   double multiplier = 0, offset = 0;
 };
 
-/// One for each coupling of a link that follows others.
+/// One for each coupling of a link that follows others, then those that what it follows demands.
 std::vector<WrittenMimic> written_mimics(const KinematicChain& chain, int link);
 
 /// The same arm with the frames that robot_of() gives to the axes of a foreign document. It is seen

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "armtrue/io/link_names.h"
@@ -31,6 +32,7 @@ struct ExactLink {
   Link link;
   bool on_same_axis = false;
   std::optional<double> from, coefficient;  // see Coupling
+  bool is_of_followed = false;              // it copies what a link that it follows does
 };
 
 // The exact link entries that write_urdf left, by joint name.
@@ -60,6 +62,7 @@ std::map<std::string, ExactLink> exact_links(const std::string& text) {
     exact.on_same_axis = own->Attribute("same_axis");
     if (own->Attribute("from_deg")) exact.from = value("from_deg", kDegree);
     if (own->Attribute("from_mm")) exact.from = value("from_mm", kMillimetre);
+    exact.is_of_followed = own->Attribute("of_followed");
     if (own->Attribute("coefficient")) exact.coefficient = value("coefficient", 1);
   }
   return links;
@@ -100,6 +103,30 @@ bool is_own_document(const std::vector<ChainJoint>& chain,
                      [&](const ChainJoint& joint) { return exact.contains(joint.name); });
 }
 
+// How the links of write_urdf follow each other; false if one follows a joint that is not among
+// them, or itself. `link_of`: by joint. A screw of a SCARA follows a joint behind it.
+bool add_written_couplings(const std::vector<ChainJoint>& joints,
+                           const std::map<std::string, ExactLink>& exact,
+                           const std::map<std::string, int>& link_of, KinematicChain& chain) {
+  for (const ChainJoint& joint : joints)
+    for (const ChainMimic& mimic : joint.follows) {
+      const auto followed = link_of.find(mimic.joint);
+      if (followed == link_of.end()) return false;
+      const ExactLink& entry = exact.at(joint.name);
+      if (entry.is_of_followed) continue;
+      const double zero = zero_of(std::as_const(chain.links[followed->second]));
+      chain.couplings.push_back({link_of.at(joint.name), followed->second,
+                                 entry.coefficient.value_or(mimic.multiplier),
+                                 entry.from.value_or(zero)});
+    }
+  try {
+    coupling_order(chain);
+  } catch (const std::invalid_argument&) {
+    return false;  // of which the caller's other way says so
+  }
+  return true;
+}
+
 // Whether the joints follow others as write_urdf would have them. `link_of`: by joint.
 bool has_mimics_of(const std::vector<ChainJoint>& joints, const KinematicChain& chain,
                    const std::map<std::string, int>& link_of) {
@@ -108,8 +135,12 @@ bool has_mimics_of(const std::vector<ChainJoint>& joints, const KinematicChain& 
   for (const ChainJoint& joint : joints)
     for (const ChainMimic& mimic : joint.follows) {
       const int link = link_of.at(joint.name);
-      const WrittenMimic written = written_mimics(chain, link)[places[link]++];
-      if (std::abs(mimic.multiplier - written.multiplier) > kSame ||
+      const std::vector<WrittenMimic> all = written_mimics(chain, link);
+      const size_t place = places[link]++;
+      if (place >= all.size()) return false;
+      const WrittenMimic& written = all[place];
+      if (link_of.at(mimic.joint) != written.followed ||
+          std::abs(mimic.multiplier - written.multiplier) > kSame ||
           std::abs(mimic.offset - written.offset) > kSame)
         return false;
     }
@@ -139,18 +170,10 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
       if (joint.axis.x() != 0 || joint.axis.y() != 0) return std::nullopt;
       link.sign = joint.axis.z() < 0 ? -1 : 1;
     }
-    const int own = link_count(robot.chain) - 1;
-    for (const ChainMimic& mimic : joint.follows) {
-      const auto followed = link_of.find(mimic.joint);
-      if (followed == link_of.end()) return std::nullopt;
-      const double zero = zero_of(std::as_const(links[followed->second]));
-      robot.chain.couplings.push_back({own, followed->second,
-                                       entry.coefficient.value_or(mimic.multiplier),
-                                       entry.from.value_or(zero)});
-    }
-    link_of[joint.name] = own;
-    copy_mass(joint, own, Pose{}, robot);
+    link_of[joint.name] = link_count(robot.chain) - 1;
+    copy_mass(joint, link_of[joint.name], Pose{}, robot);
   }
+  if (!add_written_couplings(chain, exact, link_of, robot.chain)) return std::nullopt;
   if (joint_count(robot.chain) < 1 || joint_count(robot.chain) > kMaxJoints) return std::nullopt;
   if (!has_mimics_of(chain, robot.chain, link_of)) return std::nullopt;  // changed: that counts
   return robot;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "armtrue/kinematics/parameters.h"
@@ -102,54 +101,68 @@ std::vector<const Coupling*> couplings_of(const KinematicChain& chain, int link)
   return own;
 }
 
-// Whether a link becomes more than one joint in a URDF: one for each link that it follows, and one
-// for its own encoder.
+// Whether a link becomes more than one joint in a URDF.
 bool is_several_joints(const KinematicChain& chain, int link) {
-  return couplings_of(chain, link).size() + (chain.links[link].has_encoder ? 1 : 0) > 1;
-}
-
-// What the joints of a link that follows others copy, one for each coupling. A mimic joint copies
-// the position of one joint, but a followed link that is several joints has the sum of theirs: what
-// that link follows is added to the copies of the same joints. Nothing if there is no such copy.
-std::optional<std::vector<WrittenMimic>> mimics_of(const KinematicChain& chain, int link) {
-  const std::vector<const Coupling*> couplings = couplings_of(chain, link);
-  std::vector<WrittenMimic> mimics(couplings.size());
-  bool is_whole = true;
-  const auto add = [&](const auto& self, const Coupling& coupling, double factor,
-                       WrittenMimic& constant) -> void {
-    const Link& followed = chain.links[coupling.followed];
-    factor *= coupling.coefficient;
-    constant.offset += factor * followed.sign * (zero_of(followed) - coupling.from);
-    const bool is_sum = is_several_joints(chain, coupling.followed);
-    if (followed.has_encoder || !is_sum) {
-      const auto copy = std::ranges::find(couplings, coupling.followed, &Coupling::followed);
-      if (copy == couplings.end())
-        is_whole = false;
-      else
-        mimics[copy - couplings.begin()].multiplier += factor;
-    }
-    if (is_sum)
-      for (const Coupling* beneath : couplings_of(chain, coupling.followed))
-        self(self, *beneath, factor, constant);
-  };
-  for (size_t k = 0; k < couplings.size(); ++k) add(add, *couplings[k], 1, mimics[k]);
-  return is_whole ? std::optional(mimics) : std::nullopt;
+  return written_mimics(chain, link).size() + (chain.links[link].has_encoder ? 1 : 0) > 1;
 }
 
 }  // namespace
 
+// A link becomes a joint for each link that it follows, and one for its own encoder. A mimic joint
+// copies the position of one joint, but a followed link that is several joints has the sum of
+// theirs: what that link follows is added to the copies of the same joints. Those that the link
+// does not follow itself stand behind its couplings.
 std::vector<WrittenMimic> written_mimics(const KinematicChain& chain, int link) {
-  if (auto mimics = mimics_of(chain, link)) return *std::move(mimics);
+  const std::vector<const Coupling*> couplings = couplings_of(chain, link);
   std::vector<WrittenMimic> mimics;
-  for (const Coupling* coupling : couplings_of(chain, link)) {
-    const Link& followed = chain.links[coupling->followed];
-    const double shift = zero_of(followed) - coupling->from;
-    mimics.push_back({coupling->coefficient, coupling->coefficient * followed.sign * shift});
-  }
+  for (const Coupling* coupling : couplings) mimics.push_back({coupling->followed});
+  const auto copy_of = [&](int followed) -> WrittenMimic& {
+    const auto copy = std::ranges::find(mimics, followed, &WrittenMimic::followed);
+    return copy != mimics.end() ? *copy : mimics.emplace_back(WrittenMimic{followed});
+  };
+  const auto add = [&](const auto& self, const Coupling& coupling, double factor,
+                       size_t of) -> void {
+    const Link& followed = chain.links[coupling.followed];
+    factor *= coupling.coefficient;
+    mimics[of].offset += factor * followed.sign * (zero_of(followed) - coupling.from);
+    const bool is_sum = is_several_joints(chain, coupling.followed);
+    if (followed.has_encoder || !is_sum) copy_of(coupling.followed).multiplier += factor;
+    if (is_sum)
+      for (const Coupling* beneath : couplings_of(chain, coupling.followed))
+        self(self, *beneath, factor, of);
+  };
+  for (size_t k = 0; k < couplings.size(); ++k) add(add, *couplings[k], 1, k);
   return mimics;
 }
 
 namespace {
+
+// The part of a sum of joints that copies `followed`. The sum has the travel, the part has none;
+// but a URDF demands limits of a prismatic joint: those within which the copy stays.
+void set_travel_of_copy(const Link& followed, const WrittenMimic& mimic, Link& part) {
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  constexpr double kNoRail = 1e6;  // m; readers take it for no limit
+  part.min = -kUnlimited;
+  part.max = kUnlimited;
+  if (!is_prismatic(part)) return;
+  const auto [low, high] = std::minmax({mimic.multiplier * followed.min + mimic.offset,
+                                        mimic.multiplier * followed.max + mimic.offset});
+  const bool is_known = std::isfinite(low) && std::isfinite(high) && low < high;
+  part.min = is_known ? low : -kNoRail;
+  part.max = is_known ? high : kNoRail;
+}
+
+// What a mimic does not say of a coupling.
+std::string coupling_attributes(const Link& followed, const Coupling& coupling,
+                                const WrittenMimic& mimic) {
+  std::string text;
+  if (zero_of(followed) != coupling.from)
+    text = fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
+                       number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
+  if (mimic.multiplier != coupling.coefficient)
+    text += fmt::format(" coefficient=\"{}\"", number_text(coupling.coefficient));
+  return text;
+}
 
 // Adds the joints of a link that follows others, one behind the other on its axis.
 void add_following_joints(const KinematicChain& chain, int index, std::string parent,
@@ -164,26 +177,16 @@ void add_following_joints(const KinematicChain& chain, int index, std::string pa
     part.alpha = part.d = part.theta = part.r = part.beta = 0;
     others = " same_axis=\"1\"";
   };
-  for (size_t k = 0; k < couplings.size(); ++k) {
-    const Coupling& coupling = *couplings[k];
-    const Link& followed = chain.links[coupling.followed];
-    const bool is_last = k + 1 == couplings.size() && !own.has_encoder;
-    part.name = is_last ? own.name : own.name + "_follows_" + followed.name;
-    // A sum of joints has no travel of its own.
-    if (couplings.size() > 1 || own.has_encoder) {
-      part.max = std::numeric_limits<double>::infinity();
-      part.min = -part.max;
-    }
-    std::string from;
-    if (zero_of(followed) != coupling.from)
-      from =
-          fmt::format(" {}=\"{}\"", is_prismatic(followed) ? "from_mm" : "from_deg",
-                      number_text(coupling.from, is_prismatic(followed) ? kMillimetre : kDegree));
+  for (size_t k = 0; k < mimics.size(); ++k) {
     const WrittenMimic& mimic = mimics[k];
-    if (mimic.multiplier != coupling.coefficient)
-      from += fmt::format(" coefficient=\"{}\"", number_text(coupling.coefficient));
+    const Link& followed = chain.links[mimic.followed];
+    const bool is_last = k + 1 == mimics.size() && !own.has_encoder;
+    part.name = is_last ? own.name : own.name + "_follows_" + followed.name;
+    if (is_several_joints(chain, index)) set_travel_of_copy(followed, mimic, part);
     joints += moving_joint_xml(
-        part, parent, others + from,
+        part, parent,
+        others + (k < couplings.size() ? coupling_attributes(followed, *couplings[k], mimic)
+                                       : " of_followed=\"1\""),
         fmt::format("    <mimic joint=\"joint_{}\" multiplier=\"{}\" offset=\"{}\"/>\n",
                     attribute(followed.name), number_text(mimic.multiplier),
                     number_text(mimic.offset)));
@@ -240,10 +243,6 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.effects.empty()) lost.emplace_back("effects");
   if (robot.instrument) lost.emplace_back("instrument_mm");
   if (robot.uncertainty) lost.emplace_back("uncertainty");
-  for (const Coupling& coupling : robot.chain.couplings)
-    if (is_several_joints(robot.chain, coupling.followed) &&
-        !mimics_of(robot.chain, coupling.follower))
-      lost.push_back(coupling_name(robot.chain, coupling));
   for (int j = 0; j < link_count(robot.chain); ++j) {
     const Link& link = robot.chain.links[j];
     if (!link.has_encoder && is_several_joints(robot.chain, j) && std::isfinite(link.max))

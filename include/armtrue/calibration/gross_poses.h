@@ -29,7 +29,8 @@ struct GrossPose {
 /// and 0.9 of u^2 over the poses, so it includes the lack of fit of the model and its tails. Poses
 /// are gross if
 ///   - the p of u^2, which is F-distributed, is below 0.001 / (number of poses),
-///   - their error exceeds 4 times the median length of an error with the sigma of the fit,
+///   - the error of a quarter of their readings exceeds 4 times the median length of an error with
+///     the sigma of the fit (half of the corners of an image, along u or v; not a single corner),
 ///   - u is 1.5 times that of the first pose that is not gross (a tail of ordinary lack of fit has
 ///     no gap), 2.5 times where sigma is above 1.25 times the noise of replicates, and
 ///   - their error is 5 mm or more, or their neighbours are not off too: if for some joint two of
