@@ -69,7 +69,8 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         "knocked, or does another frame begin? The correction carries that into the part; measure "
         "the pass again",
         record.source, record.line[doubts.step->sample], doubts.step->moved / kMillimetre));
-  if (doubts.rigid)
+  // A fitted frame leaves no other motion of the record: what looks like one is the arm's.
+  if (doubts.rigid && !options.fit_frame)
     command.warn(fmt::format(
         "{}: most of the deviation, {:.3g} of {:.3g} mm (rms), is a motion of the whole record by "
         "{:.3g} mm and {:.3g} deg: if the frame of the instrument is not that certain, give "
@@ -77,7 +78,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         record.source, (doubts.rigid->before - doubts.rigid->after) / kMillimetre,
         doubts.rigid->before / kMillimetre, doubts.rigid->moved / kMillimetre,
         doubts.rigid->turned / kDegree));
-  if (doubts.turned)
+  if (doubts.turned && !options.fit_frame)
     command.warn(fmt::format(
         "{}: the record is turned by {:.3g} deg about the part: along the path it lies {:.3g} mm "
         "(median) {}, where the tool stands too, as neither its clock nor a lag of the arm leaves "

@@ -9,7 +9,7 @@
 namespace armtrue {
 
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
-                 const std::optional<double>& model, double too_high) {
+                 const std::optional<double>& model, double too_high, double of_frame) {
   const double root = std::sqrt(visits);
   const double noise = stated.noise.value_or(0);
   const double repeats =
@@ -28,6 +28,7 @@ Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int vi
   budget.rows.push_back({"repeatability", "normal", repeats});
   if (too_high > 0)
     budget.rows.push_back({"largest of many planes", "rectangular", too_high / std::sqrt(3)});
+  if (of_frame > 0) budget.rows.push_back({"frame, fitted to the path", "normal", of_frame});
   double squares = 0;
   for (const BudgetRow& row : budget.rows) squares += row.standard * row.standard;
   budget.combined = std::sqrt(squares);

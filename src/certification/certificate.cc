@@ -99,9 +99,10 @@ void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
   if (path.rt && !path.rt_ci95) notes.emplace_back("Two passes do not show how uncertain RT is.");
   if (path.frame_is_fitted)
     notes.emplace_back(
-        "The frame of the instrument was fitted to the passes of the path, one for all; AT "
-        "contains "
-        "no error of it, RT all that differs from pass to pass.");
+        "The frame of the instrument was fitted to the passes of the path, one for all, by least "
+        "squares of the deviation across it. AT is that in this frame: it holds nothing of a "
+        "displaced or turned path, and the budget has a row of what looks like that. RT contains "
+        "all that differs from pass to pass.");
   if (path.at < certificate.path_budget->expanded)
     notes.push_back(
         "AT is smaller than its uncertainty: errors of the measurement make it larger.");
@@ -260,7 +261,7 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   if (certificate.path) {
     certificate.path_budget =
         budget_of(about.stated, certificate.path->scatter, certificate.path->passes, range,
-                  std::nullopt, certificate.path->at_of_scatter);
+                  std::nullopt, certificate.path->at_of_scatter, certificate.path->at_of_frame);
     add_notes_on_path(*certificate.path, certificate);
   }
   certificate.poses = std::move(found.poses);

@@ -1,10 +1,32 @@
 #include "armtrue/certification/path_figures.h"
 
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "armtrue/path/accuracy.h"
 
 namespace armtrue {
+namespace {
+
+// See PathFigures::at_of_frame.
+double at_of_frame(const Path& commanded, const ClockFit& clock) {
+  const Eigen::Matrix3Xd tangent = tangents(commanded);
+  double largest = 0;
+  for (Eigen::Index i = 0; i < commanded.samples(); ++i) {
+    const Eigen::Matrix3d project =
+        Eigen::Matrix3d::Identity() - tangent.col(i) * tangent.col(i).transpose();
+    const Eigen::Matrix<double, 3, 6> across = project * clock.by_frame(commanded.position.col(i));
+    const Eigen::Matrix3d covariance = across * clock.frame_covariance * across.transpose();
+    largest = std::max(
+        largest, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
+                     .eigenvalues()[2]);
+  }
+  return std::sqrt(largest);
+}
+
+}  // namespace
 
 PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
                          const ClockOptions& clock) {
@@ -21,6 +43,7 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   figures.at = found.at;
   figures.rt = found.rt;
   figures.frame_is_fitted = clock.fit_frame;
+  if (clock.fit_frame) figures.at_of_frame = at_of_frame(commanded, clocks.front());
   if (n < 2) return figures;
   const double size = commanded.position.cwiseAbs().maxCoeff();
   figures.rt = resolved(*found.rt, size);

@@ -218,6 +218,51 @@ TEST(Mirror, TheUncertaintyOfAFittedFrameIsForecast) {
   EXPECT_GE(held, 6);
 }
 
+// A deviation that changes with the place as smoothly as a turn does.
+Eigen::Matrix3Xd smooth(const Path& path, double rms, std::mt19937& random) {
+  std::normal_distribution<double> unit;
+  std::uniform_real_distribution<double> length(0.15, 0.4), phase(0, 2 * std::numbers::pi);
+  const auto any = [&] { return Eigen::Vector3d(unit(random), unit(random), unit(random)); };
+  Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Zero(3, path.samples());
+  for (int wave = 0; wave < 4; ++wave) {
+    const Eigen::Vector3d number = 2 * std::numbers::pi / length(random) * any().normalized();
+    const double begin = phase(random);
+    const Eigen::Vector3d size = any();
+    for (Eigen::Index i = 0; i < path.samples(); ++i)
+      values.col(i) += std::sin(number.dot(path.position.col(i)) + begin) * size;
+  }
+  return rms / std::sqrt(values.colwise().squaredNorm().mean()) * values;
+}
+
+// What a fitted frame takes up stays; a frame that is turned by the deviation would add to it.
+TEST(Mirror, AFittedFrameMakesNoPathWorse) {
+  constexpr int kCells = 12;
+  const Path programmed = contour();
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 0.01e-3);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 1).normalized()).toRotationMatrix();
+  MirrorOptions options;
+  options.clock.fit_frame = true;
+  double worst = 0, before = 0, after = 0;
+  for (int k = 0; k < kCells; ++k) {
+    const Eigen::Matrix3Xd arm = smooth(programmed, 0.3e-3, random);
+    Path pass = programmed;
+    pass.position = turn * (pass.position + arm);
+    pass.position.colwise() += Eigen::Vector3d(1, -0.5, 0.2);
+    for (double& value : pass.position.reshaped()) value += noise(random);
+    const MirrorResult result = mirror_correct(programmed, {pass}, options);
+    const double was = across(programmed, arm)[1];
+    const double left = across(programmed, result.correction + arm)[1];
+    before += was / kCells;
+    after += left / kCells;
+    worst = std::max(worst, std::sqrt(left / was));
+  }
+  std::printf("with a fitted frame: %.3f of %.3f mm (rms) left, at worst %.2f of it\n",
+              1e3 * std::sqrt(after), 1e3 * std::sqrt(before), worst);
+  EXPECT_LT(worst, 1.05);
+}
+
 // What is exact comes back exactly: a step at a corner is not rounded, a reversal not smeared.
 TEST(Mirror, StepsAreKept) {
   const plant::Program program = plant::program(plant::Shape::corner);

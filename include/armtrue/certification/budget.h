@@ -43,9 +43,10 @@ struct Budget {
 /// The scatter s contains the noise of the instrument. So with a stated noise e the rows are
 ///     e / sqrt(n)  and  sqrt(max(0, s^2 - e^2)) / sqrt(n),
 /// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller. `too_high`: half width of the
-/// bias of the largest of many figures [m], see PathFigures::at_of_scatter.
+/// bias of the largest of many figures [m], see PathFigures::at_of_scatter. `of_frame`: standard
+/// uncertainty by a fitted frame [m], see PathFigures::at_of_frame.
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
-                 const std::optional<double>& model, double too_high = 0);
+                 const std::optional<double>& model, double too_high = 0, double of_frame = 0);
 
 /// Whether a value meets a tolerance; see decide().
 enum class Decision { pass, fail, undecided };

@@ -30,6 +30,10 @@ struct PathFigures {
   /// of freedom of one plane, 2 (n - 1).
   Scatter scatter;
   bool frame_is_fitted = false;
+  /// Standard uncertainty of the deviation in a plane by a fitted frame, in the plane and the
+  /// direction where it is largest [m]: the frame takes up what of the deviation looks like a
+  /// motion of it.
+  double at_of_frame = 0;
   /// Whether all passes meet 99 % of the planes; at the ends of the path a pass may miss some.
   bool is_whole() const { return 100 * (of_path - planes) <= of_path; }
   std::optional<double> rt_expanded() const {  ///< [m]

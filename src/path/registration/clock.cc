@@ -16,6 +16,7 @@
 #include "path/registration/feed.h"
 #include "path/registration/first_offset.h"
 #include "path/registration/formatted.h"
+#include "path/registration/frame_fit.h"
 #include "path/registration/unit_check.h"
 
 namespace armtrue {
@@ -31,14 +32,38 @@ void check_motion(const Path& path, const std::string& which) {
                               "record and in mm");
 }
 
-// Fits frame and clock together, from a first offset.
+// The record where a frame has it.
+Path placed(const Path& record, const Pose& program_from_instrument) {
+  Path path = record;
+  path.position = (program_from_instrument.rotation * record.position).colwise() +
+                  program_from_instrument.translation;
+  if (record.has_force()) path.force = program_from_instrument.rotation * record.force;
+  return path;
+}
+
+// Puts the record into a frame, and fits its clock there.
+void place_in(const Path& programmed, const Path& measured, const Pose& frame, ClockFit& fit) {
+  ClockFit own = fit;
+  own.program_from_instrument = Pose{};
+  own = refine_clock(programmed, placed(measured, frame), own, false);
+  fit.offset = own.offset;
+  fit.rate = own.rate;
+  fit.middle = own.middle;
+  fit.program_from_instrument = frame;
+}
+
+// Fits frame and clock, from a first offset. Both together first, because one misleads the other;
+// the covariance of the clock is from there.
 ClockFit fit_with_frame(const Path& programmed, const Path& measured, double offset) {
   ClockFit fit;
   fit.offset = offset;
   const Eigen::Matrix4d motion = Eigen::umeyama(
       measured.position, position_at(programmed, measured.time.array() - offset), false);
   fit.program_from_instrument = {motion.topLeftCorner<3, 3>(), motion.topRightCorner<3, 1>()};
-  return refine_clock(programmed, measured, fit, true);
+  fit = refine_clock(programmed, measured, fit, true);
+  place_in(programmed, measured,
+           fit_frame(programmed, {measured}, {fit}, fit.program_from_instrument), fit);
+  return fit;
 }
 
 // Distance of each sample from where the program has the tool at that time [m].
@@ -130,30 +155,7 @@ void check_overlap(const Path& programmed, const Path& measured, const ClockFit&
         formatted("%.6g", duration) + " s of the program; take the record of this pass");
 }
 
-// The record where a frame has it.
-Path placed(const Path& record, const Pose& program_from_instrument) {
-  Path path = record;
-  path.position = (program_from_instrument.rotation * record.position).colwise() +
-                  program_from_instrument.translation;
-  if (record.has_force()) path.force = program_from_instrument.rotation * record.force;
-  return path;
-}
-
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-// The small motion from one frame to another: displacement of the pivot and rotation.
-Vector6d motion_between(const Pose& from, const Pose& to, const Eigen::Vector3d& pivot) {
-  const Pose motion = to * inverse(from);
-  Vector6d result;
-  result << motion * pivot - pivot, rotation_log(motion.rotation);
-  return result;
-}
-
-Pose moved(const Pose& frame, const Vector6d& motion, const Eigen::Vector3d& pivot) {
-  const Eigen::Matrix3d turn = rotation_exp(motion.tail<3>());
-  return Pose{turn, pivot + motion.head<3>() - turn * pivot} * frame;
-}
 
 }  // namespace
 
@@ -206,26 +208,21 @@ void share_frame(const Path& programmed, const std::vector<Path>& passes,
   if (passes.size() < 2) return;
   const Pose start = clocks[0].program_from_instrument;
   const Eigen::Vector3d pivot = clocks[0].frame_pivot;
-  Vector6d weighted = Vector6d::Zero();
-  Matrix6d information = Matrix6d::Zero();
+  Matrix6d covariance = Matrix6d::Zero();
   for (size_t p = 0; p < passes.size(); ++p) {
     // From one frame: a turn that a path does not show, such as about a line, is then the same.
     clocks[p].program_from_instrument = start;
     clocks[p] = refine_clock(programmed, passes[p], clocks[p], true);
     Matrix6d to_pivot = Matrix6d::Identity();
     to_pivot.topRows<3>() = clocks[p].by_frame(pivot);
-    const Matrix6d own = (to_pivot * clocks[p].frame_covariance * to_pivot.transpose()).inverse();
-    information += own;
-    weighted += own * motion_between(start, clocks[p].program_from_instrument, pivot);
+    covariance += to_pivot * clocks[p].frame_covariance * to_pivot.transpose() /
+                  static_cast<double>(passes.size());
   }
-  const Eigen::LDLT<Matrix6d> solver(information);
-  const Pose common = moved(start, solver.solve(weighted), pivot);
-  const Matrix6d covariance =
-      static_cast<double>(passes.size()) * solver.solve(Matrix6d::Identity());
+  const Pose common = fit_frame(programmed, passes, clocks, start);
   for (size_t p = 0; p < passes.size(); ++p) {
-    const Path here = placed(passes[p], common);
+    const Pose own = fit_frame(programmed, {passes[p]}, {clocks[p]}, common);
     const Eigen::Matrix3Xd off =
-        here.position - placed(passes[p], clocks[p].program_from_instrument).position;
+        placed(passes[p], common).position - placed(passes[p], own).position;
     const double apart = std::sqrt(off.colwise().squaredNorm().mean());
     if (!(apart <= kMaxApart))
       throw std::invalid_argument(
@@ -233,10 +230,7 @@ void share_frame(const Path& programmed, const std::vector<Path>& passes,
           std::to_string(passes.size()) + " lies " + formatted("%.3g", apart / kMillimetre) +
           " mm (rms) from where its own frame has it: was the instrument moved between the "
           "passes? Give the passes of one set-up of the instrument");
-    ClockFit own = clocks[p];
-    own.program_from_instrument = Pose{};
-    clocks[p] = refine_clock(programmed, here, own, false);
-    clocks[p].program_from_instrument = common;
+    place_in(programmed, passes[p], common, clocks[p]);
     clocks[p].frame_covariance = covariance;
     clocks[p].frame_pivot = pivot;
   }

@@ -11,6 +11,7 @@
 
 #include "linear_algebra/decompositions.h"
 #include "path/registration/first_offset.h"
+#include "path/registration/frame_fit.h"
 #include "path/registration/ornstein_uhlenbeck.h"
 
 namespace armtrue {
@@ -99,6 +100,7 @@ class ClockEstimator {
       if (round > 4 && std::abs(step(fit)) < 1e-6) break;
       if (round <= 4) step(fit);
     }
+    if (shared_ > 4) fit.frame_covariance = frame_covariance(fit);
   }
 
  private:
@@ -242,7 +244,33 @@ class ClockEstimator {
     frame.translation += change.segment<3>(4) + pivot - turn * pivot;
     frame.rotation = turn * frame.rotation;
     fit.frame_pivot = frame * centre_;
-    fit.frame_covariance = covariance.block<6, 6>(4, 4);
+  }
+
+  // That of least squares of the deviations, H^-1 J' S J H^-1: S is the covariance
+  // of the deviations by the fitted processes, so it is the uncertainty that knows that neighbours
+  // deviate alike.
+  Eigen::Matrix<double, 6, 6> frame_covariance(const ClockFit& fit) const {
+    const FrameEquations equations = frame_equations(programmed_, measured_, fit);
+    Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      const OrnsteinUhlenbeck& process = processes_[axis];
+      const double power = process.deviation * process.deviation;
+      const double noise = process.noise * process.noise;
+      using Vector6d = Eigen::Matrix<double, 6, 1>;
+      Vector6d before = Vector6d::Zero();  // all earlier ones, each by its correlation with this
+      for (Eigen::Index i = 0; i < measured_.samples(); ++i) {
+        const Vector6d here = equations.by_frame.middleRows<3>(3 * i).transpose() *
+                              equations.weight.middleRows<3>(3 * i) * axes_.row(axis).transpose();
+        sum += (power + noise) * here * here.transpose() +
+               power * (here * before.transpose() + before * here.transpose());
+        if (i + 1 < measured_.samples())
+          before =
+              std::exp(-(measured_.time[i + 1] - measured_.time[i]) / process.correlation_time) *
+              (before + here);
+      }
+    }
+    const Eigen::Matrix<double, 6, 6> inverse = equations.information().inverse();
+    return inverse * sum * inverse;
   }
 
   const Path& programmed_;

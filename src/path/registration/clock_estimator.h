@@ -13,7 +13,8 @@ namespace armtrue {
 ///                             - frame - c . f + x,
 /// x the process of ornstein_uhlenbeck.h, fitted to the data of each direction. Unknowns besides
 /// the clock have priors of mean 0: drag is the part of a lag that friction makes, c the
-/// compliance, [before the start] is 1 until the tool first moves. The size of the jumps of x is
+/// compliance, [before the start] is 1 until the tool first moves. The frame is that which belongs
+/// to the clock; `frame_covariance` is that of fit_frame() under x. The size of the jumps of x is
 /// unknown: the result is the mean over some sizes, weighted by their likelihood.
 ClockFit refine_clock(const Path& programmed, const Path& measured, ClockFit fit, bool fit_frame);
 

@@ -55,14 +55,15 @@ struct ClockOptions {
 };
 
 /// Finds the clock of a record. The first offset is the one at which the speeds of both paths
-/// correlate best; it depends on no frame. Generalised least squares then refine offset, rate and,
-/// if asked for, the frame. They model the deviation of the tool as a random process
-/// (Ornstein-Uhlenbeck), fitted to the data of each axis. So a deviation along the path is not
-/// taken for an error of the clock, nor an error of the clock for a deviation. Throws
-/// std::invalid_argument, with the remedy: if the tool stands still in either path; if the paths do
-/// not overlap in time; if their units differ (check_units()); if they lie more than 10 mm apart
-/// (the message names the rigid motion that joins them, if there is one); or if the standard
-/// deviation of the offset is 0.1 s or more.
+/// correlate best; it depends on no frame. Generalised least squares then refine offset and rate,
+/// with the frame as an unknown if it is asked for. They model the deviation of the tool as a
+/// random process (Ornstein-Uhlenbeck), fitted to the data of each axis. So a deviation along the
+/// path is not taken for an error of the clock, nor an error of the clock for a deviation. The
+/// frame is that of least squares of the deviation, mainly across the path; the process is in its
+/// covariance. Throws std::invalid_argument, with the remedy: if the tool stands still in either
+/// path; if the paths do not overlap in time; if their units differ (check_units()); if they lie
+/// more than 10 mm apart (the message names the rigid motion that joins them, if there is one); or
+/// if the standard deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
 /// The clocks of passes that an instrument recorded in one set-up, each as by fit_clock(). A fitted
@@ -70,10 +71,10 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
 std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
                                  const ClockOptions& options = {});
 
-/// Gives passes with fitted frames F_k one frame, so that differences between passes stay
-/// deviations of the tool: their mean, weighted by their information. The deviation that all passes
-/// have in common misleads all alike, so the covariance is their mean, n (sum of C_k^-1)^-1. The
-/// clocks are fitted again in this frame. Throws std::invalid_argument if a pass lies more than 2
+/// Gives passes with fitted frames one frame, so that differences between passes stay deviations of
+/// the tool: that of least squares of all of them. The deviation that all passes have in common
+/// misleads all alike, so the covariance is the mean of theirs. The clocks are fitted again in this
+/// frame. Throws std::invalid_argument if a pass lies more than 2
 /// mm (rms) from where the common frame has it: then the instrument was moved.
 void share_frame(const Path& programmed, const std::vector<Path>& passes,
                  std::vector<ClockFit>& clocks);
