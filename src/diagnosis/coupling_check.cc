@@ -50,8 +50,8 @@ double largest_share(const Eigen::MatrixXd& columns, const JointFit& fit,
     before[part] += std::pow(equations.residual[k], 2);
     after[part] += std::pow(equations.residual[k] - explained[k], 2);
   }
-  return 1 - std::min(after[0] / std::max(before[0], 1e-300),
-                      after[1] / std::max(before[1], 1e-300));
+  return 1 -
+         std::min(after[0] / std::max(before[0], 1e-300), after[1] / std::max(before[1], 1e-300));
 }
 
 double stated_coefficient(const KinematicChain& chain, const CoupledPair& pair) {

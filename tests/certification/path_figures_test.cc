@@ -116,9 +116,9 @@ TEST(PathFigures, AFittedFrameTakesNothingFromTheRepeatability) {
   EXPECT_THROW(path_figures(path, passes, clock), std::invalid_argument);
 }
 
-// A circle of 160 mm in 17 s between standstills, along which the arm deviates as smoothly as a turn
-// does: AT = 0.725 mm, and 0.738 mm in the frame of least squares, both by numpy from the deviation
-// itself.
+// A circle of 160 mm in 17 s between standstills, along which the arm deviates as smoothly as a
+// turn does: AT = 0.725 mm, and 0.738 mm in the frame of least squares, both by numpy from the
+// deviation itself.
 TEST(PathFigures, AFrameIsNotTurnedByASmoothDeviation) {
   constexpr int kSamples = 1650, kStand = 125;
   Path path;

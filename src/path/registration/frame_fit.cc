@@ -40,7 +40,7 @@ Eigen::Matrix<double, 6, 6> FrameEquations::information() const {
 }
 
 Pose fit_frame(const Path& programmed, const std::vector<Path>& passes,
-                      const std::vector<ClockFit>& clocks, const Pose& start) {
+               const std::vector<ClockFit>& clocks, const Pose& start) {
   constexpr int kRounds = 3;  // a turn is not quite linear
   Pose frame = start;
   for (int round = 0; round < kRounds; ++round) {

@@ -8,11 +8,11 @@
 
 namespace armtrue {
 
-/// Least squares for a small motion of the frame (ClockFit::by_frame()), three rows for each sample,
-/// zero for samples at standstill. The rows of a sample are weighted by I - 0.7 u u', u the
+/// Least squares for a small motion of the frame (ClockFit::by_frame()), three rows for each
+/// sample, zero for samples at standstill. The rows of a sample are weighted by I - 0.7 u u', u the
 /// direction of motion: the deviation across the path counts.
 struct FrameEquations {
-  Eigen::VectorXd deviation;   ///< weighted [m]
+  Eigen::VectorXd deviation;  ///< weighted [m]
   Eigen::MatrixX3d weight;
   Eigen::Matrix<double, Eigen::Dynamic, 6> by_frame;  ///< weighted
 
