@@ -115,7 +115,11 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   constexpr double kWorse = 1.02, kExact = 1e-6;  // of the solver, and m where nothing is left
   const double fitted = weighted_misfit(fit.robot, fit, sound);
   const double of_nominal = weighted_misfit(placed, fit, sound);
-  if (fitted > kWorse * of_nominal + kExact / fit.sigma.position)
+  // Of a fit that holds the turns of the tool the placed robot is no special case.
+  constexpr int kFirstTurn = 3;  // behind x, y, z
+  const bool turns_tool =
+      !sound.has_orientation() || identifies(layout_of(nominal.chain).tool + kFirstTurn);
+  if (turns_tool && fitted > kWorse * of_nominal + kExact / fit.sigma.position)
     throw std::invalid_argument(
         fmt::format("{}: the calibrated robot fits its readings worse than the nominal robot with "
                     "base and tool placed: {:.4g} and {:.4g} standard deviations are left, RMS by "

@@ -75,24 +75,28 @@ std::optional<std::string> find_coupling(const PlainFit& fit) {
   Eigen::MatrixXd columns(equations.residual.size(), 0);
   std::vector<int> chosen;
   JointFit best;
-  double choices = 1, share = 0;
-  while (share < kNearlyAll && std::ssize(chosen) < std::min<long>(kMostPairs, std::ssize(pairs))) {
+  double choices = 1, share = 0, fall = 0;
+  while (std::ssize(chosen) < std::min<long>(kMostPairs, std::ssize(pairs))) {
     columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
     int next = -1;
+    JointFit of_next;
     for (int k = 0; k < std::ssize(pairs); ++k) {
       columns.rightCols<1>() = pairs[k].column;
       JointFit joint = fit_beside(columns, equations);
-      if (next >= 0 && joint.share <= best.share) continue;
+      if (next >= 0 && joint.share <= of_next.share) continue;
       next = k;
-      best = std::move(joint);
+      of_next = std::move(joint);
     }
     columns.rightCols<1>() = pairs[next].column;
+    choices *= static_cast<double>(pairs.size());
+    const double fall_with = fall_of_bic(of_next, equations, fit.poses(), choices);
+    if (share >= kNearlyAll && fall_with < fall + kClearFall) break;
+    best = std::move(of_next);
+    fall = fall_with;
     share = largest_share(columns, best, equations);
     chosen.push_back(next);
-    choices *= static_cast<double>(pairs.size());
   }
-  if (share < kNearlyAll || fall_of_bic(best, equations, fit.poses(), choices) < kClearFall)
-    return std::nullopt;
+  if (share < kNearlyAll || fall < kClearFall) return std::nullopt;
   std::vector<std::string> found;
   for (int k = 0; k < std::ssize(chosen); ++k) {
     const CoupledPair& pair = pairs[chosen[k]];

@@ -41,7 +41,7 @@ import run_case
 
 FILES_AT_ONCE = 200
 # Keys under which a name stands, which may look like a number; under NAMED each key is a name.
-NAMES = {"pose", "name", "robot", "serial", "date", "calibrated_until", "date_before", "file", "link", "operator",
+NAMES = {"pose", "largest_pose", "name", "robot", "serial", "date", "calibrated_until", "date_before", "file", "link", "operator",
          "place", "type", "sessions", "outside_measured", "parameter", "figure", "instrument", "instead_of", "unit"}
 NAMED = {"targets", "anchors", "contacts", "beams", "sessions", "points", "faces", "balls"}
 

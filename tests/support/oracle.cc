@@ -832,7 +832,6 @@ std::vector<std::string> families() {
           "warm-links",
           "settling",
           "crash",
-          "bent-upper-arm",
           "run-out",
           "droop",
           "tool-play",

@@ -111,8 +111,8 @@ struct Hidden {
 };
 
 /// The families that the tests hide; x- are those that no catalogue knows. `x-sum-of-2` and
-/// `x-sum-of-12`, so many sines of one joint's angle, take more poses to tell and are not among
-/// these.
+/// `x-sum-of-12`, so many sines of one joint's angle, take more poses to tell, and `bent-upper-arm`
+/// has no leading parameter: they are not among these.
 std::vector<std::string> families();
 Hidden hidden(const std::string& family, Dice& dice, double duration_s);
 

@@ -1,7 +1,7 @@
 #include "path/registration/frame_fit.h"
 
 #include <Eigen/Core>
-#include <cmath>
+#include <algorithm>
 
 #include "linear_algebra/decompositions.h"
 
@@ -10,6 +10,28 @@ namespace armtrue {
 // The deviation along the path counts by this: clock, lag and friction make it, too. It decides
 // what the path across does not show, such as a turn about the axis of a circle.
 constexpr double kAlong = 0.3;
+constexpr double kSoft = 1e-6;  // m/N, of an arm
+
+namespace {
+
+// Takes off what a compliance C explains of deviation and frame, d = -C f: a steady force bends the
+// arm as if the frame were displaced. C is 0 +- kSoft beside a deviation of the size of d.
+void leave_out_compliance(const Eigen::Matrix3Xd& force, FrameEquations& equations) {
+  Eigen::MatrixXd by_force(equations.deviation.size(), 9);
+  for (Eigen::Index i = 0; i < force.cols(); ++i)
+    for (int k = 0; k < 3; ++k)
+      by_force.block<3, 3>(3 * i, 3 * k) = force(k, i) * equations.weight.middleRows<3>(3 * i);
+  const double deviation = equations.deviation.squaredNorm() / static_cast<double>(force.cols());
+  Eigen::MatrixXd gram = by_force.transpose() * by_force;
+  gram.diagonal().array() += std::max(1e-12, deviation) / (kSoft * kSoft);
+  const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
+  equations.deviation -=
+      by_force * solver.solve(Eigen::VectorXd(by_force.transpose() * equations.deviation));
+  equations.by_frame -=
+      by_force * solver.solve(Eigen::MatrixXd(by_force.transpose() * equations.by_frame));
+}
+
+}  // namespace
 
 FrameEquations frame_equations(const Path& programmed, const Path& measured, const ClockFit& fit) {
   const Path own = registered(measured, fit);
@@ -27,6 +49,7 @@ FrameEquations frame_equations(const Path& programmed, const Path& measured, con
     equations.weight.middleRows<3>(3 * i) = weight;
     equations.by_frame.middleRows<3>(3 * i) = weight * fit.by_frame(wanted.col(i));
   }
+  if (own.has_force()) leave_out_compliance(own.force, equations);
   return equations;
 }
 
