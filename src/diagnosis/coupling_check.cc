@@ -72,6 +72,10 @@ std::optional<std::string> find_coupling(const PlainFit& fit) {
     zeros.push_back(zero_offset(chain, joint));
   const FitEquations equations = fit_equations(fit, zeros);
   const std::vector<CoupledPair> pairs = pairs_of(chain, fit.readings, equations);
+  const auto is_small = [&](const CoupledPair& pair, double coefficient) {
+    return std::abs(coefficient) <
+           (is_prismatic(chain.links[pair.link]) ? kLeastOfLength : kLeastOfAngle);
+  };
   Eigen::MatrixXd columns(equations.residual.size(), 0);
   std::vector<int> chosen;
   JointFit best;
@@ -90,7 +94,9 @@ std::optional<std::string> find_coupling(const PlainFit& fit) {
     columns.rightCols<1>() = pairs[next].column;
     choices *= static_cast<double>(pairs.size());
     const double fall_with = fall_of_bic(of_next, equations, fit.poses(), choices);
-    if (share >= kNearlyAll && fall_with < fall + kClearFall) break;
+    if (share >= kNearlyAll &&
+        (fall_with < fall + kClearFall || is_small(pairs[next], of_next.value.tail<1>()[0])))
+      break;
     best = std::move(of_next);
     fall = fall_with;
     share = largest_share(columns, best, equations);
@@ -102,7 +108,7 @@ std::optional<std::string> find_coupling(const PlainFit& fit) {
     const CoupledPair& pair = pairs[chosen[k]];
     const Link& link = chain.links[pair.link];
     const bool slides = is_prismatic(link);
-    if (std::abs(best.value[k]) < (slides ? kLeastOfLength : kLeastOfAngle)) return std::nullopt;
+    if (is_small(pair, best.value[k])) return std::nullopt;
     const double coefficient = stated_coefficient(chain, pair) + link.sign * best.value[k];
     found.push_back(fmt::format("{} with {} (`coupled: {{{}: {:.3g}}}`)", link.name,
                                 chain.links[pair.followed].name, chain.links[pair.followed].name,

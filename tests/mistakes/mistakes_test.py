@@ -698,6 +698,8 @@ TABLE = {
     "corrected path as that of a certificate": (
         certificate("visits.csv", more=("--path", "first.csv", "--pass", "pass.csv")), 1, "it is a corrected path"),
     "record turned about a round part": (mirror(lambda: [about_the_part(1)], "round.csv"), 0, "is turned by 1.0"),
+    "frame fitted to a round part": (mirror(lambda: [about_the_part(1)], "round.csv", ("--fit-frame",)), 0,
+                                     "takes up a part of the deviation"),
     "z of the record is the program's": (mirror(record(each(lambda r: r.update(z_mm="850")))), 0,
                                          "z_mm: no noise at all"),
     "y and z of the record stand still": (mirror(record(each(lambda r: r.update(y_mm="-1649.9", z_mm="850.1")))), 0,
@@ -782,7 +784,6 @@ SOUND = {
     "certificate, one gross reading": certificate("visits.csv", change=add("x_mm", 3, lambda r: r["t_s"] == "700")),
     "round part": mirror("round-pass.csv", "round.csv"),
     "round part, turned by a tenth of a degree": mirror(lambda: [about_the_part(0.1)], "round.csv"),
-    "round part, turned, its frame fitted": mirror(lambda: [about_the_part(1)], "round.csv", ("--fit-frame",)),
     "unchanged": since("visits.csv"),
     "close-loop": campaign(each(lambda r: None), command="close-loop", more=("--only-catalogue",)),
     "pass": mirror("pass.csv"),
