@@ -10,7 +10,8 @@ namespace armtrue {
 
 /// Least squares for a small motion of the frame (ClockFit::by_frame()), three rows for each
 /// sample, zero for samples at standstill. The rows of a sample are weighted by I - 0.7 u u', u the
-/// direction of motion: the deviation across the path counts.
+/// direction of motion: the deviation across the path counts. Of a record with forces, what a
+/// compliance explains is taken off: a steady force bends the arm as if its frame were displaced.
 struct FrameEquations {
   Eigen::VectorXd deviation;  ///< weighted [m]
   Eigen::MatrixX3d weight;
