@@ -184,14 +184,22 @@ TEST(Mirror, TheNextOfSeveralPassesHasTheWholeSpread) {
   }
 }
 
+// A pass as an instrument records it that stands turned by 0.3 rad, and its noise.
+Path in_another_frame(Path pass, double noise, std::mt19937& random) {
+  std::normal_distribution<double> error(0, noise);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 1).normalized()).toRotationMatrix();
+  pass.position = (turn * pass.position).eval();
+  pass.position.colwise() += Eigen::Vector3d(1, -0.5, 0.2);
+  for (double& value : pass.position.reshaped()) value += error(random);
+  return pass;
+}
+
 // A fitted frame takes up a part of the deviation; the forecast and the interval of the form know.
 TEST(Mirror, TheUncertaintyOfAFittedFrameIsForecast) {
   constexpr int kCells = 8;
   const Path programmed = contour();
   std::mt19937 random(5);
-  std::normal_distribution<double> noise(0, 0.02e-3);
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 1).normalized()).toRotationMatrix();
   MirrorOptions options;
   options.clock.fit_frame = true;
   double expected = 0, after = 0;
@@ -200,9 +208,7 @@ TEST(Mirror, TheUncertaintyOfAFittedFrameIsForecast) {
     const Eigen::Matrix3Xd arm = wandering(programmed.time, 0.2e-3, 3, random);
     Path pass = programmed;
     pass.position += arm;
-    pass.position = (turn * pass.position).eval();
-    pass.position.colwise() += Eigen::Vector3d(1, -0.5, 0.2);
-    for (double& value : pass.position.reshaped()) value += noise(random);
+    pass = in_another_frame(std::move(pass), 0.02e-3, random);
     MirrorFindings findings;
     findings.options = options;
     findings.result = mirror_correct(programmed, {pass}, options);
@@ -239,18 +245,14 @@ TEST(Mirror, AFittedFrameMakesNoPathWorse) {
   constexpr int kCells = 12;
   const Path programmed = contour();
   std::mt19937 random(3);
-  std::normal_distribution<double> noise(0, 0.01e-3);
-  const Eigen::Matrix3d turn =
-      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 1, 1).normalized()).toRotationMatrix();
   MirrorOptions options;
   options.clock.fit_frame = true;
   double worst = 0, before = 0, after = 0;
   for (int k = 0; k < kCells; ++k) {
     const Eigen::Matrix3Xd arm = smooth(programmed, 0.3e-3, random);
     Path pass = programmed;
-    pass.position = turn * (pass.position + arm);
-    pass.position.colwise() += Eigen::Vector3d(1, -0.5, 0.2);
-    for (double& value : pass.position.reshaped()) value += noise(random);
+    pass.position += arm;
+    pass = in_another_frame(std::move(pass), 0.01e-3, random);
     const MirrorResult result = mirror_correct(programmed, {pass}, options);
     const double was = across(programmed, arm)[1];
     const double left = across(programmed, result.correction + arm)[1];
