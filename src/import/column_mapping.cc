@@ -48,6 +48,7 @@ class Mapper {
         return !names_.is_ignored(header(k)) && !names_.quantity_of(header(k));
       });
     for (int k = 0; k < std::ssize(table_.columns); ++k) map_column(k);
+    take_times_of_dates();
     refuse_target_without_pose();
     if (role_ != TableRole::points && (role_ != TableRole::pass || has_joint())) find_joints();
     ColumnUnits units(table_, names_, options_, mapping_.joints);
@@ -100,6 +101,20 @@ class Mapper {
       table_.fail_header("the column '" + name + "' stands twice; rename or remove one");
     table_.fail_header("the columns '" + first + "' and '" + name + "' could both be " +
                        our_column(quantity) + "; leave one out: --ignore '" + name + "'");
+  }
+
+  // A column named as that of dates may hold the time of day, too.
+  void take_times_of_dates() {
+    if (!mapping_.has("date") || mapping_.has("t")) return;
+    const size_t column = mapping_.find("date")->column;
+    const auto first = std::ranges::find_if(
+        table_.rows, [&](const PlainRow& row) { return !row.cells[column].empty(); });
+    if (first == table_.rows.end()) return;
+    const std::string& cell = first->cells[column];
+    if (!plain_time(cell, DateOrder::day_first) && !plain_time(cell, DateOrder::month_first)) return;
+    auto dates = mapping_.columns.extract("date");
+    dates.key() = "t";
+    mapping_.columns.insert(std::move(dates));
   }
 
   bool is_no_joint_of_robot(const std::string& quantity) const {

@@ -21,8 +21,7 @@ void refuse_lone_dates(const PlainTable& table, const ColumnMapping& mapping) {
   if (mapping.has("date") && !mapping.has("t"))
     table.fail_header(
         "the column of dates has no column of times beside it; name it: --column t_s=NAME, or "
-        "leave "
-        "the dates out with --ignore");
+        "leave the dates out with --ignore");
 }
 
 // Leaves out rows without joint angles: a file of several topics has rows of the others.

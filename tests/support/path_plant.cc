@@ -80,11 +80,11 @@ double travelled(double length, double t) {
   return kSpeed * (t - 0.5 * ramp);
 }
 
-// Linear between samples, the end values beyond.
+// Linear between samples at equal steps from 0 on, the end values beyond.
 template <typename Values>
 auto interpolate(const VectorXd& time, const Values& values, double t) {
-  const auto after = std::upper_bound(time.data(), time.data() + time.size(), t) - time.data();
-  const Eigen::Index i = std::clamp<Eigen::Index>(after - 1, 0, time.size() - 2);
+  const auto i = static_cast<Eigen::Index>(
+      std::clamp(std::floor(t / time[1]), 0.0, static_cast<double>(time.size() - 2)));
   const double u = std::clamp((t - time[i]) / (time[i + 1] - time[i]), 0.0, 1.0);
   return ((1 - u) * values.col(i) + u * values.col(i + 1)).eval();
 }
@@ -202,7 +202,8 @@ Motion move(const Program& program, const Matrix3Xd& commanded, const Options& o
     for (int k = 0; k < 2; ++k)
       tool -=
           0.5 * options.reversal_step[k] * friction[k].moved(axes[k].dot(told - before)) * axes[k];
-    tool += options.repeatability * Vector3d(drift[0](t), drift[1](t), drift[2](t));
+    if (options.repeatability > 0)
+      tool += options.repeatability * Vector3d(drift[0](t), drift[1](t), drift[2](t));
     motion.time[i] = t;
     motion.position.col(i) = tool;
     motion.force.col(i) = force;
