@@ -63,6 +63,23 @@ class Functions(unittest.TestCase):
         self.assertEqual([row["pose"] for row in corrected.product], ["P0", "P1", "P2"])
         self.assertEqual(corrected.summary["format"], "armtrue-compensation/1")
 
+    def test_programs_are_files(self):
+        part = ["DEF part()", "$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}", "PTP {A1 10,A2 -60,A3 80,A4 5,A5 40,A6 -10}", "END", ""]
+        with tempfile.TemporaryDirectory() as place:
+            cell = pathlib.Path(place, "cell")
+            cell.mkdir()
+            (cell / "part.src").write_text("\n".join(part))
+            by_command, by_call, of_project = (pathlib.Path(place, name) for name in ("a.src", "b.src", "corrected"))
+            words = ["compensate", "--robot", TRUTH, "--controller", ROBOT, "--program", cell / "part.src"]
+            command(*words, "--program-out", by_command)
+            result = armtrue.compensate(TRUTH, controller=ROBOT, program=cell / "part.src", program_out=by_call)
+            self.assertEqual(by_call.read_text().replace("DEF b", "DEF a"), by_command.read_text())
+            self.assertIsNone(result.product)
+            self.assertEqual(result.summary["format"], "armtrue-compensation/1")
+            result = armtrue.compensate(TRUTH, controller=ROBOT, project=cell, project_out=of_project)
+            self.assertEqual([row["program"] for row in result.product], ["part.src"])
+            self.assertTrue((of_project / "part.src").exists())
+
     def test_a_frame_is_read_like_a_table(self):
         class Frame:  # what a pandas frame is asked for
             def to_csv(self, path, index):

@@ -43,7 +43,8 @@ class Failed(Exception):
 class Result:
     """What a command made.
 
-    product   the document as a dict, the table as a list of dicts with numbers, or the text
+    product   the document as a dict, the table as a list of dicts with numbers, or the text; None if a corrected program,
+              in the file program_out, is all that the command makes
     robot     the robot of close_loop() and calibrate(), a dict; None of others
     summary   the summary of compensate(), map_errors() and mirror_correct(), a dict; None of others
     warnings  the lines that the command said
@@ -183,12 +184,12 @@ def _parsed(text: str, kind: str) -> Any:
             for row in csv.DictReader(io.StringIO(text))]
 
 
-def _run(name: str, file: tuple[str, File | None], kind: str, options: dict[str, Any], robot_out: bool = False,
+def _run(name: str, file: tuple[str, File | None], kind: str | None, options: dict[str, Any], robot_out: bool = False,
          has_summary: bool = False) -> Result:
     with tempfile.TemporaryDirectory(prefix="armtrue-") as folder:
         run = _Run(folder)
         product = run.path("product", ".json" if kind == "document" else ".out")
-        words = [name, "-o", product]
+        words = [name, *(["-o", product] if kind else [])]
         files = {}
         for what, wanted in (("robot_out", robot_out), ("summary", has_summary)):
             if wanted:
@@ -209,7 +210,7 @@ def _run(name: str, file: tuple[str, File | None], kind: str, options: dict[str,
             return _parsed(run.said(pathlib.Path(path).read_text(encoding="utf-8")), form)
 
         documents = {what: read(path, "document") for what, path in files.items() if os.path.exists(path)}
-        made = read(product, kind)
+        made = read(product, kind) if kind else None
         robot = made if name == "calibrate" else documents.get("robot_out")
         return Result(made, robot, documents.get("summary"), run.said(done.stderr).splitlines(), done.returncode == 0)
 
@@ -235,8 +236,9 @@ def compare_runs(before: File, after: File, **options: Any) -> Result:
 
 
 def compensate(robot: File, targets: File | None = None, *, controller: File, **options: Any) -> Result:
-    return _run("compensate", ("targets", targets), "table", {"robot": robot, "controller": controller, **options},
-                has_summary=True)
+    kind = None if options.get("program") else "table"
+    return _run("compensate", ("targets", targets), kind, {"robot": robot, "controller": controller, **options},
+                has_summary=not options.get("project"))
 
 
 def convert_robot(robot: File, *, to: str, **options: Any) -> Result:
