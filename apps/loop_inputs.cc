@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
+#include "armtrue/calibration/hold_out.h"
 #include "armtrue/diagnosis/mistakes.h"
 #include "columns.h"
 
@@ -75,9 +77,10 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
   sensor.take_off(measured.all, robot.chain);
   command.warn_if_needless(robot, measured.all);
   if (arguments.test.empty()) {
-    measured.split = arguments.held_out_region
-                         ? split_by_region(robot, measured.all, arguments.held_out, command.seed)
-                         : split_by_pose(measured.all, arguments.held_out, command.seed);
+    HeldOut held_out = hold_out(
+        robot, measured.all, {arguments.held_out, arguments.held_out_region, command.seed});
+    warn_of_all(command, {held_out.fewer});
+    measured.split = std::move(held_out.split);
     measured.training = measured.all.select(measured.split.training);
     measured.held_out = measured.all.select(measured.split.held_out);
     if (!arguments.uses_all_poses() && !command.warned_of_change) measured.all = {};

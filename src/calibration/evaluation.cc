@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -59,8 +60,31 @@ class MedianResiduals {
   std::optional<double> position_, orientation_;
 };
 
-// `use(rows, mean)` for the rows of each session, pose and channel, replicates of each other, and
-// the mean of their residuals. `rows` increase.
+// A number for the load of each row, payload and force: loads that differ by less than kSameLoad of
+// the largest have one, because load cells scatter. Empty without loads.
+std::vector<int> load_classes(const Campaign& campaign) {
+  if (campaign.payload_kg.empty() && campaign.force_n.empty()) return {};
+  constexpr double kSameLoad = 0.05;
+  Eigen::Matrix4Xd load = Eigen::Matrix4Xd::Zero(4, campaign.rows());
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (!campaign.payload_kg.empty()) load(0, row) = campaign.payload_kg[row];
+    if (!campaign.force_n.empty()) load.col(row).tail<3>() = campaign.force_n[row];
+  }
+  load.row(0) /= std::max(1e-9, kSameLoad * load.row(0).cwiseAbs().maxCoeff());
+  load.bottomRows<3>() /=
+      std::max(1e-9, kSameLoad * load.bottomRows<3>().colwise().norm().maxCoeff());
+  std::map<std::array<double, 4>, int> numbers;
+  std::vector<int> classes;
+  for (const auto& own : load.colwise()) {
+    const Eigen::Array4d rounded = own.array().round();
+    const std::array key{rounded[0], rounded[1], rounded[2], rounded[3]};
+    classes.push_back(numbers.try_emplace(key, static_cast<int>(numbers.size())).first->second);
+  }
+  return classes;
+}
+
+// `use(rows, mean)` for the rows of each session, pose, channel and load, replicates of each other,
+// and the mean of their residuals. `rows` increase.
 template <typename Use>
 void for_each_replicates(const Campaign& campaign, const MedianResiduals& residuals,
                          const std::vector<int>& rows, const Use& use) {
@@ -78,9 +102,11 @@ void for_each_replicates(const Campaign& campaign, const MedianResiduals& residu
     order = grouped_rows(pose_of).row;
   }
   for (int& row : order) row = rows[row];
+  const std::vector<int> load = load_classes(campaign);
   const auto key = [&](int row) {
     return std::array{campaign.pose[row], campaign.channel(row),
-                      campaign.session.empty() ? 0 : campaign.session[row]};
+                      campaign.session.empty() ? 0 : campaign.session[row],
+                      load.empty() ? 0 : load[row]};
   };
   const auto end_of = [&](size_t begin, const auto& same) {
     size_t end = begin + 1;

@@ -26,11 +26,26 @@ Split without_poses(const std::vector<int>& pose_of_row, const std::set<int>& he
 
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) {
   const std::vector<int> pose = campaign.pose_by_id();
-  const std::set<int> distinct(pose.begin(), pose.end());
-  std::vector<int> poses(distinct.begin(), distinct.end());
+  std::map<int, std::set<int>> sessions_of;
+  for (int row = 0; row < campaign.rows(); ++row)
+    sessions_of[pose[row]].insert(campaign.session.empty() ? 0 : campaign.session[row]);
+  std::map<int, double> all, taken;  // poses by session
+  std::vector<int> poses;
+  for (const auto& [id, sessions] : sessions_of) {
+    poses.push_back(id);
+    for (int session : sessions) ++all[session];
+  }
   shuffle(poses, seed);
-  const long count = std::lround(share * static_cast<double>(poses.size()));
-  const std::set<int> held_out(poses.begin(), poses.begin() + count);
+  const double most = std::max(1.0 / 3, share);
+  const auto leaves_enough = [&](int session) { return taken[session] + 1 <= most * all[session]; };
+  std::set<int> held_out;
+  for (int id : poses) {
+    if (std::ssize(held_out) == std::lround(share * static_cast<double>(poses.size()))) break;
+    const std::set<int>& sessions = sessions_of[id];
+    if (all.size() > 1 && !std::ranges::all_of(sessions, leaves_enough)) continue;
+    for (int session : sessions) ++taken[session];
+    held_out.insert(id);
+  }
   return without_poses(pose, held_out);
 }
 

@@ -196,13 +196,20 @@ void judge(std::vector<CertifiedChange>& differences, double factor) {
 
 namespace {
 
-// What a fit hides makes AP smaller, so it keeps an arm from passing and never from failing.
-Decision decision_on(const Certificate& certificate, double tolerance, double with_hidden) {
-  const double expanded = certificate.budget.expanded;
+// Whether something is known against the figures: they may be too small.
+bool is_doubtful(const Certificate& certificate, const CertificateOptions& options) {
+  return !certificate.doubts.empty() || !doubts_of(certificate.about).empty() ||
+         options.points_look_computed || options.robot_knows_readings;
+}
+
+// What a fit hides and what is doubtful keep an arm from passing and never from failing.
+Decision decision_on(const Certificate& certificate, const CertificateOptions& options,
+                     double with_hidden) {
+  const double expanded = certificate.budget.expanded, tolerance = *options.tolerance;
   const Decision shown = decide(certificate.all.ap.value, expanded, tolerance);
-  return shown == Decision::pass && decide(with_hidden, expanded, tolerance) != Decision::pass
-             ? Decision::undecided
-             : shown;
+  const bool is_shown = decide(with_hidden, expanded, tolerance) == Decision::pass &&
+                        !is_doubtful(certificate, options);
+  return shown == Decision::pass && !is_shown ? Decision::undecided : shown;
 }
 
 }  // namespace
@@ -235,11 +242,11 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
                 model_uncertainty(robot, campaign));
   const double with_hidden =
       certificate.all.ap.value * most_with_hidden(options.hidden, normal_below(kCoverage));
+  certificate.doubts = doubts_of_visits(robot, campaign, evaluation, about.stated.noise);
   if (options.tolerance)
     certificate.decision = no_arm_in_words(campaign, evaluation).empty()
-                               ? decision_on(certificate, *options.tolerance, with_hidden)
+                               ? decision_on(certificate, options, with_hidden)
                                : Decision::undecided;  // such an AP is none of an arm
-  certificate.doubts = doubts_of_visits(robot, campaign, evaluation, about.stated.noise);
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
   for (const std::string& doubt : certificate.doubts)
@@ -249,8 +256,13 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   const auto decide_on = [&](double ap) {
     return decide(ap, certificate.budget.expanded, *options.tolerance);
   };
-  if (options.tolerance && decide_on(certificate.all.ap.value) == Decision::pass &&
-      decide_on(with_hidden) != Decision::pass)
+  const bool is_met =
+      options.tolerance && decide_on(certificate.all.ap.value) == Decision::pass;
+  if (is_met && is_doubtful(certificate, options))
+    certificate.notes.push_back(
+        "AP meets the tolerance, but the doubts above stand against the figures: the tolerance is not "
+        "known to be met. Remove their causes and certify again.");
+  if (is_met && decide_on(with_hidden) != Decision::pass)
     certificate.notes.push_back(
         fmt::format("With what the fit of {} to few poses hides, AP may be {}: the tolerance is "
                     "not known to be met; measure more poses.",

@@ -1,6 +1,8 @@
 #include "import/plain_table.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 
 #include "armtrue/io/source.h"
 #include "armtrue/text/input_error.h"
@@ -145,6 +147,32 @@ void drop_empty_last_column(PlainTable& table) {
   for (PlainRow& row : table.rows) row.cells.pop_back();
 }
 
+// What programs write in the place of a number that they do not have.
+bool is_lost_number(std::string_view cell) {
+  constexpr size_t kLongest = 7;
+  if (cell.empty() || cell.size() > kLongest || std::isdigit(static_cast<unsigned char>(cell.back())) != 0) return false;
+  std::string word(cell);
+  std::ranges::transform(word, word.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::array<std::string_view, 7> kWords{"nan",  "#n/a", "n/a", "na", "null",
+                                                   "none", "#value!"};
+  return std::ranges::find(kWords, word) != kWords.end() ||
+         word.find_first_not_of('-') == std::string::npos;
+}
+
+// Empties these cells in columns of numbers; a name may be such a word.
+void empty_lost_numbers(PlainTable& table) {
+  for (size_t k = 0; k < table.columns.size(); ++k) {
+    const auto told = std::ranges::find_if(table.rows, [&](const PlainRow& row) {
+      return !row.cells[k].empty() && !is_lost_number(row.cells[k]);
+    });
+    if (told == table.rows.end() ||
+        decimal_evidence(told->cells[k]) == DecimalEvidence::no_number)
+      continue;
+    for (PlainRow& row : table.rows)
+      if (is_lost_number(row.cells[k])) row.cells[k].clear();
+  }
+}
+
 }  // namespace
 
 std::string at_line(const std::string& file, int line) {
@@ -230,6 +258,7 @@ PlainTable read_plain_table(const std::string& path, const TableStyle& style,
   }
   if (table.rows.empty()) table.fail_header("no row follows the header; export the readings too");
   drop_empty_last_column(table);
+  empty_lost_numbers(table);
   return table;
 }
 

@@ -65,6 +65,29 @@ TEST(NoiseFloor, OfReplicatesIsTheirScatterAboutThePose) {
   EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
 }
 
+// Under another load an arm stands elsewhere: rows of a pose with other payloads or forces are no
+// repeats. Load cells scatter a little.
+TEST(NoiseFloor, OfReplicatesIsThatUnderOneLoad) {
+  constexpr double kNoise = 1e-4, kSag = 3e-3;
+  for (const bool by_force : {false, true}) {
+    ReadTwice readings(14, kNoise);
+    for (int row = 0; row < 28; ++row) {
+      const bool loaded = row % 4 >= 2;
+      readings.campaign.pose[row] = row / 4;
+      readings.evaluation.residuals[row].head<3>().setConstant((loaded ? -kSag : 0) +
+                                                               (row % 2 == 0 ? kNoise : -kNoise));
+      const double load = (loaded ? 50 : 0) + 0.1 * (row % 2);
+      if (by_force)
+        readings.campaign.force_n.emplace_back(0, 0, -10 * load);
+      else
+        readings.campaign.payload_kg.push_back(load);
+    }
+    const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
+    EXPECT_EQ(floor.source, NoiseFloor::Source::replicates);
+    EXPECT_NEAR(floor.position, std::sqrt(2) * kNoise / 0.9866, 1e-12) << by_force;
+  }
+}
+
 // A table that holds each reading twice has no noise of zero, unless all that it reads is exact.
 TEST(NoiseFloor, OfCopiesIsThatOfTheInstrument) {
   const ReadTwice copies(9, 0);

@@ -265,6 +265,17 @@ TEST(ImportReadings, OptionsWithoutTheirColumnsAreRefused) {
               HasSubstr("'X' stands twice; rename"));
 }
 
+TEST(ImportReadings, AWordInThePlaceOfANumberIsALostReading) {
+  const std::string rows = "Point,X,Y,Z," + kJoints + "\nNA,1,2,3,0,0,0,0,0,0\nb,";
+  for (const std::string word : {"NaN", "---", "#N/A", "null", "n/a", "None", ""}) {
+    const std::string text = rows + word + "," + word + "," + word + ",9,9,9,9,9,9\n";
+    const Campaign campaign = import_text(text, kMmDeg).campaign;
+    EXPECT_THAT(campaign.pose_ids, testing::ElementsAre("NA")) << word;
+    EXPECT_EQ(campaign.skipped_rows, 1) << word;
+  }
+  EXPECT_THAT(error_of_text(rows + "NaN,2,3,9,9,9,9,9,9\n", kMmDeg), HasSubstr("empty"));
+}
+
 TEST(ImportReadings, ATurnIsNoTime) {
   const std::string row = "\n1,2,3,7,0,0,0,0,0,0\n";
   EXPECT_TRUE(import_text("X,Y,Z,T," + kJoints + row, kMmDeg).campaign.time_s.empty());

@@ -99,8 +99,8 @@ struct NoiseFloor {
   bool are_copies = false;
 };
 
-/// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of
-/// freedom or more: the robust_deviation() of
+/// Estimated from replicates (rows of one session, pose, channel and load, see below), if they have
+/// 20 degrees of freedom or more: the robust_deviation() of
 ///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
 /// with r the residual of a row times (median sigma / own sigma), of each axis and session
 /// (sessions of fewer than 30 count as one), and the root of their mean square. Where that robust

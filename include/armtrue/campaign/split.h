@@ -14,7 +14,8 @@ struct Split {
   std::vector<int> training, held_out;  ///< rows
 };
 
-/// Splits by whole poses: shuffles the poses and holds out the first `share` of them.
+/// Splits by whole poses: shuffles the poses and holds out the first `share` of them. No session
+/// loses more than a third of its poses, or `share` if that is more.
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
 
 /// Holds out the `share` of the poses that lie farthest along one direction. The held-out errors
