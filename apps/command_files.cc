@@ -11,10 +11,12 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/campaign/without_rows.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/diagnosis/other_arm.h"
+#include "armtrue/diagnosis/renumbered_images.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/effects/identify.h"
 #include "armtrue/io/catalogue_io.h"
@@ -55,6 +57,11 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   if (!findings.errors.empty())
     throw InputError(file.campaign.source + ": " + findings.errors.front());
   for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
+  if (const RenumberedImages renumbered = find_renumbered_images(robot, file.campaign);
+      !renumbered.rows.empty()) {
+    warn(file.campaign.source + ": " + renumbered.words);
+    file.campaign = without_rows(file.campaign, renumbered.rows);
+  }
   begin_new_sessions(file.campaign, path == input);
   if (const auto computed = find_computed_orientations(robot, file.campaign)) {
     warn(file.campaign.source + ": " + *computed);

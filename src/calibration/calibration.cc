@@ -236,11 +236,31 @@ void forget_measured(Robot& robot, int fitted_effects) {
     robot.effects[e].driver_range.reset();
 }
 
+// Whether a joint that slides follows the angle of one next to it about the same axis: a screw, as
+// of the quill of a SCARA, moves it in proportion.
+bool is_screw(const KinematicChain& chain, const Effect& effect) {
+  constexpr double kSame = 0.01;  // rad; m
+  if (effect.shape.kind != ShapeKind::linear || !is_of_one_angle(effect)) return false;
+  const auto parameter = find_parameter(chain, effect.parameter);
+  if (!parameter || !is_zero_offset(chain, *parameter)) return false;
+  const int slides = link_of_parameter(*parameter),
+            turns = link_of_parameter(zero_offset(chain, effect.driver.joint));
+  if (std::abs(slides - turns) != 1 || !is_prismatic(chain.links[slides]) ||
+      is_prismatic(chain.links[turns]))
+    return false;
+  const Link& second = chain.links[std::max(slides, turns)];
+  return std::abs(std::sin(second.alpha)) < kSame && std::abs(std::sin(second.beta)) < kSame &&
+         std::abs(second.d) < kSame;
+}
+
 // Whether an effect must not be extrapolated beyond the covered values of its driver: a slope, a
 // curve, or less than one cycle, which many causes resemble. Several cycles may be, and a law of
-// time or temperature, unless another effect moves the same parameter by the same driver.
-bool ends_at_readings(const Effect& effect, double covered, bool alone) {
-  if (!can_be_bounded(effect) || (alone && !is_of_one_angle(effect))) return false;
+// time or temperature or a screw, unless another effect moves the same parameter by the same
+// driver.
+bool ends_at_readings(const KinematicChain& chain, const Effect& effect, double covered,
+                      bool alone) {
+  if (!can_be_bounded(effect)) return false;
+  if (alone && (!is_of_one_angle(effect) || is_screw(chain, effect))) return false;
   const Shape& shape = effect.shape;
   switch (shape.kind) {
     case ShapeKind::linear:
@@ -263,7 +283,7 @@ void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
     const auto [low, high] = std::ranges::minmax(values_of(ending.driver, campaign));
     const auto alike = std::ranges::count_if(
         fitted, [&](const Effect& effect) { return same_place(effect, ending); });
-    if (!ends_at_readings(ending, high - low, alike == 1)) continue;
+    if (!ends_at_readings(robot.chain, ending, high - low, alike == 1)) continue;
     for (Effect& effect : fitted)
       if (same_place(effect, ending)) effect.driver_range = {low, high};
   }

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
+#include "armtrue/calibration/usual_errors.h"
 #include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
@@ -30,13 +30,12 @@ constexpr double kFree = std::numeric_limits<double>::infinity();
 
 enum Class { lengths, angles, zero_offsets, kClasses };
 
-// Typical errors of links against data sheets: tolerances of castings and of the assembly of gears,
-// and mastering by gauge or by mark. Two thirds of all arms are within a factor of two.
+// Typical errors of links against data sheets: angles by the same tolerances as lengths, zero
+// offsets by mastering by gauge or by mark.
 std::vector<PriorWidth> typical_widths() {
-  constexpr double kWithinTwo = std::numbers::ln2;
-  return {{"lengths", 3e-4, kWithinTwo, 3e-4},
-          {"angles", 3e-4, kWithinTwo, 3e-4},
-          {"zero offsets", 2e-3, kWithinTwo, 2e-3}};
+  return {{"lengths", kUsualErrorOfLength, kSpreadOfArms, kUsualErrorOfLength},
+          {"angles", 3e-4, kSpreadOfArms, 3e-4},
+          {"zero offsets", 2e-3, kSpreadOfArms, 2e-3}};
 }
 
 Class class_of(const KinematicChain& chain, int parameter) {

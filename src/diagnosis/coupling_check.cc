@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "armtrue/kinematics/parameters.h"
@@ -54,14 +56,75 @@ double largest_share(const Eigen::MatrixXd& columns, const JointFit& fit,
          std::min(after[0] / std::max(before[0], 1e-300), after[1] / std::max(before[1], 1e-300));
 }
 
-double stated_coefficient(const KinematicChain& chain, const CoupledPair& pair) {
+double stated_coefficient(const KinematicChain& chain, int link, int followed) {
   for (const Coupling& coupling : chain.couplings)
-    if (coupling.follower == pair.link && coupling.followed == pair.followed)
-      return coupling.coefficient;
+    if (coupling.follower == link && coupling.followed == followed) return coupling.coefficient;
   return 0;
 }
 
+// Whether a link follows another, by some others or at once.
+bool is_follower(const std::vector<Coupling>& couplings, int link, int of) {
+  return std::ranges::any_of(couplings, [&](const Coupling& coupling) {
+    return coupling.follower == link &&
+           (coupling.followed == of || is_follower(couplings, coupling.followed, of));
+  });
+}
+
+// "J5 with J4 (`coupled: {J4: 0.02}`)".
+std::string in_words(const KinematicChain& chain, const Coupling& coupling) {
+  const Link &link = chain.links[coupling.follower], &followed = chain.links[coupling.followed];
+  const double unit = is_prismatic(link) == is_prismatic(followed) ? 1
+                      : is_prismatic(link)                         ? kMillimetre
+                                                                   : 1 / kMillimetre;
+  return fmt::format("{} with {} (`{}: {{{}: {:.3g}}}`)", link.name, followed.name,
+                     link.has_encoder ? "coupled" : "follows", followed.name,
+                     coupling.coefficient / unit);
+}
+
 }  // namespace
+
+std::vector<ChangedCouplings> other_signs_of_couplings(const KinematicChain& chain) {
+  constexpr size_t kMost = 4;  // their subsets are tried
+  const size_t count = chain.couplings.size();
+  std::vector<ChangedCouplings> changed;
+  if (count > kMost) return changed;
+  for (unsigned subset = 1; subset < 1U << count; ++subset) {
+    ChangedCouplings& signs = changed.emplace_back(chain.couplings, "");
+    std::vector<std::string> words;
+    for (size_t k = 0; k < count; ++k) {
+      if ((subset >> k & 1U) == 0) continue;
+      signs.couplings[k].coefficient *= -1;
+      words.push_back(in_words(chain, signs.couplings[k]));
+    }
+    signs.words = fmt::format("{}", fmt::join(words, ", "));
+  }
+  return changed;
+}
+
+std::vector<Coupling> near_couplings(const KinematicChain& chain) {
+  constexpr int kFarthest = 2;  // joints apart: gears of a wrist pass one joint by
+  const int joints = joint_count(chain);
+  std::vector<Coupling> near;
+  for (int joint = 0; joint < joints; ++joint)
+    for (int other = 0; other < joints; ++other) {
+      const int link = link_of_joint(chain, joint), followed = link_of_joint(chain, other);
+      if (other == joint || std::abs(other - joint) > kFarthest ||
+          is_prismatic(chain.links[followed]) || is_follower(chain.couplings, followed, link))
+        continue;
+      near.push_back({link, followed, stated_coefficient(chain, link, followed),
+                      zero_of(chain.links[followed])});
+    }
+  return near;
+}
+
+ChangedCouplings with_coupling(const KinematicChain& chain, const Coupling& coupling) {
+  ChangedCouplings changed{chain.couplings, in_words(chain, coupling)};
+  std::erase_if(changed.couplings, [&](const Coupling& stated) {
+    return stated.follower == coupling.follower && stated.followed == coupling.followed;
+  });
+  changed.couplings.push_back(coupling);
+  return changed;
+}
 
 std::optional<std::string> find_coupling(const PlainFit& fit) {
   constexpr double kNearlyAll = 0.95, kLeastOfAngle = 5e-3, kLeastOfLength = 0.5 * kMillimetre;
@@ -106,13 +169,10 @@ std::optional<std::string> find_coupling(const PlainFit& fit) {
   std::vector<std::string> found;
   for (int k = 0; k < std::ssize(chosen); ++k) {
     const CoupledPair& pair = pairs[chosen[k]];
-    const Link& link = chain.links[pair.link];
-    const bool slides = is_prismatic(link);
     if (is_small(pair, best.value[k])) return std::nullopt;
-    const double coefficient = stated_coefficient(chain, pair) + link.sign * best.value[k];
-    found.push_back(fmt::format("{} with {} (`coupled: {{{}: {:.3g}}}`)", link.name,
-                                chain.links[pair.followed].name, chain.links[pair.followed].name,
-                                coefficient / (slides ? kMillimetre : 1)));
+    const double coefficient = stated_coefficient(chain, pair.link, pair.followed) +
+                               chain.links[pair.link].sign * best.value[k];
+    found.push_back(in_words(chain, {pair.link, pair.followed, coefficient}));
   }
   return fmt::format(
       "joints look as if gears or a screw moved them with others, otherwise than the robot file "

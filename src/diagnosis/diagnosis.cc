@@ -9,6 +9,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -30,6 +31,7 @@
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/number_text.h"
 #include "diagnosis/board_check.h"
+#include "diagnosis/coupling_check.h"
 #include "diagnosis/depth_check.h"
 #include "diagnosis/exchanged_targets.h"
 #include "diagnosis/far_set_up_change.h"
@@ -224,6 +226,20 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, const C
          [](Robot&, Campaign& c) {
            for (Eigen::Vector3d& p : c.position) p.x() = -p.x();
          }});
+  return hypotheses;
+}
+
+Hypothesis hypothesis_of(const ChangedCouplings& changed) {
+  return {
+      "joints look as if rods, gears or a screw moved them with others, otherwise than the "
+      "robot file says: " +
+          changed.words + "; compare its 'follows' and 'coupled' with the arm",
+      [couplings = changed.couplings](Robot& r, Campaign&) { r.chain.couplings = couplings; }};
+}
+
+std::vector<Hypothesis> of_couplings(const std::vector<ChangedCouplings>& all) {
+  std::vector<Hypothesis> hypotheses;
+  for (const ChangedCouplings& changed : all) hypotheses.push_back(hypothesis_of(changed));
   return hypotheses;
 }
 
@@ -436,6 +452,60 @@ void try_image_hypotheses(const Robot& robot, const Campaign& campaign, double a
       try_hypotheses(robot, campaign, {hypothesis}, as_it_stands, median_miss, findings, kBetter);
 }
 
+using Measure = double (*)(Robot, const Campaign&);
+
+// The pair of joints, one more or one of the robot file, with the coefficient that fits best. It is
+// far from linear: coefficients at equal steps, then a golden section of the best.
+Coupling best_coupling(const Robot& robot, const Campaign& campaign, Measure measure) {
+  constexpr int kSteps = 20, kSections = 20;               // of each sign
+  constexpr double kGolden = 0.618, kMostOfLength = 0.02;  // m per rad: a screw of 126 mm
+  const auto miss_of = [&](Coupling coupling, double coefficient) {
+    coupling.coefficient = coefficient;
+    Robot changed = robot;
+    changed.chain.couplings = with_coupling(robot.chain, coupling).couplings;
+    return measure(std::move(changed), campaign);
+  };
+  Coupling best;
+  double least = std::numeric_limits<double>::infinity(), step = 0;
+  for (const Coupling& pair : near_couplings(robot.chain)) {
+    const double most = is_prismatic(robot.chain.links[pair.follower]) ? kMostOfLength : 1;
+    for (int k = -kSteps; k <= kSteps; ++k) {
+      const double miss = miss_of(pair, most * k / kSteps);
+      if (miss >= least) continue;
+      least = miss;
+      best = pair;
+      best.coefficient = most * k / kSteps;
+      step = most / kSteps;
+    }
+  }
+  double low = best.coefficient - step, high = best.coefficient + step;
+  for (int section = 0; section < kSections; ++section) {
+    const double left = high - kGolden * (high - low), right = low + kGolden * (high - low);
+    if (miss_of(best, left) < miss_of(best, right))
+      high = right;
+    else
+      low = left;
+  }
+  best.coefficient = 0.5 * (low + high);
+  return best;
+}
+
+// Couplings of the robot file with another sign, then one more or with another coefficient.
+void try_couplings(const Robot& robot, const Campaign& campaign, Measure measure,
+                   std::vector<std::string>& findings) {
+  constexpr long kRows = 60;  // hundreds of coefficients are tried
+  if (!findings.empty() || campaign.has_touches() || joint_count(robot.chain) < 2) return;
+  const double as_it_stands = measure(robot, campaign);
+  try_hypotheses(robot, campaign, of_couplings(other_signs_of_couplings(robot.chain)), as_it_stands,
+                 measure, findings);
+  if (!findings.empty() || std::ssize(robot.chain.couplings) >= kMaxCouplings) return;
+  std::vector<int> rows(campaign.rows());
+  std::iota(rows.begin(), rows.end(), 0);
+  const Coupling best = best_coupling(robot, campaign.select(evenly_chosen(rows, kRows)), measure);
+  try_hypotheses(robot, campaign, {hypothesis_of(with_coupling(robot.chain, best))}, as_it_stands,
+                 measure, findings);
+}
+
 // Names what remains after a calibration, if it is larger than any error of an arm.
 void try_calibration(const Robot& robot, const Campaign& campaign,
                      std::vector<std::string>& findings) {
@@ -513,12 +583,14 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);
+  if (!fits) try_couplings(robot, campaign, median_miss, findings);
   if (findings.empty() && !fits) try_calibration(robot, campaign, findings);
   if (findings.empty() && !turns_fit) {
     const Robot calibrated = calibrated_to_points(robot, campaign);
     const double turn = median_turn(calibrated, campaign);
     if (turn > kImplausibleTurn)
       try_hypotheses(calibrated, campaign, orientation_hypotheses(), turn, median_turn, findings);
+    if (turn > kImplausibleTurn) try_couplings(robot, campaign, median_turn, findings);
     if (findings.empty() && turn > kImplausibleTurn)
       findings.push_back(fmt::format(
           "the orientations turn otherwise than this robot's tool, by {:.3g} deg from pose to pose "

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "armtrue/calibration/usual_errors.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 
@@ -97,6 +98,25 @@ FittedLengths fitted_lengths(const PlainFit& fit, const Robot& nominal) {
   return fitted;
 }
 
+// The probability that lengths without a common scale show one of this size, by chance. `scaled`:
+// what the scale changes, as a root of a sum of squares; `rest`: the sum of squares of what it
+// leaves of so many numbers [m]. Both follow the errors of this arm, whose size s is known from
+// `rest` and from other arms: ln s ~ N(ln kUsualErrorOfLength, kSpreadOfArms^2).
+double p_of_scale(double scaled, double rest, double numbers) {
+  constexpr int kSteps = 200;
+  constexpr double kDeviations = 6;
+  double sum = 0, above = 0;
+  for (int step = -kSteps; step <= kSteps; ++step) {
+    const double deviations = kDeviations * step / kSteps;
+    const double size = kUsualErrorOfLength * std::exp(kSpreadOfArms * deviations);
+    const double weight = std::exp(-0.5 * deviations * deviations - 0.5 * rest / (size * size)) *
+                          std::pow(kUsualErrorOfLength / size, numbers);
+    sum += weight;
+    above += weight * normal_below(-scaled / size);
+  }
+  return sum > 0 ? above / sum : 1;  // no arm errs so much
+}
+
 }  // namespace
 
 std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot& nominal) {
@@ -108,10 +128,9 @@ std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot&
   const double square = lengths.squaredNorm(), scale = lengths.dot(changes) / square;
   const double by_readings =
       std::sqrt(std::max(0.0, lengths.dot(fit.result.covariance * lengths))) / square;
-  const double by_lengths =
-      std::sqrt((changes - scale * lengths).squaredNorm() / (changed - 1) / square);
+  const double rest = (changes - scale * lengths).squaredNorm();
   if (std::abs(scale) < std::max(kLeastScale, kClearly * by_readings)) return std::nullopt;
-  if (student_t_above(std::abs(scale) / std::max(1e-300, by_lengths), changed - 1) > kChance)
+  if (p_of_scale(std::abs(scale) * std::sqrt(square), rest, changed - 1) > kChance)
     return std::nullopt;
   return fmt::format(
       "the links come out {} by {:.2g} % alike, as no arm is made: check {}, or the lengths of the "

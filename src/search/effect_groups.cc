@@ -24,6 +24,7 @@ constexpr double kOfGravity = 2e-4, kOfBending = 1e-4, kOfFoot = 5e-5, kOfCurve 
 constexpr double kOfInstrument = 3e-4;  // m: three times the noise of a tracker, as in the fit's prior
 constexpr double kLever = 1.0;           // m
 constexpr double kWithinThree = 1.0986;  // ln 3: two thirds of all arms are within a factor of three
+constexpr int kFinest = 60;              // cosines of a curve
 constexpr int kContexts = 1000;          // tell an RMS to two digits
 constexpr double kMinNew = 1e-6, kRounding = 1e-12;  // of a sum of squares
 
@@ -68,6 +69,15 @@ class Groups {
     if (groups_.back().effects.empty()) return {};
     strain();
     return std::move(groups_);
+  }
+
+  EffectGroup walk(const std::vector<Parameter>& parameters) {
+    begin("what wanders in time", EffectGroup::Owner::station);
+    const int count = std::clamp(static_cast<int>(span_.values.size()) / 2, 1, kFinest);
+    for (const Parameter& parameter : parameters)
+      if (const auto index = find_parameter(robot_.chain, parameter); index && has_time(span_))
+        add_walk(*index, count, kOfCurve);
+    return std::move(groups_.back());
   }
 
   std::vector<EffectGroup> all() {
@@ -229,7 +239,7 @@ class Groups {
     for (int j = 0; j < joints_; ++j)
       add_curve(zero_offset(robot_.chain, j), j, 12, 2, 1, kOfCurve);
     begin("fine curves of the joints");
-    const int fine = std::min(60, poses / 2);
+    const int fine = std::min(kFinest, poses / 2);
     if (fine > 6)
       for (int j = 0; j < joints_; ++j)
         add_curve(zero_offset(robot_.chain, j), j, fine, 1, 4, kOfFineCurve);
@@ -275,15 +285,21 @@ class Groups {
             kKelvin * kKelvin);
   }
 
+  // A random walk of a parameter: its k-th cosine over the campaign has the weight 1 / k.
+  void add_walk(int parameter, int count, double size) {
+    std::vector<double> weights;
+    for (int k = 1; k <= count; ++k) weights.push_back(1.0 / k);
+    add(parameter, {DriverKind::time, -1, -1, ""},
+        series_shape(SeriesBasis::cosine, count, span_.values.front(), span_.values.back()), size,
+        weights);
+  }
+
   void station() {
     begin("time", EffectGroup::Owner::station);
     if (!has_time(span_)) return;
-    const Shape shape = series_shape(SeriesBasis::cosine, 8, span_.values.front(), span_.values.back());
-    std::vector<double> weights;
-    for (int k = 1; k <= 8; ++k) weights.push_back(1.0 / k);
-    for (int k = 0; k < 6; ++k) add(k, {DriverKind::time, -1, -1, ""}, shape, kOfTime, weights);
-    for (int k = layout_.tool; k < layout_.tool + 3; ++k)
-      add(k, {DriverKind::time, -1, -1, ""}, shape, kOfTime, weights);
+    constexpr int kSlow = 8;
+    for (int k = 0; k < 6; ++k) add_walk(k, kSlow, kOfTime);
+    for (int k = layout_.tool; k < layout_.tool + 3; ++k) add_walk(k, kSlow, kOfTime);
   }
 
   const Robot& robot_;
@@ -301,6 +317,11 @@ class Groups {
 std::vector<EffectGroup> errors_of_instrument(const Robot& robot, const Campaign& campaign,
                                               const Catalogue& catalogue) {
   return Groups(robot, campaign).of_instrument(catalogue_candidates(catalogue, robot, campaign));
+}
+
+EffectGroup random_walk(const Robot& robot, const Campaign& campaign,
+                        const std::vector<Parameter>& parameters) {
+  return Groups(robot, campaign).walk(parameters);
 }
 
 std::vector<EffectGroup> effect_groups(const Robot& robot, const Campaign& campaign) {

@@ -326,6 +326,16 @@ std::string not_separable_in_words(const LoopResult& result) {
   return "the cause is one of several that these poses cannot distinguish";
 }
 
+std::string wandering_in_words(const std::vector<Parameter>& wandering) {
+  std::vector<std::string> names;
+  for (const Parameter& parameter : wandering) names.push_back(to_string(parameter));
+  return fmt::format(
+      "{} {} again and again during the campaign, which is no event: friction that remembers, or "
+      "something slips. Programs are not corrected by it; drive to one pose from several others to "
+      "see it",
+      listed(names), names.size() == 1 ? "changes" : "change");
+}
+
 std::string unexplained_in_words(const LoopResult& result) {
   constexpr double kUnlikely = 0.01;  // p, as for the verdict
   if (!result.wrong_readings.empty())
@@ -339,6 +349,7 @@ std::string unexplained_in_words(const LoopResult& result) {
   if (!result.explanation.empty())
     return "a change among the readings explains what is left: " + result.explanation +
            (result.moved ? "; do not correct programs with this result" : "");
+  if (!result.wandering.empty()) return wandering_in_words(result.wandering);
   if (result.outside_p < kUnlikely)
     return "held-out poses lie beyond their predicted bounds: the model lacks something that the "
            "training poses do not show";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <utility>
@@ -22,9 +23,11 @@ bool is_distortion(const Effect& effect) { return is_polynomial(effect.shape); }
 // Random effects beside a fit, under the law of readings of another; with errors of the instrument
 // if a catalogue is given.
 RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
-                            const CalibrationResult& law,
-                            const Catalogue* of_instrument = nullptr) {
+                            const CalibrationResult& law, const Catalogue* of_instrument = nullptr,
+                            const std::vector<Parameter>& wandering = {}) {
   std::vector<EffectGroup> groups = effect_groups(fit.robot, timed);
+  if (EffectGroup walk = random_walk(fit.robot, timed, wandering); !walk.effects.empty())
+    groups.push_back(std::move(walk));
   if (of_instrument)
     std::ranges::move(errors_of_instrument(fit.robot, timed, *of_instrument),
                       std::back_inserter(groups));
@@ -43,12 +46,13 @@ bool is_of_no_rigid_arm(const TracedEffect& traced) {
          });
 }
 
-// The fit without the effects of no rigid arm.
-CalibrationResult without_doubtful(const TraceResult& trace, const Campaign& campaign) {
+// The fit without some of the effects that were found.
+CalibrationResult without_those(const TraceResult& trace, const Campaign& campaign,
+                                const std::function<bool(const TracedEffect&)>& goes) {
   const CalibrationResult& fit = trace.fit;
   Robot robot = fit.robot;
   for (size_t k = trace.effects.size(), last = robot.effects.size(); k-- > 0;)
-    if (is_of_no_rigid_arm(trace.effects[k]))
+    if (goes(trace.effects[k]))
       robot.effects.erase(robot.effects.begin() + (last - trace.effects.size() + k));
   CalibrationOptions near;
   near.start_near(fit);
@@ -92,6 +96,65 @@ void settle_doubts(TraceResult& trace) {
   }
 }
 
+bool is_of_time(const TracedEffect& traced) {
+  return traced.effect.driver.kind == DriverKind::time && !traced.effect.driver.factor;
+}
+
+// Parameters of the arm that so many effects of time move or more, a step among them.
+std::vector<Parameter> moved_in_time(const TraceResult& trace, int least) {
+  std::vector<Parameter> moved;
+  for (const TracedEffect& step : trace.effects) {
+    const Parameter& parameter = step.effect.parameter;
+    if (is_of_time(step) && step.effect.shape.kind == ShapeKind::step &&
+        moved_by(step.effect) == Moved::arm && std::ranges::count(moved, parameter) == 0 &&
+        std::ranges::count_if(trace.effects, [&](const TracedEffect& other) {
+          return is_of_time(other) && other.effect.parameter == parameter;
+        }) >= least)
+      moved.push_back(parameter);
+  }
+  return moved;
+}
+
+// Twice the log of how much likelier the effects of time of such parameters are than a random walk
+// of these, under one law of readings. The time of a step is one of those of the readings.
+double likelier_than_a_walk(const TraceResult& trace, const CalibrationResult& without,
+                            const Campaign& sound, const Catalogue* of_instrument,
+                            const std::vector<Parameter>& moved) {
+  double of_times = 0;
+  for (const TracedEffect& traced : trace.effects)
+    if (is_of_time(traced) && traced.effect.shape.kind == ShapeKind::step &&
+        std::ranges::count(moved, traced.effect.parameter) > 0)
+      of_times += 2 * std::log(static_cast<double>(sound.rows()));
+  return beside_groups(trace.fit, sound, trace.fit, of_instrument).evidence - of_times -
+         beside_groups(without, sound, trace.fit, of_instrument, moved).evidence;
+}
+
+// Finds the parameters that wander, leaves their effects of time out, and lets a random effect walk
+// in their place. Who masters a joint by mistake masters it once more; a third change is no event.
+void judge_walks(JudgedTraining& judged, const Catalogue& catalogue, const TraceOptions& options) {
+  TraceResult& trace = judged.training.trace;
+  constexpr int kEvents = 2;
+  std::vector<Parameter> moved = moved_in_time(trace, kEvents);
+  if (moved.empty()) return;
+  const auto is_in_place = [&](const TracedEffect& traced) {
+    return is_of_time(traced) && std::ranges::count(moved, traced.effect.parameter) > 0;
+  };
+  const Campaign& sound = *judged.training.sound;
+  const Catalogue* of_instrument = judged.instrument_errs ? &catalogue : nullptr;
+  const std::vector<Parameter> often = moved_in_time(trace, kEvents + 1);
+  if (often.size() < moved.size() &&
+      likelier_than_a_walk(trace, without_those(trace, sound, is_in_place), sound, of_instrument,
+                           moved) > kRuledOut)
+    moved = often;
+  if (moved.empty()) return;
+  for (size_t k = trace.effects.size(); k-- > 0;)
+    if (is_in_place(trace.effects[k])) leave_out_effect(judged.training, k, options);
+  judged.wandering = moved;
+  judged.random =
+      random_effects_beside(judged.instrument_errs ? without_laws(trace.fit, sound) : trace.fit,
+                            sound, of_instrument, moved);
+}
+
 // Takes the last effects off a robot, so many; its constants get their means over the campaign.
 void hold_at_means(const CalibrationResult& fit, const Campaign& campaign, size_t effects,
                    Robot& robot) {
@@ -132,14 +195,13 @@ void place(const Campaign& campaign, Robot& robot) {
   for (auto& [name, session] : robot.sessions) session.base = placed.sessions.at(name).base;
 }
 
-}  // namespace
-
-JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
-                               const Catalogue& catalogue, const TraceOptions& options) {
+// Searched with errors of the instrument, or without.
+JudgedTraining judged_laws(const Robot& robot, const Campaign& given, Then then,
+                           const Catalogue& catalogue, const TraceOptions& options) {
   TraceOptions of_search = options;
   const auto searched = [&](bool instrument_may_err) {
     of_search.instrument_may_err = instrument_may_err;
-    JudgedTraining judged{search_training(robot, given, then, catalogue, of_search), {}};
+    JudgedTraining judged{search_training(robot, given, then, catalogue, of_search), {}, {}};
     if (judged.training.trace.left_out) return judged;
     judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound);
     return judged;
@@ -154,10 +216,10 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   const CalibrationResult& fit = trace.fit;
   const RandomEffects erring = beside_groups(fit, timed, fit, &catalogue);
   const double of_error =
-      (has_doubts
-           ? beside_groups(without_doubtful(trace, *judged.training.sound), timed, fit, &catalogue)
-                 .evidence
-           : erring.evidence) -
+      (has_doubts ? beside_groups(without_those(trace, *judged.training.sound, is_of_no_rigid_arm),
+                                  timed, fit, &catalogue)
+                        .evidence
+                  : erring.evidence) -
       judged.random.evidence;
   const double without_law = std::max(judged.random.evidence, erring.evidence);
   if (of_error > kWorthASearch || std::ranges::any_of(trace.effects, has_better_rival)) {
@@ -197,15 +259,26 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
   return judged;
 }
 
+}  // namespace
+
+JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
+                               const Catalogue& catalogue, const TraceOptions& options) {
+  JudgedTraining judged = judged_laws(robot, given, then, catalogue, options);
+  judge_walks(judged, catalogue, options);
+  return judged;
+}
+
 void fall_back_to_geometry(JudgedTraining& judged) {
   fall_back_to_geometry(judged.training);
   judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound);
   judged.instrument_errs = false;
+  judged.wandering.clear();
 }
 
 RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign& campaign,
-                                    const Catalogue* of_instrument) {
-  return beside_groups(fit, in_order_of_visits(campaign), fit, of_instrument);
+                                    const Catalogue* of_instrument,
+                                    const std::vector<Parameter>& wandering) {
+  return beside_groups(fit, in_order_of_visits(campaign), fit, of_instrument, wandering);
 }
 
 CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& campaign) {

@@ -13,6 +13,8 @@ namespace armtrue {
 struct JudgedTraining {
   Training training;
   RandomEffects random;          ///< beside the last model of the training
+  /// Parameters of the arm that walk at random in time, as `random` has it: see judged_training().
+  std::vector<Parameter> wandering;
   bool instrument_errs = false;  ///< `random` has errors of the instrument beside its laws
 };
 
@@ -24,16 +26,21 @@ struct JudgedTraining {
 /// that of the model with random errors. If errors of the instrument lose, an effect that no rigid
 /// arm has (see may_be_instrument) belongs to the arm. There are no random effects where `identify`
 /// leaves out parameters that the readings show, because they would imitate these.
+/// A parameter of the arm that three effects of time move, a step among them, had no event: it
+/// wanders, as by friction that remembers or where something slips. So does one that two move,
+/// unless the odds against a random walk are 1000 to 1. The effects of time are left out, and the
+/// parameter is one of JudgedTraining::wandering.
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options);
 
 /// fall_back_to_geometry() of the training, with random effects beside the geometry.
 void fall_back_to_geometry(JudgedTraining& judged);
 
-/// The random effects of arm and station beside a fit to `campaign`, with errors of the instrument if
-/// there is a catalogue of these.
+/// The random effects of arm and station beside a fit to `campaign`, with errors of the instrument
+/// if there is a catalogue of these, and a random walk of what wanders.
 RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign& campaign,
-                                    const Catalogue* of_instrument = nullptr);
+                                    const Catalogue* of_instrument = nullptr,
+                                    const std::vector<Parameter>& wandering = {});
 
 /// The fit without the lasting errors of the instrument that have a name.
 CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& campaign);

@@ -300,9 +300,10 @@ void leave_out_worse(JudgedTraining& judged, const Campaign& held_out, const Cat
   }
   if (result.without_gain.empty()) return;
   const CalibrationResult& fit = training.trace.fit;
-  judged.random = judged.instrument_errs
-                      ? random_effects_beside(without_laws(fit, sound), sound, &catalogue)
-                      : random_effects_beside(fit, sound);
+  judged.random =
+      judged.instrument_errs
+          ? random_effects_beside(without_laws(fit, sound), sound, &catalogue, judged.wandering)
+          : random_effects_beside(fit, sound, nullptr, judged.wandering);
 }
 
 // Mean held-out error with the effects of this campaign alone.
@@ -380,6 +381,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                              .outside_p = result.outside_p,
                              .left_out_together = !result.left_out_together.empty(),
                              .is_explained = !result.explanation.empty(),
+                             .wanders = !result.wandering.empty(),
                              .angles_read_early = result.common_backlash.has_value(),
                              .shown_family = !result.trace.shown_family.empty(),
                              .pattern_remains = result.trace.pattern_remains,
@@ -483,6 +485,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     leave_out_worse(judged, held_out, catalogue, options, result);
   if (!result.moved && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
     set_applied(judged, held_out, result);
+  result.wandering = judged.wandering;
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)
@@ -506,7 +509,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.held.assign(effects.begin() + robot.effects.size(), effects.begin() + declared);
   set_pattern(result);
   result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
-  result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");
+  if (result.wandering.empty())
+    result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");
   if (result.explanation.empty() && !result.rejected && !result.applied && !catalogue.empty())
     look_at_order(training, catalogue, options, result);
   if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
@@ -541,8 +545,8 @@ FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign
   const bool instrument_errs = result.applied->instrument_errs;
   const CalibrationResult lawless =
       instrument_errs ? without_laws(to_all.fit, to_all.sound) : to_all.fit;
-  const RandomEffects random =
-      random_effects_beside(lawless, to_all.sound, instrument_errs ? &catalogue : nullptr);
+  const RandomEffects random = random_effects_beside(
+      lawless, to_all.sound, instrument_errs ? &catalogue : nullptr, result.wandering);
   if (random.lasting.empty()) return to_all;
   CalibrationResult applied = applied_arm(lawless, to_all.sound, random);
   // Random effects hold as they were judged, or not at all.

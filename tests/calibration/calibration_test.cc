@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/refit.h"
 #include "armtrue/campaign/simulation.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "kinematics/six_axes.h"
@@ -188,6 +190,52 @@ TEST(Calibration, EffectsOfAnAngleEndWhereItsReadingsDo) {
   robot.effects = {growing};
   for (int row = 0; row < campaign.rows(); ++row) campaign.payload_kg.push_back(row % 2 * 50.0);
   EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].driver_range);
+}
+
+// The quill of a SCARA whose screw the file does not know goes on with the angle.
+TEST(Calibration, AScrewGoesOnBeyondItsReadings) {
+  Robot robot = shipped("kr360-spindle");
+  robot.chain.links.resize(5);
+  robot.chain.couplings.clear();
+  robot.effects.clear();
+  robot.bodies.clear();
+  const auto link = [&](int k, const char* name, double alpha, double d, double r) -> Link& {
+    Link& made = robot.chain.links[k] = Link{};
+    made.name = name;
+    made.alpha = alpha;
+    made.d = d;
+    made.r = r;
+    return made;
+  };
+  link(0, "J1", 0, 0, 0.4).joint = JointKind::revolute;
+  link(1, "J2", 0, 0.4, 0).joint = JointKind::revolute;
+  link(2, "J3", std::numbers::pi, 0.35, 0.1).joint = JointKind::prismatic;
+  link(3, "J4", 0, 0, 0).joint = JointKind::revolute;
+  link(4, "flange", 0, 0, 0).joint = JointKind::fixed;
+  Campaign campaign;
+  for (int pose = 0; pose < 60; ++pose) {
+    const double t = pose;
+    JointVector q(4);
+    q << std::sin(t), std::sin(2.3 * t), 0.1 + 0.1 * std::sin(3.7 * t), 2 * std::sin(5.1 * t);
+    JointVector moved = q;
+    moved[2] += 0.005 * q[3];
+    const Pose at = RobotModel(robot).pose({.q = moved});
+    campaign.pose.push_back(pose);
+    campaign.pose_ids.push_back(std::to_string(pose));
+    campaign.line.push_back(pose + 2);
+    campaign.q.push_back(q);
+    campaign.position.push_back(at.translation);
+  }
+  const auto slope = [](const std::string& parameter, int joint) {
+    return Effect{"e", parameter, {DriverKind::joint_angle, joint, -1, ""}, Shape{}, {}};
+  };
+  robot.noise.position = 1e-5;
+  robot.identify = {"base", "tool"};
+  robot.effects = {slope("J3.r", 3), slope("J2.theta", 0)};
+  const Robot found = calibrate(robot, campaign).robot;
+  EXPECT_FALSE(found.effects[0].driver_range);
+  EXPECT_TRUE(found.effects[1].driver_range);
+  EXPECT_NEAR(found.effects[0].coefficients.front().value, 0.005, 1e-6);
 }
 
 // A law of the time goes on after the readings. Beside a curve of the same parameter it does not:

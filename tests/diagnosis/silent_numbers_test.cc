@@ -445,6 +445,13 @@ TEST(SilentNumbers, CouplingsOfAWristAreNamed) {
   EXPECT_THAT(findings(other, coupled(spindle(), {{kA6, kA5, -0.02}})),
               names("A6 with A5", "-0.0(199|2|201)"));
   EXPECT_THAT(findings(two, two), IsEmpty());
+  // So large that the file fits no more; a sign, as the file has the other.
+  const Robot large = coupled(spindle(), {{kA6, kA4, 0.1}});
+  EXPECT_THAT(diagnose(spindle(), simulate(spindle(), large, {.poses = 60, .seed = 3})),
+              names("A6 with A4", "0[.](0999|1|100)"));
+  EXPECT_THAT(
+      findings(coupled(spindle(), {{kA6, kA5, 0.5}}), coupled(spindle(), {{kA6, kA5, -0.5}})),
+      names("A6 with A5", "-0.5"));
 }
 
 TEST(SilentNumbers, TemperaturesOfAnArmAreNoMistake) {

@@ -108,6 +108,42 @@ TEST(AppliedArm, WhatNoFieldOfSpaceExplainsIsTheArms) {
       effects, [](const Effect& effect) { return effect.may_be_instrument; }));
 }
 
+// The zero of a joint that changes by so much at each of some times [s; rad].
+armtrue_oracle::HiddenEffect jumps_of_zero(int link, std::vector<std::array<double, 2>> jumps) {
+  return [=](const armtrue_oracle::Moment& moment, armtrue_oracle::OracleArm& arm) {
+    for (const auto& [time_s, size] : jumps)
+      if (moment.time_s >= time_s) arm.links[link].theta += size;
+  };
+}
+
+LoopResult loop_of(const armtrue_oracle::HiddenEffect& effect, unsigned seed) {
+  const Campaign all = visits(kNominal, effect, 120, seed);
+  const Split split = split_by_pose(all, 0.25, 1);
+  return close_loop(read_robot(kNominal).robot, all.select(split.training),
+                    all.select(split.held_out), read_catalogue(kCatalogue));
+}
+
+bool follows_time(const Effect& effect) { return effect.driver.involves(DriverKind::time); }
+
+// Friction that remembers, or something that slips: the zero changes again and again, and each
+// change is a clear step.
+TEST(AppliedArm, AZeroThatWandersHasNoEventsAndMovesNoProgram) {
+  const LoopResult loop = loop_of(
+      jumps_of_zero(1, {{300, 4e-4}, {750, -5e-4}, {1100, 4.5e-4}, {1500, -4e-4}, {1950, 5e-4}}),
+      4);
+  EXPECT_EQ(loop.wandering, std::vector<Parameter>{"A2.theta"});
+  EXPECT_EQ(loop.verdict, Verdict::unexplained);
+  EXPECT_TRUE(std::ranges::none_of(result_of(loop).robot.effects, follows_time));
+}
+
+// A joint that was mastered anew twice has two events.
+TEST(AppliedArm, TwoEventsOfOneZeroAreNoWalk) {
+  const LoopResult loop = loop_of(jumps_of_zero(2, {{900, 4e-4}, {2100, -3e-4}}), 4);
+  EXPECT_TRUE(loop.wandering.empty());
+  EXPECT_EQ(loop.verdict, Verdict::closed);
+  EXPECT_EQ(std::ranges::count_if(loop.trace.fit.robot.effects, follows_time), 2);
+}
+
 // Readings of the arm that `seed` makes, at poses of their own.
 Campaign other_visits(const armtrue_oracle::HiddenEffect& effect, unsigned seed) {
   std::vector<std::array<double, 6>> commanded;

@@ -31,6 +31,11 @@ struct EffectGroup {
 /// effects that the columns of `campaign` drive.
 std::vector<EffectGroup> effect_groups(const Robot& robot, const Campaign& campaign);
 
+/// A group of the campaign: each of these parameters walks at random in time. Empty if the campaign
+/// has no time.
+EffectGroup random_walk(const Robot& robot, const Campaign& campaign,
+                        const std::vector<Parameter>& parameters);
+
 /// Groups of the station: the lasting errors of the instrument that the catalogue knows (see
 /// is_lasting_of_instrument), and a strain of the space in which it measures. They are not in
 /// effect_groups(), because a distortion of space could imitate most of those. Empty if the

@@ -103,6 +103,9 @@ struct LoopResult {
   /// describe() of a found curve of no listed cause whose gain held-out poses do not confirm;
   /// empty: none.
   std::string unconfirmed_curve;
+  /// Parameters of the arm that change again and again in time, as by friction that remembers: no
+  /// event, and none of the result.
+  std::vector<Parameter> wandering;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
   /// Lines of held-out readings that the others of their pose contradict. Errors count them; the

@@ -41,6 +41,7 @@ struct Grounds {
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
   bool is_explained = false;       ///< the residual has a cause, see explanation_of_rest()
+  bool wanders = false;            ///< see LoopResult::wandering
   bool angles_read_early = false;  ///< see common_backlash()
   bool shown_family = false;       ///< see TraceResult::shown_family
   bool pattern_remains = false;    ///< see TraceResult::pattern_remains
