@@ -188,5 +188,21 @@ TEST(ConstantsFit, ABacklashDoesNotMoveTheConstantsOfTheTravel) {
   EXPECT_LT(std::abs(fit.chain.links[1].theta - robot.chain.links[1].theta), 1e-5);
 }
 
+// Joint 4 goes up by 10 and 15 deg, and then 5 back: a stroke counts from the last reversal.
+TEST(ConstantsVisits, HaveTheMotionOfTheirOrder) {
+  const Robot robot = read_robot(kSagging).robot;
+  std::vector<JointVector> q(4, JointVector::Zero(6));
+  q[1][3] = 10 * kDegree;
+  q[2][3] = 25 * kDegree;
+  q[3][3] = 20 * kDegree;
+  const ConstantsVisits visits = visits_at(robot, q, {});
+  ASSERT_EQ(visits.contexts.size(), 4u);
+  const std::array strokes{0.0, 10.0, 25.0, -5.0};
+  for (size_t k = 1; k < 4; ++k) {
+    EXPECT_NEAR(visits.contexts[k].stroke[3] / kDegree, strokes[k], 1e-9) << k;
+    EXPECT_EQ(visits.contexts[k].arrival[3], k == 3 ? -1 : 1) << k;
+  }
+}
+
 }  // namespace
 }  // namespace armtrue

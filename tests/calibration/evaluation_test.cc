@@ -18,6 +18,7 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/distributions.h"
 #include "support/oracle.h"
 
 namespace armtrue::evaluation_test {
@@ -33,6 +34,42 @@ TEST(Evaluation, MeanErrorOfNoiseIsThatOfThreeNormalAxes) {
   for (int i = 0; i < kDraws; ++i)
     sum += std::hypot(normal(random), normal(random), normal(random));
   EXPECT_NEAR(mean_error_of_noise(0.095), sum / kDraws, 0.0005);
+}
+
+// One axis: sqrt(2 / pi); two: Rayleigh's law, sqrt(pi / 2); three: sqrt(8 / pi).
+TEST(Evaluation, MeanErrorOfNoiseOfFewerAxesIsLess) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  double one = 0, two = 0;
+  constexpr int kDraws = 100000;
+  for (int i = 0; i < kDraws; ++i) {
+    one += std::abs(normal(random)) / kDraws;
+    two += std::hypot(normal(random), normal(random)) / kDraws;
+  }
+  EXPECT_NEAR(mean_error_of_noise(1, 1), one, 0.01);
+  EXPECT_NEAR(mean_error_of_noise(1, 2), two, 0.01);
+}
+
+// Each session's residual is along the axes of its own R_A.
+TEST(Evaluation, ResidualsAreInTheFrameOfTheirSession) {
+  Robot robot = read_robot(kSpindle).robot;
+  robot.sessions["a"].base = robot.chain.base;
+  robot.sessions["b"].base = {rotation_exp({0.1, -0.4, 1.2}), {2, -1, 0.5}};
+  const Eigen::Vector3d off(1e-4, -2e-4, 3e-4);
+  Campaign campaign;
+  campaign.session_names = {"a", "b"};
+  for (int row = 0; row < 2; ++row) {
+    campaign.pose_ids.push_back(std::to_string(row));
+    campaign.pose.push_back(row);
+    campaign.session.push_back(row);
+    campaign.q.emplace_back((JointVector(6) << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3).finished());
+    Robot there = robot;
+    there.chain.base = robot.sessions.at(campaign.session_names[static_cast<size_t>(row)]).base;
+    campaign.position.push_back(RobotModel(there).pose(campaign.context(row)).translation + off);
+  }
+  const Evaluation evaluation = evaluate(robot, campaign);
+  for (const auto& residual : evaluation.residuals)
+    EXPECT_LT((residual.head<3>() - off).norm(), 1e-12);
 }
 
 // Each pose read twice, a and -a off its own mean on every axis; the means differ from pose to
@@ -123,8 +160,15 @@ TEST(NoiseFloor, WeighsReadingsByTheirOwnDeviation) {
     readings.campaign.sigma_position.push_back(is_coarse ? 2e-5 : 1e-5);
     if (is_coarse) readings.evaluation.residuals[static_cast<size_t>(row)] *= 2;
   }
-  const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
+  NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
   EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
+  // The same of orientations.
+  readings.campaign.sigma_orientation = readings.campaign.sigma_position;
+  readings.campaign.sigma_position.assign(18, 1e-5);
+  for (auto& residual : readings.evaluation.residuals) residual.tail<3>() = residual.head<3>();
+  readings.campaign.orientation.assign(18, Eigen::Quaterniond::Identity());
+  floor = noise_floor({}, readings.campaign, readings.evaluation);
+  EXPECT_NEAR(floor.orientation, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
 }
 
 // A camera is worse along its line of sight. Two axes of 0.03 mm and one of 0.15 mm: the mean
@@ -203,6 +247,71 @@ double lack_of_fit_p(const std::string& family, double size_mm, unsigned seed) {
   const Campaign campaign = read_campaign(folder + "/train.csv").campaign;
   std::filesystem::remove_all(folder);
   return assess(calibrate(read_robot(kSpindle).robot, campaign), campaign).lack_of_fit.value();
+}
+
+// Without replicates, by the noise that is stated: the sum of squares is chi-squared, of as many
+// degrees of freedom as there are numbers, less those that the unknowns take up.
+TEST(LackOfFit, OfStatedNoiseIsThatOfChiSquared) {
+  constexpr int kPoses = 10;
+  CalibrationResult fit;
+  fit.robot.noise = {.position = 1e-4, .orientation = 2e-4};
+  fit.determined = {5, 7};
+  Campaign campaign;
+  Evaluation evaluation;
+  double position = 0, orientation = 0;
+  for (int pose = 0; pose < kPoses; ++pose) {
+    campaign.pose_ids.push_back(std::to_string(pose));
+    campaign.pose.push_back(pose);
+    campaign.q.emplace_back(JointVector::Zero(6));
+    campaign.position.emplace_back(Eigen::Vector3d::Zero());
+    campaign.orientation.push_back(Eigen::Quaterniond::Identity());
+    Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals.emplace_back();
+    residual << 1e-4, -0.5e-4, 0.1e-4 * pose, 2e-4, -3e-4, 0.2e-4 * pose;
+    position += residual.head<3>().squaredNorm() / 1e-8;
+    orientation += residual.tail<3>().squaredNorm() / 4e-8;
+  }
+  const FitQuality quality = assess(fit, campaign, evaluation);
+  EXPECT_NEAR(*quality.lack_of_fit, chi_squared_above(position + orientation, 6 * kPoses - 12),
+              1e-9);
+  EXPECT_NEAR(*quality.lack_of_fit_in_position, chi_squared_above(position, 3 * kPoses - 5), 1e-9);
+}
+
+// By replicates of uneven axes, the scatter of the means has as few degrees of freedom as that of
+// the replicates, in proportion.
+TEST(LackOfFit, OfReplicatesIsThatOfFisher) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  ReadTwice readings(20, 0);
+  double squares = 0;
+  for (size_t row = 0; row < 40; row += 2) {
+    Eigen::Matrix<double, 6, 1>*const first = &readings.evaluation.residuals[row], *const second =
+                                                                                       first + 1;
+    for (auto* residual : {first, second})
+      residual->head<3>() =
+          1e-4 * Eigen::Vector3d(normal(random), normal(random), 4 * normal(random));
+    squares += 2 * ((*first + *second) / 2).squaredNorm();
+  }
+  CalibrationResult fit;
+  fit.determined = {4, 0};
+  const FitQuality quality = assess(fit, readings.campaign, readings.evaluation);
+  const NoiseFloor& floor = quality.noise;
+  ASSERT_EQ(floor.source, NoiseFloor::Source::replicates);
+  ASSERT_LT(floor.even_axes, 2);
+  const double freedom = 3 * 20 - 4;
+  EXPECT_NEAR(*quality.lack_of_fit,
+              fisher_f_above(squares / (floor.position * floor.position) / freedom,
+                             freedom * floor.even_axes / 3, floor.degrees_of_freedom),
+              1e-9);
+}
+
+// A pose that is off as a whole has a small weight, and its readings are no blunders.
+TEST(Blunders, AreReadingsThatAreOffFromTheirPose) {
+  ReadTwice readings(4, 1e-4);
+  CalibrationResult fit;
+  fit.degrees_of_freedom = 3;
+  fit.weights = {0.01, 0.01, 1, 1, 1, 1, 1, 0.02};
+  fit.weights_in_pose = {1, 1, 1, 1, 1, 1, 1, 0.02};
+  EXPECT_EQ(assess(fit, readings.campaign, readings.evaluation).blunders, std::vector<int>{7});
 }
 
 // Where the model is true its p is uniform on [0, 1]: Kolmogorov and Smirnov's distance of 200

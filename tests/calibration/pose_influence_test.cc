@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <cmath>
 #include <numeric>
@@ -43,6 +44,22 @@ TEST(Unfitted, WhatOnlyOnePoseShowsStaysZero) {
   rows(1, 1) = 0.6;
   const Eigen::Vector3d given = leverage_corrected_residual(rows, Eigen::Vector3d(0, 0.8, 2));
   EXPECT_LT((given - Eigen::Vector3d(0, 1, 2)).norm(), 1e-12) << given.transpose();
+}
+
+// Where a pose shows little the inverse is a series; two terms are exact to the square of the
+// leverage.
+TEST(PoseInfluence, OfASmallLeverageIsThatOfTheInverse) {
+  std::srand(7);
+  for (const double size : {0.16, 0.18, 0.5}) {  // sqrt(0.03) = 0.173
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Random(3, 5);
+    rows *= size / rows.norm();
+    const Eigen::Vector3d residual(1, -2, 0.5);
+    const Eigen::VectorXd expected =
+        rows.transpose() *
+        (Eigen::Matrix3d::Identity() - rows * rows.transpose()).ldlt().solve(residual);
+    EXPECT_LT((influence_of_pose(rows, residual).change - expected).norm(), 1e-3 * expected.norm())
+        << size;
+  }
 }
 
 // Replicates as one row move the fit as all of them do.

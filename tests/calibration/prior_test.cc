@@ -79,6 +79,44 @@ TEST(Priors, ClassThatTheReadingsDoNotShowKeepsItsTypicalWidth) {
   EXPECT_NEAR(priors.widths.front().deviation, 3e-4, 1e-9);
 }
 
+// A class that was estimated has that width, another its typical one; what a file states counts
+// first.
+TEST(Priors, ADeviationIsWhatIsKnownOfItsClass) {
+  Robot robot = shipped("kr360-spindle");
+  const int length = *find_parameter(robot.chain, "A2.d");
+  const int offset = *find_parameter(robot.chain, "A2.theta");
+  EXPECT_EQ(prior_deviation(robot, length, {{"lengths", 7e-4}}), 7e-4);
+  EXPECT_EQ(prior_deviation(robot, offset, {{"lengths", 7e-4}}), 2e-3);
+  EXPECT_EQ(prior_deviation(robot, *find_parameter(robot.chain, "base.x"), {}), 0);
+  robot.priors["A2.d"] = 5e-5;
+  EXPECT_EQ(prior_deviation(robot, length, {{"lengths", 7e-4}}), 5e-5);
+}
+
+// The zero offset of a second day starts at the value that the file has for that day, and its prior
+// counts from the nominal one.
+TEST(Priors, OfASessionCountFromTheNominalZero) {
+  Robot robot = shipped("kr360-spindle");
+  robot.nominal = robot.chain;
+  robot.identify_per_session = {"A2.theta"};
+  const double nominal = robot.chain.links[1].theta;
+  robot.sessions["b"].base = robot.chain.base;
+  robot.sessions["b"].zero[1] = nominal + 0.003;
+  Campaign campaign = measured(robot, 12, 3);
+  campaign.session_names = {"a", "b"};
+  for (int row = 0; row < campaign.rows(); ++row) campaign.session.push_back(row % 2);
+  const int parameter = *find_parameter(robot.chain, "A2.theta");
+  const SessionModels models(campaign, robot, {parameter}, {1e-4, 1e-4});
+  const Priors priors = priors_of(robot, models);
+  int found = 0;
+  for (const Prior& prior : priors.of_unknowns) {
+    if (prior.unknown < models.first_own(1)) continue;
+    EXPECT_NEAR(prior.start, 0.003, 1e-12);
+    EXPECT_EQ(prior.deviation, 2e-3);
+    ++found;
+  }
+  EXPECT_EQ(found, 1);
+}
+
 // Many poses say nearly all, and plain least squares finds the same to a fraction of its standard
 // deviations.
 TEST(Priors, AreInvisibleWithManyPoses) {

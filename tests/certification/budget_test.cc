@@ -69,6 +69,18 @@ TEST(Budget, NoiseOfTheInstrumentCountsOnce) {
   EXPECT_NEAR(budget_of(stated, {20 * kMicro, 72}, 25, 3, {}).combined, 6 * kMicro, 1e-12);
 }
 
+// Half widths of rectangular laws; a fitted frame has a normal one.
+TEST(Budget, OfAPathHasItsOwnRows) {
+  const Budget budget = budget_of({}, {0, 12}, 4, 0, {}, 60 * kMicro, 7 * kMicro);
+  EXPECT_NEAR(budget.combined, std::hypot(60 / std::sqrt(3), 7) * kMicro, 1e-12);
+}
+
+// ISO 14253-1: conforming up to the tolerance itself, on either side of the band.
+TEST(Decision, AtTheEndsOfTheBandIsPassAndUndecided) {
+  EXPECT_EQ(decide(0.25, 0.25, 0.5), Decision::pass);
+  EXPECT_EQ(decide(0.5, 0.25, 0.25), Decision::undecided);
+}
+
 TEST(Decision, HasAGuardBandOfTheUncertaintyOnBothSides) {
   EXPECT_EQ(decide(0.4, 0.1, 0.51), Decision::pass);
   EXPECT_EQ(decide(0.4, 0.1, 0.49), Decision::undecided);

@@ -264,5 +264,24 @@ TEST(PoseAccuracy, TheIntervalOfRepeatabilityHoldsThatOfManyVisits) {
   }
 }
 
+// Visits that scatter along x at one pose and along y at the other: all of them tell the law. The
+// largest of many poses is larger by chance, so the truth may lie lower.
+TEST(Repeatability, OfSeveralPosesHasTheScatterOfAll) {
+  std::vector<PoseFigures> poses;
+  for (const Eigen::Vector3d& axis : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0)}) {
+    std::vector<Visit> visits(5);
+    for (int k = 0; k < 5; ++k)
+      visits[static_cast<size_t>(k)].attained = Eigen::Vector3d(1, 2, 3) + (k - 2) * 1e-4 * axis;
+    poses.push_back(pose_figures("P", visits));
+  }
+  const SetFigures set = largest_of(poses);
+  const Eigen::Matrix3d squares = Eigen::Vector3d(10e-8, 10e-8, 0).asDiagonal();
+  const auto expected = repeatability_ci95(set.rp.value, 5, 2, squares);
+  EXPECT_NEAR(set.rp_ci95->at(0), expected[0], 1e-9);
+  EXPECT_NEAR(set.rp_ci95->at(1), expected[1], 1e-9);
+  EXPECT_LT(repeatability_ci95(1e-4, 5, 50, squares)[0],
+            0.8 * repeatability_ci95(1e-4, 5, 1, squares)[0]);
+}
+
 }  // namespace
 }  // namespace armtrue::pose_accuracy_test

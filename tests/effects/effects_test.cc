@@ -114,6 +114,60 @@ TEST(Gravity, LoadIsTheGradientOfPotentialEnergy) {
   }
 }
 
+// The same where each link has a beta, which turns the axis of the next alpha and d.
+TEST(Gravity, LoadIsTheGradientOfPotentialEnergyWithEveryBeta) {
+  Robot robot = read_robot(kRobotFile).robot;
+  for (int link = 0; link < link_count(robot.chain); ++link)
+    robot.chain.links[link].beta = 0.2 + 0.1 * link;
+  const JointVector q = sample_joint_space(robot.chain, 5).back();
+  const auto energy = [&](int parameter, double change) {
+    KinematicChain chain = robot.chain;
+    move_parameter(chain, parameter, change);
+    const ArmFrames frames = ChainEvaluator(chain).link_frames(q);
+    double sum = 0;
+    for (const Body& body : robot.bodies)
+      sum -= body.mass_kg * robot.gravity.dot(frames[body.link] * body.centre);
+    return sum;
+  };
+  constexpr double kStep = 1e-6;
+  for (int k = kFirstLinkParameter; k < kFirstToolParameter; ++k)
+    EXPECT_NEAR(load(robot, k, q), (energy(k, -kStep) - energy(k, kStep)) / (2 * kStep), 1e-4)
+        << parameter_name(robot.chain, k);
+}
+
+// An arm that slides out of its turning shoulder: the mass at its end weighs by the travel, so that
+// a constant first moment does not make the torque.
+TEST(Gravity, GenericBasisOfATelescopeHasTheTravel) {
+  Robot robot;
+  robot.chain.links.resize(2);
+  robot.chain.links[0] = {.name = "turn", .alpha = M_PI / 2, .min = -2, .max = 2};
+  robot.chain.links[1] = {
+      .name = "out", .alpha = M_PI / 2, .min = 0.2, .max = 1.5, .joint = JointKind::prismatic};
+  const GravityLoad gravity(robot, link_parameter(0, LinkParameter::theta));
+  const ChainEvaluator chain(robot.chain);
+  constexpr double kMass = 7;
+  const std::vector<JointVector> poses = sample_joint_space(robot.chain, 40);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Ones(40, gravity.value_count() + 1);
+  Eigen::VectorXd torque(40);
+  for (int i = 0; i < 40; ++i) {
+    const auto energy = [&](double turned) {
+      JointVector q = poses[i];
+      q[0] += turned;
+      return kMass * 9.81 * chain.link_frames(q).back().translation.z();
+    };
+    constexpr double kStep = 1e-6;
+    torque[i] = -(energy(kStep) - energy(-kStep)) / (2 * kStep);
+    Context context;
+    context.q = poses[i];
+    Eigen::VectorXd values(gravity.value_count());
+    gravity.values(context, chain.link_frames(context.q), values.data());
+    basis.row(i).head(values.size()) = values.transpose();
+  }
+  const Eigen::VectorXd shares = basis.completeOrthogonalDecomposition().solve(torque);
+  EXPECT_GT(torque.cwiseAbs().maxCoeff(), 50);
+  EXPECT_LT((basis * shares - torque).cwiseAbs().maxCoeff(), 1e-4);
+}
+
 // Of a palletiser: the derivative of the potential energy by each encoder, whatever else moves with
 // it. The bracket and the load on it only rise and fall, so their centres do not matter.
 TEST(Gravity, LoadsOfAJointThatOthersFollow) {
@@ -343,6 +397,78 @@ TEST(RobotModel, ADriverThatCannotMoveAParameterIsAnError) {
     EXPECT_THROW(BoundEffect({"e", parameter, *parse_driver(driver), Shape{}, {}}, robot),
                  std::invalid_argument)
         << parameter << " by " << driver;
+}
+
+// The part turns R_A, and with it the axes in which gravity is given: those of the ground.
+TEST(RobotModel, AToolHangsByTheGravityOfTheGround) {
+  Robot robot = read_robot(kPositionerFile).robot;
+  robot.gravity = {1, -2, -9};
+  Context context;
+  context.q = sample_joint_space(robot.chain, 5).back();
+  const LinkFrames frames = ChainEvaluator(robot.chain).link_frames(context.q);
+  const auto ground = static_cast<size_t>(*robot.ground_link);
+  const Pose ground_from_last = inverse(frames[ground]) * frames.back();
+  const Eigen::Vector3d expected =
+      ground_from_last.rotation.transpose() * robot.gravity / robot.gravity.norm();
+  const BoundEffect bound({"hangs", "tool.x", *parse_driver("gravity-direction"), Shape{}, {}},
+                          robot);
+  Eigen::Vector3d direction;
+  ASSERT_EQ(bound.value_count(), 3);
+  bound.values(context, &frames, nullptr, direction.data());
+  EXPECT_LT((direction - expected).norm(), 1e-14);
+}
+
+// 1 kg at the measured frame, whatever the payload is.
+TEST(RobotModel, ToolWeightIsThatOfAKilogram) {
+  Robot robot = read_robot(kRobotFile).robot;
+  const BoundEffect bound({"e", "A2.theta", *parse_driver("tool-weight 2"), Shape{}, {}}, robot);
+  const ChainEvaluator chain(robot.chain);
+  Context context;
+  context.q = pose_of_test();
+  context.payload_kg = 150;
+  const LinkFrames frames = chain.link_frames(context.q);
+  double value = 0;
+  bound.values(context, &frames, nullptr, &value);
+  const auto height = [&](double turned) {
+    JointVector q = context.q;
+    q[1] += turned;
+    return (chain.link_frames(q).back() * robot.chain.tool.translation).z();
+  };
+  constexpr double kStep = 1e-6;
+  EXPECT_NEAR(value, -9.81 * (height(kStep) - height(-kStep)) / (2 * kStep), 1e-6);
+}
+
+// The foot gives way under a load, however the load changes with time.
+TEST(RobotModel, AFootThatALoadMovesIsOfTheArm) {
+  for (const auto& [driver, is_of_arm] : {std::pair{"time", false},
+                                          {"time * tool-weight 2", true},
+                                          {"time * temperature air", false},
+                                          {"payload", true}}) {
+    Effect effect;
+    effect.parameter = "base.z";
+    effect.driver = *parse_driver(driver);
+    EXPECT_EQ(moves_program(effect, true), is_of_arm) << driver;
+  }
+}
+
+// The base is turned by 30 deg about y; gravity is that of R_0.
+TEST(Robot, UpwardsIsAgainstGravityInTheInstrumentsFrame) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.gravity = {0, 0, -9.81};
+  robot.chain.base.rotation = rotation_exp({0, M_PI / 6, 0});
+  EXPECT_LT((upwards(robot) - Eigen::Vector3d(0.5, 0, std::sqrt(0.75))).norm(), 1e-14);
+}
+
+// A plate that is bolted to the last axis of the positioner stands still against the ground, too.
+TEST(Robot, AFixedLinkBehindThePositionerPlacesIt) {
+  Robot robot = read_robot(kPositionerFile).robot;
+  const int ground = *robot.ground_link;
+  robot.chain.links[static_cast<size_t>(ground)].joint = JointKind::fixed;
+  const int axis = ground - 1;
+  EXPECT_TRUE(places_positioner(robot, link_parameter(ground, LinkParameter::alpha)));
+  EXPECT_TRUE(places_positioner(robot, link_parameter(axis, LinkParameter::theta)));
+  EXPECT_TRUE(places_positioner(robot, link_parameter(axis, LinkParameter::r)));
+  EXPECT_FALSE(places_positioner(robot, link_parameter(axis, LinkParameter::alpha)));
 }
 
 TEST(RobotModel, AFactorMultipliesTheShape) {

@@ -42,6 +42,16 @@ TEST(LineOfSight, ZeroOfTheAzimuthStaysWhereTheVerticalTiltsALittle) {
   }
 }
 
+// An instrument on its side, with x or y of R_A upwards: the azimuth counts from the other one.
+TEST(LineOfSight, ZeroOfTheAzimuthIsHorizontalWhicheverAxisIsUpright) {
+  const Vector3d ray(0.7, -0.4, 1.3);
+  const auto azimuth = [&](const Vector3d& up) {
+    return LineOfSight(kInstrument, up, kInstrument + ray).azimuth();
+  };
+  EXPECT_NEAR(azimuth(Vector3d::UnitX()), std::atan2(ray.z(), ray.y()), 1e-14);
+  EXPECT_NEAR(azimuth(Vector3d::UnitY()), std::atan2(-ray.z(), ray.x()), 1e-14);
+}
+
 TEST(LineOfSight, DerivativesAreThoseOfTheCoordinates) {
   constexpr double kStep = 1e-6;
   for (const auto& [azimuth, elevation] : {std::pair{0.3, 0.2}, {-2.9, -1.1}, {3.0, 1.5}}) {

@@ -110,6 +110,21 @@ TEST(Shape, ProductSeriesHoldsEveryProduct) {
   EXPECT_DOUBLE_EQ(out[3], std::cos(0.3) * std::cos(1.1));
 }
 
+// Each factor over its own range.
+TEST(Shape, ProductSeriesHasARangeOfEachDriver) {
+  const Shape shape = series_shape(SeriesBasis::cosine, 1, {-2, 1, 0}, {2, 5, 0});
+  double out = 0;
+  evaluate_product(shape, 1, 2, &out);  // at 3/4 and at 1/4
+  EXPECT_NEAR(out, std::cos(0.75 * M_PI) * std::cos(0.25 * M_PI), 1e-15);
+}
+
+// The range is that of two standard deviations.
+TEST(Shape, ABumpHasItsWidth) {
+  const Shape bump = series_shape(SeriesBasis::bump, 1, -1, 3);
+  for (const double x : {-1.0, 0.5, 1.0, 3.0, 6.0})
+    EXPECT_NEAR(values(bump, x)[0], std::exp(-(x - 1) * (x - 1) / (2 * 2 * 2)), 1e-15) << x;
+}
+
 // Degree 2 and 3 in full, nothing of degree 0 and 1, and the last value beyond the range.
 TEST(Shape, PolynomialHoldsEveryProductOfItsDegrees) {
   const Shape shape = series_shape(SeriesBasis::polynomial, 3, {1, -2, 0}, {3, 2, 1});

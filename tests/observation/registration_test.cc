@@ -195,5 +195,30 @@ TEST(Placement, CommonTurnIsTheMiddleOfMost) {
   EXPECT_NEAR(angle, 0.02, 1e-3);
 }
 
+// A gauge below a ceiling shows more the lower the tool stands: the normal of the ceiling points
+// down, whatever axis its file gives it.
+TEST(Contacts, ThePlaneOfAGaugeFacesTheSideWhereItShowsMore) {
+  constexpr double kCeiling = 2.5;
+  Robot robot = arm();
+  robot.chain.base = {Eigen::Matrix3d::Identity(), {0, 0, 0}};
+  Contact ceiling;
+  ceiling.name = "ceiling";
+  ceiling.kind = ContactKind::plane;
+  robot.chain.contacts = {ceiling};
+  const ChainEvaluator evaluator(robot.chain);
+  Campaign campaign = visits(12);
+  campaign.contact_names = {"ceiling"};
+  for (int row = 0; row < 12; ++row) {
+    JointVector q(6);
+    q << 0.5 * row, -1.2 + 2e-3 * (row % 3), 0.7, 0.9, 0.4, -0.3;  // about the vertical, nearly
+    campaign.q[row] = q;
+    campaign.distance.push_back(kCeiling - evaluator.pose(q).translation.z());
+    campaign.touch.push_back({0, -1});
+  }
+  const Contact& found = with_contacts_fitted(robot, campaign, FitContacts::all).chain.contacts[0];
+  EXPECT_LT((found.place.rotation.col(2) + Eigen::Vector3d::UnitZ()).norm(), 0.02);
+  EXPECT_NEAR(found.place.translation.z(), kCeiling, 0.02);
+}
+
 }  // namespace
 }  // namespace armtrue::registration_test

@@ -211,6 +211,16 @@ TEST(FormError, ReductionIsThatOfTheFormWithItsInterval) {
   EXPECT_FALSE(form_reduction({0.1e-3, {0, 0.2e-3}}, {0, {0, 0.1e-3}})->ci95);
 }
 
+// The logarithms of both forms err: their distances from the ends add up in squares.
+TEST(FormError, ReductionHasTheIntervalsOfBothForms) {
+  const auto reduction = form_reduction({0.4e-3, {0.35e-3, 0.5e-3}}, {0.1e-3, {0.05e-3, 0.2e-3}});
+  ASSERT_TRUE(reduction && reduction->ci95);
+  const double more = std::hypot(std::log(2), std::log(0.4 / 0.35));
+  const double less = std::hypot(std::log(2), std::log(0.5 / 0.4));
+  EXPECT_NEAR((*reduction->ci95)[0], 1 - 0.25 * std::exp(more), 1e-12);
+  EXPECT_NEAR((*reduction->ci95)[1], 1 - 0.25 * std::exp(-less), 1e-12);
+}
+
 TEST(FormError, NeedsSamplesInMotion) {
   Path standing = plain_line();
   standing.time = standing.time.head(50).eval();

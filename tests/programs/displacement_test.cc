@@ -71,6 +71,59 @@ TEST(Displacement, ABendOnALineIsAPoint) {
                         "  movel(p[0.5,0,0.5,0,3,0], a=1.2, v=0.1)\n"));
 }
 
+// The same roof on a path that ran 1 mm farther on: its ridge stands there.
+TEST(Displacement, ABendMovesAlongTheLineWithThePath) {
+  Eigen::Matrix3Xd corrected = path().position;
+  corrected.row(0).array() += 1e-3;
+  for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (1 - std::abs(k - 50) / 50.0);
+  const DisplacedProgram displaced = displace_program(
+      urscript("  movel(p[0.4,0,0.5,0,3,0])\n  movel(p[0.5,0,0.5,0,3,0], a=1.2, v=0.1)\n"), path(),
+      corrected);
+  EXPECT_EQ(displaced.text.inserted, 1);
+  EXPECT_THAT(displaced.text.texts[0],
+              HasSubstr("  movel(p[0.451,0,0.5002,0,3,0], a=1.2, v=0.1, r="));
+}
+
+// Where the arm leaves the line to round its end, no point holds it there.
+TEST(Displacement, ABendWithinTheRadiusOfAnEndIsNoPoint) {
+  Eigen::Matrix3Xd corrected = path().position;
+  for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * std::min(k / 70.0, (100 - k) / 30.0);
+  const std::string start = "  movel(p[0.4,0,0.5,0,3,0])\n  movel(p[0.5,0,0.5,0,3,0], a=1.2, v=0.1";
+  const std::string next = ")\n  movel(p[0.5,0.1,0.5,0,3,0], a=1.2, v=0.1)\n";
+  EXPECT_EQ(displace_program(urscript(start + next), path(), corrected).text.inserted, 1);
+  EXPECT_EQ(displace_program(urscript(start + ", r=0.04" + next), path(), corrected).text.inserted,
+            0);
+}
+
+// The record is that of one tool: between the points of two nothing is known.
+TEST(Displacement, BetweenTwoToolsNothingIsInserted) {
+  Eigen::Matrix3Xd corrected = path().position;
+  for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (1 - std::abs(k - 50) / 50.0);
+  const std::string tail = ",[0,0,1,0],[-1,0,-2,1],[9E9,9E9,9E9,9E9,9E9,9E9]],v100,fine,";
+  const auto inserted = [&](const std::string& second) {
+    const RobotProgram program =
+        parse_program(*find_dialect("rapid"),
+                      {{"p.mod", "MoveL [[400,0,500]" + tail + "t1;\nMoveL [[500,0,500]" + tail +
+                                     second + ";\n"}},
+                      {});
+    return displace_program(program, path(), corrected).text.inserted;
+  };
+  EXPECT_EQ(inserted("t1"), 1);
+  EXPECT_EQ(inserted("t2"), 0);
+}
+
+// One point says it, if none says otherwise.
+TEST(Displacement, AProgramThatWasCorrectedLiesOnTheCorrectedPath) {
+  Eigen::Matrix3Xd corrected = path().position;
+  for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (1 - std::abs(k - 50) / 50.0);
+  const auto is_corrected = [&](const char* moves) {
+    return lies_on_corrected(urscript(moves), path().position, corrected);
+  };
+  EXPECT_TRUE(is_corrected("  movel(p[0.45,0,0.5002,0,3,0])\n"));
+  EXPECT_FALSE(is_corrected("  movel(p[0.45,0,0.5,0,3,0])\n"));
+  EXPECT_FALSE(is_corrected("  movel(p[0.45,0,0.5002,0,3,0])\n  movel(p[0.46,0,0.5,0,3,0])\n"));
+}
+
 // A wave of 0.2 mm in the radius of the arc, three times round: pieces of it keep within some um of
 // the corrected path, and no piece is shorter than 5 deg.
 TEST(Displacement, AWaveOnAnArcIsArcs) {

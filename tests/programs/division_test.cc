@@ -76,6 +76,23 @@ TEST(Division, AnArcIsDividedOnlyWhereACircleDoesNotFollow) {
   EXPECT_LT(fine, 60u);
 }
 
+// The controller draws the arc through its own auxiliary point, wherever that lies: here at 0.3,
+// beside the only knot that is displaced.
+TEST(Division, AWholeArcGoesThroughItsAuxiliaryPoint) {
+  const auto arc = arc_through({1, 0, 0}, {0, 1, 0}, {-1, 0, 0});
+  auto peak = knots(100, [](double) { return Vector3d::Zero(); });
+  peak[50].displacement = Vector3d(0, 0.01, 0);
+  EXPECT_THAT(divide_arc(*arc, 0.3, peak, 1e-3, 0.4), ElementsAre(0, 50, 100));
+}
+
+// A half circle of no knots between its ends is no line.
+TEST(Division, AnArcBetweenTwoKnotsIsNotStraight) {
+  const auto arc = arc_through({1, 0, 0}, {0, 1, 0}, {-1, 0, 0});
+  const auto few = knots(2, [](double) { return Vector3d::Zero(); });
+  EXPECT_FALSE(is_straight(*arc, few, 0, 1, 0.2));  // sagitta of a quarter: 1 - cos 45 deg = 0.29
+  EXPECT_TRUE(is_straight(*arc, few, 0, 1, 0.3));
+}
+
 // A displacement that would divide off one knot after the other takes no quadratic time.
 TEST(Division, AMillionKnotsAreNoMatter) {
   const auto steep = knots(1'000'000, [](double t) { return Vector3d(0, std::exp2(-1e6 * t), 0); });

@@ -57,6 +57,15 @@ TEST(CrossValidation, TellsWhatPredictsFromWhatDoesNot) {
   EXPECT_LE(false_gains, 20);  // a gain beyond its standard error, one side of it
 }
 
+// The coefficient of a column that is ten times as long has a tenth of the standard deviation.
+TEST(Linearization, StandardDeviationIsThatOfTheColumnsCoefficient) {
+  const Eigen::MatrixXd q = columns(1.0);
+  const Linearization fit = noisy_fit(q, 0, 1);
+  const double unit = fit.standard_deviation(q.rightCols<1>());
+  EXPECT_NEAR(unit, 1, 0.3);  // noise of unit variance, a column of unit length
+  EXPECT_NEAR(fit.standard_deviation(10 * q.rightCols<1>()), unit / 10, 1e-9);
+}
+
 // A knot of a curve with one pose by it. Left out, nothing says what the curve does there, and what
 // any value does to that pose is no matter of the column that may be added.
 TEST(CrossValidation, IsNotDecidedByAPoseThatNoOtherStandsFor) {

@@ -89,6 +89,8 @@ TEST(DriverSpan, SessionsStandInTheirOrderWhereTimesShowNone) {
   EXPECT_FALSE(session_driver(c)) << "the times order them";
   for (int row = kPoses; row < kRows; ++row) c.time_s[row] -= kPoses;
   ASSERT_TRUE(session_driver(c));
+  for (int row = 0; row < kRows; ++row) c.time_s[row] = row < kPoses ? row : row - 1;
+  EXPECT_TRUE(session_driver(c)) << "two readings at one time";
   c.time_s.clear();
   const auto driver = session_driver(c);
   ASSERT_TRUE(driver);
@@ -96,6 +98,13 @@ TEST(DriverSpan, SessionsStandInTheirOrderWhereTimesShowNone) {
   EXPECT_EQ(span_of(*driver, c).values, (std::vector<double>{0, 1}));
   EXPECT_EQ(step_places(span_of(*driver, c), kStepGrid), std::vector<double>{0.5});
   EXPECT_TRUE(is_driven(*driver, c, {}));
+}
+
+// Seconds since 1970, and since the record began.
+TEST(DriverSpan, TimeCountsFromTheFirstReadingWhereZeroIsFar) {
+  EXPECT_EQ(begin_of_time({{1.7e9, 1.7e9 + 600, 1.7e9 + 3600}}), 1.7e9);
+  EXPECT_EQ(begin_of_time({{5, 600, 3600}}), 0);
+  EXPECT_EQ(begin_of_time({}), 0);
 }
 
 // exp(-(x - middle)^2 / (2 sigma^2)) at the nearest reading, by hand; 1 outside their travel.

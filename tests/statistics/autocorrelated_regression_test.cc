@@ -7,6 +7,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "armtrue/statistics/distributions.h"
+
 namespace armtrue::autocorrelated_regression_test {
 namespace {
 
@@ -49,6 +51,29 @@ struct Case {
   double rho;
   int times;
 };
+
+// Beside what the residual shows an error that all samples share, of known deviation: along the
+// column itself the residual does not show it. JCGM 100:2008, G.4: the degrees of freedom are those
+// of the shown part times (whole variance / shown variance)^2.
+TEST(AutocorrelatedRegression, AKnownErrorBesideAddsDegreesOfFreedom) {
+  constexpr double kKnown = 0.02;
+  Random random(4);
+  const Eigen::MatrixXd column = pulse(700, 10);
+  const Eigen::VectorXd response = 0.1 * column + slow_noise(700, 0.8, 1, random);
+  const auto fit = [&](const Eigen::MatrixXd& shared) {
+    return regress_autocorrelated(column, response, no_noise(1), shared).coefficients.front();
+  };
+  const Estimate shown = fit(none_shared(700)), both = fit(kKnown * column);
+  const auto half_width = [](const Estimate& one) { return (one.ci95[1] - one.ci95[0]) / 2; };
+  EXPECT_NEAR(both.std, std::hypot(shown.std, kKnown), 1e-12);
+  double freedom = 2;  // a whole number from 2 to 24
+  while (freedom < 24 && student_t_quantile(0.975, freedom + 0.5) * shown.std > half_width(shown))
+    ++freedom;
+  EXPECT_NEAR(half_width(shown), student_t_quantile(0.975, freedom) * shown.std, 1e-12);
+  const double times = std::pow(both.std / shown.std, 4);
+  EXPECT_GT(times, 1.2);
+  EXPECT_NEAR(half_width(both), student_t_quantile(0.975, freedom * times) * both.std, 1e-9);
+}
 
 TEST(AutocorrelatedRegression, IntervalsCoverTheTruthWhenTheResidualWanders) {
   constexpr int kCampaigns = 2000;

@@ -117,6 +117,12 @@ TEST(VarianceComponents, APriorKeepsWhatReadingsDoNotTell) {
   const VarianceComponents found =
       restricted_likelihood(sums_of(problem), {{0, 20, 1.1}, {20, 20, 1.1}});
   EXPECT_NEAR(found.tau[1], 1, 0.02);
+  // The gain is that of the readings: what the priors say of tau is none of it.
+  const double alone = std::sqrt(sums_of(problem).rr / sums_of(problem).freedom);
+  EXPECT_NEAR(found.gain,
+              minus_twice_restricted(problem, {0, 0}, alone) -
+                  minus_twice_restricted(problem, found.tau, found.noise),
+              0.05);
 }
 
 }  // namespace
