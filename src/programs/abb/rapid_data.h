@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
+#include "programs/abb/rapid_calls.h"
 #include "programs/abb/rapid_insertion.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/move_reader.h"
@@ -111,16 +112,18 @@ class RapidData {
 
   void declare(const std::string& kind, const Statement& statement, TextCursor cursor, int scope);
   void declare_parameters(const std::string& kind, TextCursor cursor, int scope);
+  void note_handed(std::string_view text, const Statement& statement, size_t at, TextCursor behind,
+                   Datum& datum) const;
   void read_uses(const Statement& statement);
   std::vector<RoutineParameter> points_handed_to(const std::string& procedure) const;
   bool is_displaced(const Statement& argument) const;
   void keep_starts_in_other_frames();
   bool is_point_text(const Statement& argument) const;
-  void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const Statement& statement, const std::string& word, size_t at,
                        TextCursor cursor);
-  static void note_set_part(std::string_view text, TextCursor behind, Datum& datum);
-  void read_others();
+  static void note_set_part(std::string_view text, const std::string& name, TextCursor behind,
+                            Datum& datum);
+  void read_others(const std::vector<Statement>& statements);
   void note_uses_of_others(const std::string& text, const std::vector<Statement>& statements);
   static bool take_value(const std::string& kind, const std::string& type, TextCursor cursor,
                          Datum& datum);
@@ -166,7 +169,7 @@ class RapidData {
   std::map<std::string, Datum> of_others_;                 // global data of other modules
   std::vector<UseOfDatum> uses_;                           // of points, outside of moves
   std::vector<Offset> offsets_;                            // moves that are left alone
-  std::set<std::string> routines_;                         // of all texts
+  RapidRoutines routines_;                                 // of all texts
   std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;
 };
