@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
@@ -397,6 +399,81 @@ TEST(Certainty, TheFirstStatementOfARapidTrapOrHandlerIsRead) {
                                                "ENDPROC\n")),
                   ElementsAre(4))
           << handler << change;
+}
+
+TEST(Certainty, AnElementOfARapidArrayIsFollowedWhereItsIndicesAreConstant) {
+  const auto point = [](const char* x) { return "[[" + std::string(x) + ",2,3]" + kTail; };
+  const std::string declared = "CONST num n:=2;\nCONST robtarget p{2,2}:=[[" + point("1") + "," +
+                               point("4") + "],[" + point("7") + "," + point("9") + "]];\n";
+  const auto moved_to = [&](const std::string& element) {
+    const RobotProgram program = parsed(
+        "p.mod", declared + "MoveL p{1,1},v1,fine,tool0;\nMoveL " + element + ",v1,fine,tool0;\n");
+    return program.targets.size() < 2 ? 0 : program.targets[1].pose.translation.x() * 1e3;
+  };
+  EXPECT_NEAR(moved_to("p{2,1}"), 7, 1e-9);
+  EXPECT_NEAR(moved_to("p{n, n}"), 9, 1e-9);
+  EXPECT_NEAR(moved_to("Offs(p{1,n},1,0,0)"), 5, 1e-9);
+  for (const char* const left : {"p{i,1}", "p{2,3}", "p{0,1}", "p{1.5,1}", "p{2}"})
+    EXPECT_EQ(moved_to(left), 0) << left;
+}
+
+TEST(Certainty, ARapidFrameThatCannotBeReadLeavesOnlyItsMoves) {
+  const std::string tool = "[TRUE,[[0,0,HIGH],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]]";
+  const auto with = [&](const char* height) {
+    std::string text = tool;
+    return text.replace(text.find("HIGH"), 4, height);
+  };
+  const std::string declared = "PERS tooldata t{2}:=[" + with("1") + "," + with("8") +
+                               "];\nPERS tooldata t1:=" + with("h") +
+                               ";\nPERS wobjdata w1:=[FALSE,TRUE,\"\",[[1,2,3],[0.9,0,0,0]],"
+                               "[[0,0,0],[1,0,0,0]]];\n" +
+                               robtarget("p1");
+  const auto read = [&](const std::string& tail) {
+    return parsed("p.mod", declared + "MoveL p1,v1,fine,tool0;\nMoveL p1,v1,fine," + tail + ";\n");
+  };
+  const RobotProgram program = read("t{2}");
+  EXPECT_THAT(lines_of(program), ElementsAre(5, 6));
+  EXPECT_NEAR(program.frames[program.targets[1].tool].pose.translation.z(), 8e-3, 1e-12);
+  const auto why = [&](const std::string& tail) {
+    const RobotProgram left = read(tail);
+    return left.targets.size() == 1 ? left.why_left_alone.at(0) : "";
+  };
+  EXPECT_EQ(why("t{i}"),
+            "its tool or work object is an element of an array, whose index is no "
+            "plain number");
+  EXPECT_EQ(why("t1"),
+            "its tool or work object has no plain numbers; say where it is: --frame "
+            "T1=..");
+  EXPECT_EQ(why("tool0\\WObj:=w1"),
+            "the length of the quaternion of its tool or work object is not 1");
+  const RobotProgram given = parse_program(
+      *find_dialect("rapid"), {{"p.mod", declared + "MoveL p1,v1,fine,t1;\n"}}, {{"t1", Pose{}}});
+  EXPECT_THAT(lines_of(given), ElementsAre(5));
+}
+
+// Of the first target in the text: where the arm comes from.
+std::optional<double> first_near(const std::string& name, const std::string& text) {
+  const RobotProgram program = parsed(name, text);
+  const auto& near = program.targets.at(0).near;
+  return near ? std::optional((*near)[0]) : std::nullopt;
+}
+
+TEST(Certainty, ARoutineBeforeItsCallBeginsAtTheJointAnglesBeforeTheCall) {
+  const std::string rapid = robtarget("p1") +
+                            "PROC part()\nConfL\\Off;\nMoveL p1,v1,fine,tool0;\nENDPROC\n"
+                            "PROC main()\n",
+                    home = "MoveAbsJ [[9,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n",
+                    away = "MoveAbsJ [[50,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n";
+  const auto near = first_near("p.mod", rapid + home + "part;\n" + away + "ENDPROC\n");
+  ASSERT_TRUE(near);
+  EXPECT_NEAR(*near, 9 * kDegree, 1e-12);
+  EXPECT_FALSE(first_near("p.mod", rapid + "part;\n" + home + "ENDPROC\n"));
+  EXPECT_FALSE(first_near("p.mod", rapid + home + "part;\n" + away + "part;\nENDPROC\n"));
+  const std::string ur = "def prog():\ndef part():\nmovel(p[1,2,3,0,0,0])\nend\n";
+  const auto of_ur = first_near("p.script", ur + "movej([0.5,-1,1,0,1,0])\npart()\nend\n");
+  ASSERT_TRUE(of_ur);
+  EXPECT_NEAR(*of_ur, 0.5, 1e-12);
+  EXPECT_FALSE(first_near("p.script", ur + "part()\nmovej([0.5,-1,1,0,1,0])\nend\n"));
 }
 
 TEST(Certainty, ARapidFrameThatARoutineChangesIsNotKnown) {

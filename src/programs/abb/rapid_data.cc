@@ -310,19 +310,14 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
   if ((first == "OFFS" || first == "RELTOOL") && cursor.next() == '(' && kind != TargetKind::joints)
     return displaced_point(first, argument, kind, line, why_not, depth);
   Datum* const datum = find(first, argument.begin);
-  size_t element = 0;
-  if (cursor.take('{')) {
-    const auto index = cursor.take_number();
-    if (!index || !cursor.take('}'))
-      return refuse("its point is an element of an array, whose index is no plain number");
-    const bool is_there =
-        datum && *index >= 1 && *index <= static_cast<double>(datum->list.items.size());
-    element = is_there ? static_cast<size_t>(*index) : SIZE_MAX;
-  }
+  const auto element = take_element(cursor);
+  if (!element)
+    return refuse("its point is an element of an array, whose index is no plain number");
   if (!cursor.done())
     return refuse("its target is an expression; it starts from points as they are declared");
   if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
-  if (!datum || element == SIZE_MAX)
+  const ListItem* const list = datum ? list_of(*datum, *element) : nullptr;
+  if (!list)
     return refuse(
         "its point is not declared here; give the module that declares it, or a folder "
         "with it: --with");
@@ -330,15 +325,38 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
     return refuse("its point is given several values, or changed at run time");
   if (datum->type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
     return refuse("its point is of another type");
-  const auto known = datum->points.find(element);
+  const auto known = datum->points.find(*element);
   if (known != datum->points.end()) return known->second;
   std::string name;
   for (size_t i = argument.begin; i < argument.end; ++i)
     if (!is_blank(text_[i])) name += text_[i];
-  const ListItem& list = element == 0 ? datum->list : datum->list.items[element - 1];
-  const int point = add_point(list, kind, name, datum->line, datum->text);
-  if (point >= 0) datum->points[element] = point;
-  return added(point, list);
+  const int point = add_point(*list, kind, name, datum->line, datum->text);
+  if (point >= 0) datum->points[*element] = point;
+  return added(point, *list);
+}
+
+// {2}, {1,n}, or none. Nothing if an index is not certain.
+std::optional<RapidData::Element> RapidData::take_element(TextCursor& cursor) {
+  Element element;
+  if (!cursor.take('{')) return element;
+  const size_t begin = cursor.at();
+  cursor.skip_to("}");
+  for (const Statement& part : split_arguments(text_, begin, cursor.at(), ",")) {
+    const auto index = constant_in(part);
+    if (!index || *index < 1 || *index != std::floor(*index)) return std::nullopt;
+    element.push_back(static_cast<size_t>(*index));
+  }
+  return cursor.take('}') ? std::optional(element) : std::nullopt;
+}
+
+// Null if the array has no such element.
+const ListItem* RapidData::list_of(const Datum& datum, const Element& element) {
+  const ListItem* list = &datum.list;
+  for (const size_t index : element) {
+    if (list->kind != ListItem::Kind::list || index > list->items.size()) return nullptr;
+    list = &list->items[index - 1];
+  }
+  return list;
 }
 
 // Offs(p10,0,0,100), RelTool(p10,0,0,100\Rx:=..\Ry:=..\Rz:=..). Numbers, or constants.
@@ -520,20 +538,38 @@ std::vector<RapidData::Use> RapidData::finish() {
   return others;
 }
 
-// The list of a tool or work object; null if this text does not state it. Calls of a routine may
-// hand on several.
-const RapidData::Datum* RapidData::value_of(const Statement& argument, const char* type,
-                                            TargetKind kind, std::string& why_not) {
+// Of a tool or work object; null if this text does not state it. Calls of a routine may hand on
+// several.
+RapidData::FrameList RapidData::value_of(const Statement& argument, const char* type,
+                                         TargetKind kind, std::string& why_not) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
   int scope = 0;
-  const Datum* datum = names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
-  if (!datum) datum = find_of_others(name_of(argument));
+  const Datum* datum = names_.find(scopes_, name, scopes_.at(argument.begin), &scope);
+  if (!datum) datum = find_of_others(name);
   if (scope > 0) why_not = why_not_of_routine(kind);
   // --frame states one value.
-  if (datum && datum->is_set_again && kind == TargetKind::cartesian && parts_ == TargetParts::pose)
+  if (datum && datum->is_set_again && needs_frame(kind))
     why_not = "its tool or work object is given several values, or changed at run time";
-  const bool is_certain = datum && datum->values == 1 && datum->type == type &&
-                          datum->list.kind == ListItem::Kind::list;
-  return is_certain && scope == 0 ? datum : nullptr;
+  const auto element = take_element(cursor);
+  if (!element && needs_frame(kind))
+    why_not = "its tool or work object is an element of an array, whose index is no plain number";
+  const bool is_certain = datum && element && cursor.done() && datum->values == 1 &&
+                          datum->type == type && datum->list.kind == ListItem::Kind::list;
+  if (!is_certain || scope != 0) return {};
+  return {list_of(*datum, *element), datum->text};
+}
+
+// Of a frame with a name. The controller refuses a quaternion of another length.
+std::optional<Pose> RapidData::pose_of(const ListItem& list, const std::string& name,
+                                       TargetKind kind, std::string& why_not) const {
+  const auto pose = rapid_pose(list);
+  if (!pose && needs_frame(kind) && !is_given_frame(known_, name))
+    why_not = list.items.size() == 2 && list.items[0].numbers(3) && list.items[1].numbers(4)
+                  ? "the length of the quaternion of its tool or work object is not 1"
+                  : "its tool or work object has no plain numbers; say where it is: --frame " +
+                        name + "=..";
+  return pose;
 }
 
 // [finep, pzone_tcp, pzone_ori, ..]
@@ -560,15 +596,15 @@ RapidData::Frame RapidData::work_object_at(const Statement& argument, TargetKind
   if (name == "WOBJ0") return room_frame();
   Frame frame;
   std::optional<Pose> pose;
-  const Datum* const datum = value_of(argument, "WOBJDATA", kind, why_not);
+  const FrameList found = value_of(argument, "WOBJDATA", kind, why_not);
   if (!why_not.empty()) return frame;
-  if (datum && datum->list.items.size() == 5) {
-    const std::vector<ListItem>& parts = datum->list.items;
-    const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
+  if (found.list && found.list->items.size() == 5) {
+    const std::vector<ListItem>& parts = found.list->items;
+    const auto user = pose_of(parts[3], name, kind, why_not),
+               object = pose_of(parts[4], name, kind, why_not);
     if (user && object) pose = *user * *object;
-    frame.is_held = bool_of(parts[0], datum->text);
-    if (bool_of(parts[1], datum->text) == false)
-      why_not = "a mechanical unit moves the work object";
+    frame.is_held = bool_of(parts[0], found.text);
+    if (bool_of(parts[1], found.text) == false) why_not = "a mechanical unit moves the work object";
   }
   frame.index = add_frame(program_.frames, known_, name, pose);
   return frame;
@@ -581,11 +617,11 @@ RapidData::Frame RapidData::tool_at(const Statement& argument, TargetKind kind,
   Frame frame;
   std::optional<Pose> pose;
   if (name == "TOOL0") pose = Pose{};
-  const Datum* const datum = value_of(argument, "TOOLDATA", kind, why_not);
+  const FrameList found = value_of(argument, "TOOLDATA", kind, why_not);
   if (!why_not.empty()) return frame;
-  if (datum && datum->list.items.size() == 3) {
-    pose = rapid_pose(datum->list.items[1]);
-    frame.is_held = bool_of(datum->list.items[0], datum->text);
+  if (found.list && found.list->items.size() == 3) {
+    pose = pose_of(found.list->items[1], name, kind, why_not);
+    frame.is_held = bool_of(found.list->items[0], found.text);
   }
   frame.index = add_frame(program_.frames, known_, name, pose);
   return frame;

@@ -45,8 +45,7 @@ class RapidData {
   Frame work_object_at(const Statement& argument, TargetKind kind, std::string& why_not);
   /// Why a tool or a work object of a routine is not certain; empty if the target does not need it.
   std::string why_not_of_routine(TargetKind kind) const {
-    const bool is_needed = kind == TargetKind::cartesian && parts_ == TargetParts::pose;
-    return is_needed ? "its tool or work object is given by its routine" : "";
+    return needs_frame(kind) ? "its tool or work object is given by its routine" : "";
   }
   /// Radius of a zone [m]; 0 of fine, and of one that is not known for certain.
   double radius_of_zone(const Statement& argument);
@@ -82,6 +81,7 @@ class RapidData {
   std::vector<Use> finish();
 
  private:
+  using Element = std::vector<size_t>;  // its indices, from 1; of the whole none
   struct Datum {
     ListItem list;
     int values = 0;  // how often it is given one
@@ -98,7 +98,7 @@ class RapidData {
     bool is_of_others = false;       // other modules declare it or use it
     int text = 0;                    // in RobotProgram::texts
     std::optional<double> number;    // of a constant
-    std::map<size_t, int> points;    // by the index of the element, 0 of the whole
+    std::map<Element, int> points;
   };
   using FramesOfMove = std::pair<int, int>;  // work object and tool, in RobotProgram::frames
   struct Offset {
@@ -136,8 +136,20 @@ class RapidData {
     Datum* const own = names_.find(scopes_, name, scopes_.at(at));
     return own ? own : find_of_others(name);
   }
-  const Datum* value_of(const Statement& argument, const char* type, TargetKind kind,
-                        std::string& why_not);
+  bool needs_frame(TargetKind kind) const {
+    return kind == TargetKind::cartesian && parts_ == TargetParts::pose;
+  }
+  std::optional<Element> take_element(TextCursor& cursor);
+  static const ListItem* list_of(const Datum& datum, const Element& element);
+  // The list of a tool or work object, and its text.
+  struct FrameList {
+    const ListItem* list = nullptr;
+    int text = 0;
+  };
+  FrameList value_of(const Statement& argument, const char* type, TargetKind kind,
+                     std::string& why_not);
+  std::optional<Pose> pose_of(const ListItem& list, const std::string& name, TargetKind kind,
+                              std::string& why_not) const;
   int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line, int text);
   struct Displacement {
     Statement point;  // the one that is displaced
