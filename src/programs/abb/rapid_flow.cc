@@ -21,7 +21,7 @@ class RapidFlowReader {
     read_steps(statements);
     return {flow_.follow(displacements_, 0),
             flow_.follow(turnings_, static_cast<int>(ArcTurning::with_path)),
-            flow_.follow(confj_, 1), flow_.follow(confl_, 1)};
+            flow_.follow(confj_, 1), flow_.follow(confl_, 1), flow_};
   }
 
   // `modules`: where each begins in the text.
