@@ -75,6 +75,7 @@ class Project {
     for (const ProgramText& text : texts_)
       if (const auto dialect = dialect_of_file(text.name); dialect && !is_of_controller(text.name))
         correct(*dialect, text, commands_for);
+    warn_of_several_arms();
     if (rows_.empty())
       throw InputError(files_.folder +
                        ": none of its programs has a move to a point with plain "
@@ -122,6 +123,23 @@ class Project {
     } catch (const InputError& error) {
       stays(text.name, program, error);
     }
+  }
+
+  // One model is given, and each of them may move another arm.
+  void warn_of_several_arms() {
+    std::set<std::string> folders;
+    for (const ProgramRow& row : rows_)
+      if (const std::string folder = others_.at(dialect_of_file(row.name)).controller_of(row.name);
+          !folder.empty())
+        folders.insert(folder);
+    if (folders.size() < 2) return;
+    std::string names;
+    for (const std::string& folder : folders) names += (names.empty() ? "" : ", ") + folder;
+    command_.warn(fmt::format(
+        "{}: has the programs of {} controllers or tasks ({}); all are corrected for the one "
+        "arm of --robot and --controller; if they move several, give --project one of these "
+        "folders",
+        files_.folder, folders.size(), names));
   }
 
   void stays(const std::string& name, const RobotProgram& program, const InputError& error) {

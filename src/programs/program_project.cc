@@ -44,6 +44,9 @@ class ProjectRewriter {
         naming_[name].insert(text.name);
       in_capitals_.emplace(upper(text.name), text.name);
     }
+    for (const Dialect* const dialect : dialects())
+      if (!dialect->facts().controller_mark.empty())
+        marks_[dialect] = controller_marks(*dialect, project);
   }
 
   RewrittenProject run() {
@@ -141,12 +144,23 @@ class ProjectRewriter {
     const std::string name = plain_name(shared.name);
     std::vector<std::string> others;
     for (const std::string& text : texts_that_name(name)) {
-      if (text == declaring || is_of_controller(text)) continue;
+      if (text == declaring || is_of_controller(text) || is_of_another_controller(text, declaring))
+        continue;
       const auto program = program_of_text_.find(text);
       if (program != program_of_text_.end() && shared.programs.contains(program->second)) continue;
       if (!declares_itself(text, name, declaring)) others.push_back(text);
     }
     return others;
+  }
+
+  // Tasks of one controller, as ABB's, may share data.
+  bool is_of_another_controller(const std::string& text, const std::string& declaring) const {
+    const Dialect& dialect = likely_dialect(declaring);
+    const auto marks = marks_.find(&dialect);
+    if (marks == marks_.end()) return false;
+    const std::string a = dialect.search_folder(marks->second, text).folder;
+    const std::string b = dialect.search_folder(marks->second, declaring).folder;
+    return !a.starts_with(b) && !b.starts_with(a);  // R1/System/ lies in R1/
   }
 
   // A program whose own data list has the name means that.
@@ -189,6 +203,7 @@ class ProjectRewriter {
   std::optional<Corrector> by_;
   std::map<std::string, size_t> program_of_text_;
   std::map<std::string, const std::string*> texts_;
+  std::map<const Dialect*, std::vector<std::string>> marks_;  // of the controllers
   std::map<std::string, std::set<std::string>> naming_;  // the texts that have a name
   std::multimap<std::string, std::string> in_capitals_;  // names of texts
   std::map<Place, Shared> shared_;
@@ -250,6 +265,11 @@ std::vector<ProgramText> TextsOfOthers::of(const std::string& path) {
   const auto [folder, is_deep] = dialect_.search_folder(marks_, path);
   const FolderTexts* const texts = texts_in({folder, is_deep});
   return texts ? texts->for_program(own(path)) : std::vector<ProgramText>{};
+}
+
+std::string TextsOfOthers::controller_of(const std::string& path) const {
+  const auto [folder, is_deep] = dialect_.search_folder(marks_, path);
+  return is_deep && folder != folder_of(path) ? folder : "";
 }
 
 const FolderTexts* TextsOfOthers::texts_in(const Folder& folder) {

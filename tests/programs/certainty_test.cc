@@ -1,8 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
 #include "armtrue/programs/robot_program.h"
@@ -263,6 +266,214 @@ TEST(Certainty, BehindConfOffTheControllerReadsNoConfdata) {
                    ",v1,t,fine,tool0;\n"),
             "010");
   EXPECT_EQ(stated("IF a ConfL\\Off;\n" + line + "ConfL\\Off;\n" + line), "?0");
+}
+
+// Whether a move to a variable point is followed that other statements and routines have; line 3.
+bool is_followed_beside(const std::string& statements, const std::string& routines = "") {
+  const RobotProgram program = parsed(
+      "p.mod", robtarget("p1", "VAR") + "PROC main()\nMoveL p1,v1,fine,tool0;\n" + statements +
+                   "MoveL [[1,2,3]" + kTail + ",v1,fine,tool0;\nENDPROC\n" + routines);
+  const std::vector<int> lines = lines_of(program);
+  return std::ranges::find(lines, 3) != lines.end();
+}
+
+TEST(Certainty, ARapidPointOfWhichAnInstructionMayChangeAComponentIsLeftAlone) {
+  for (const char* const use :
+       {"Add p1.trans.z,5;\n", "Incr p1.trans.z;\n", "Clear p1.trans.x;\n",
+        "IF a=b Decr p1.robconf.cf1;\n", "IF a THEN Add p1.trans.z,5; ENDIF\n",
+        "ok:=StrToVal(\"12\",p1.trans.z);\n", "ok:=StrToVal(s,p1);\n",
+        "IF NOT StrToVal(s,p1.trans.z) Stop;\n", "UnpackRawBytes r,1,p1.trans.x\\Float4;\n",
+        "other p1.trans;\n", "other(p1.trans.z);\n", "other 1,p1.trans;\n", "other\\z:=p1.trans;\n",
+        "other z:=p1.trans.z;\n", "%\"other\"%p1.trans.z;\n",
+        "TEST a CASE 1: Incr p1.trans.z; ENDTEST\n", "WHILE a DO Incr p1.trans.z; ENDWHILE\n",
+        "again: Incr p1.trans.z;\n"})
+    EXPECT_FALSE(is_followed_beside(use)) << use;
+  for (const char* const use :
+       {"x:=p1.trans.z;\n", "IF p1.trans.z>5 Stop;\n", "IF (p1.trans.z)>5 Stop;\n",
+        "WHILE p1.trans.z<x DO Incr x; ENDWHILE\n", "Add x,p1.trans.z+1;\n",
+        "TPWrite \"z\"\\Num:=p1.trans.z;\n", "x:=Abs(p1.trans.z);\n",
+        "IF Distance(p1.trans,q.trans)<5 Stop;\n", "q:=[p1.trans,p1.rot,p1.robconf,p1.extax];\n",
+        "q:=Offs(p1,p1.trans.x,0,0);\n", "x:=a{p1.trans.z};\n", "WaitUntil p1.trans.z>5;\n",
+        "FOR i FROM 1 TO p1.trans.z DO Incr x; ENDFOR\n", "RETURN p1.trans.z;\n"})
+    EXPECT_TRUE(is_followed_beside(use)) << use;
+}
+
+TEST(Certainty, ARapidRoutineMayChangeWhatItGetsByReference) {
+  const std::string by_number = "go p1.trans.z;\n";
+  EXPECT_FALSE(is_followed_beside(by_number, "PROC go(INOUT num z)\nz:=z+5;\nENDPROC\n"));
+  EXPECT_FALSE(is_followed_beside(by_number, "PROC go(VAR num z)\nIncr z;\nENDPROC\n"));
+  EXPECT_FALSE(is_followed_beside("go p1.trans;\n", "PROC go(INOUT pos t)\nt.z:=5;\nENDPROC\n"));
+  // By what it calls.
+  EXPECT_FALSE(is_followed_beside(by_number,
+                                  "PROC go(INOUT num z)\non z;\nENDPROC\n"
+                                  "PROC on(INOUT num z)\nz:=5;\nENDPROC\n"));
+  EXPECT_FALSE(is_followed_beside("ok:=go(p1);\n",
+                                  "FUNC bool go(INOUT robtarget q)\nq.trans.z:=5;\n"
+                                  "RETURN TRUE;\nENDFUNC\n"));
+  // A copy, one that it only reads, and another argument that it changes.
+  EXPECT_TRUE(is_followed_beside(by_number, "PROC go(num z)\nz:=z+5;\nENDPROC\n"));
+  EXPECT_TRUE(is_followed_beside(by_number, "PROC go(VAR num z)\nx:=z;\nENDPROC\n"));
+  EXPECT_TRUE(
+      is_followed_beside("go p1.trans.z,n;\n", "PROC go(num z,INOUT dnum n)\nn:=z;\nENDPROC\n"));
+}
+
+TEST(Certainty, ARapidFrameOfWhichAnInstructionChangesAComponentIsLeftAlone) {
+  const std::string declared =
+      "PERS tooldata t1:=[TRUE,[[0,0,1],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
+      "PERS wobjdata w1:=[FALSE,TRUE,\"\",[[1,2,3],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n" +
+      robtarget("p1");
+  const auto lines = [&](const std::string& use) {
+    return lines_of(parsed("p.mod", declared + "PROC main()\n" + use +
+                                        "MoveL p1,v1,fine,t1\\WObj:=w1;\n"
+                                        "MoveL p1,v1,fine,tool0;\nENDPROC\n"));
+  };
+  EXPECT_THAT(lines("Add t1.tframe.trans.z,50;\n"), ElementsAre(7));
+  EXPECT_THAT(lines("Decr w1.uframe.trans.z;\n"), ElementsAre(7));
+  EXPECT_THAT(lines("go w1.oframe;\n"), ElementsAre(7));
+  EXPECT_THAT(lines("t1.tframe.trans.z:=t1.tframe.trans.z+50;\n"), ElementsAre(7));
+  EXPECT_THAT(lines("Add t1.tload.mass,5;\n"), ElementsAre(6, 7));
+  EXPECT_THAT(lines("TPWrite \"\"\\Num:=t1.tframe.trans.z;\n"), ElementsAre(6, 7));
+}
+
+TEST(Certainty, ARapidRoutineOfAnotherModuleMayChangeAComponent) {
+  const auto lines = [](const std::string& own, const std::string& other) {
+    const Dialect& dialect = *find_dialect("rapid");
+    const std::vector<ProgramText> program{
+        {"own.mod", "MODULE own\nPROC main()\n" + own +
+                        "MoveL p1,v1,fine,t1;\n"
+                        "MoveL [[1,2,3]" +
+                        kTail + ",v1,fine,tool0;\nENDPROC\nENDMODULE\n"}};
+    const std::vector<ProgramText> others{
+        {"other.mod", "MODULE other\n" + other + "ENDMODULE\n"},
+        {"data.mod", "MODULE data\n" + robtarget("p1", "PERS") +
+                         "PERS tooldata t1:=[TRUE,[[0,0,1],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],"
+                         "0,0,0]];\nENDMODULE\n"}};
+    return lines_of(parse_program(dialect, program, {}, TargetParts::pose,
+                                  what_others_declare(dialect, program, others)));
+  };
+  const auto changing = [](const std::string& body) {
+    return "PROC go(INOUT num z)\n" + body + "ENDPROC\n";
+  };
+  EXPECT_THAT(lines("go p1.trans.z;\n", changing("z:=5;\n")), ElementsAre(5));
+  EXPECT_THAT(lines("go p1.trans.z;\n", changing("x:=z;\n")), ElementsAre(4, 5));
+  EXPECT_THAT(lines("", "PROC go()\nAdd p1.trans.z,5;\nENDPROC\n"), ElementsAre(4));
+  EXPECT_THAT(lines("", "PROC go()\nAdd t1.tframe.trans.z,5;\nENDPROC\n"), ElementsAre(4));
+  EXPECT_THAT(lines("", "PROC go()\nIF p1.trans.z>5 Stop;\nENDPROC\n"), ElementsAre(3, 4));
+  // A parameter with the name of the point hides it only in its own routine.
+  EXPECT_THAT(lines("", "PROC go(robtarget p1)\nIncr p1.trans.z;\nENDPROC\n"), ElementsAre(3, 4));
+  EXPECT_THAT(lines("", "PROC on(robtarget p1)\nENDPROC\nTRAP go\np1.trans.z:=5;\nENDTRAP\n"),
+              ElementsAre(4));
+}
+
+TEST(Certainty, ALoopOfRapidGivesItsVariableAValueOfItsOwn) {
+  const auto followed = [](const std::string& moves) {
+    return lines_of(parsed(
+        "p.mod", "CONST num h:=25;\n" + robtarget("p1") + "PROC main()\n" + moves + "ENDPROC\n"));
+  };
+  const std::string move = "MoveL Offs(p1,0,0,h),v1,fine,tool0;\n";
+  EXPECT_THAT(followed(move + "FOR h FROM 1 TO 3 DO\n" + move + "ENDFOR\n" + move),
+              ElementsAre(4, 8));
+  EXPECT_THAT(followed("FOR i FROM 1 TO 3 DO\nFOR h FROM 1 TO 3 DO\n" + move + "ENDFOR\n" + move +
+                       "ENDFOR\n"),
+              ElementsAre(8));
+}
+
+TEST(Certainty, TheFirstStatementOfARapidTrapOrHandlerIsRead) {
+  const auto lines = [](const std::string& text) {
+    return lines_of(parsed("p.mod", robtarget("p1", "VAR") + robtarget("p2") + "TRAP t1\n" + text +
+                                        "ENDTRAP\nPROC main()\nMoveL p1,v1,fine,tool0;\n"
+                                        "MoveL p2,v1,fine,tool0;\nENDPROC\n"));
+  };
+  EXPECT_THAT(lines("Stop;\n"), ElementsAre(7, 8));
+  EXPECT_THAT(lines("MoveL p2,v1,fine,tool0;\n"), ElementsAre(4, 7, 8));
+  for (const char* const change : {"p1.trans.z:=5;\n", "Incr p1.trans.z;\n",
+                                   "IF a p1.trans.z:=5;\n", "IF a THEN p1.trans.z:=5; ENDIF\n"})
+    EXPECT_THAT(lines(change), ElementsAre(8)) << change;
+  EXPECT_THROW(lines("PDispSet d;\n"), InputError);  // no move is left
+  for (const char* const handler : {"ERROR\n", "ERROR (ERR_A,ERR_B)\n", "UNDO\n", "BACKWARD\n"})
+    for (const char* const change : {"p1.trans.z:=5;\n", "Incr p1.trans.z;\n"})
+      EXPECT_THAT(lines_of(parsed("p.mod", robtarget("p1", "VAR") +
+                                               "PROC main()\n"
+                                               "MoveL p1,v1,fine,tool0;\nMoveL [[1,2,3]" +
+                                               kTail + ",v1,fine,tool0;\n" + handler + change +
+                                               "ENDPROC\n")),
+                  ElementsAre(4))
+          << handler << change;
+}
+
+TEST(Certainty, AnElementOfARapidArrayIsFollowedWhereItsIndicesAreConstant) {
+  const auto point = [](const char* x) { return "[[" + std::string(x) + ",2,3]" + kTail; };
+  const std::string declared = "CONST num n:=2;\nCONST robtarget p{2,2}:=[[" + point("1") + "," +
+                               point("4") + "],[" + point("7") + "," + point("9") + "]];\n";
+  const auto moved_to = [&](const std::string& element) {
+    const RobotProgram program = parsed(
+        "p.mod", declared + "MoveL p{1,1},v1,fine,tool0;\nMoveL " + element + ",v1,fine,tool0;\n");
+    return program.targets.size() < 2 ? 0 : program.targets[1].pose.translation.x() * 1e3;
+  };
+  EXPECT_NEAR(moved_to("p{2,1}"), 7, 1e-9);
+  EXPECT_NEAR(moved_to("p{n, n}"), 9, 1e-9);
+  EXPECT_NEAR(moved_to("Offs(p{1,n},1,0,0)"), 5, 1e-9);
+  for (const char* const left : {"p{i,1}", "p{2,3}", "p{0,1}", "p{1.5,1}", "p{2}"})
+    EXPECT_EQ(moved_to(left), 0) << left;
+}
+
+TEST(Certainty, ARapidFrameThatCannotBeReadLeavesOnlyItsMoves) {
+  const std::string tool = "[TRUE,[[0,0,HIGH],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]]";
+  const auto with = [&](const char* height) {
+    std::string text = tool;
+    return text.replace(text.find("HIGH"), 4, height);
+  };
+  const std::string declared = "PERS tooldata t{2}:=[" + with("1") + "," + with("8") +
+                               "];\nPERS tooldata t1:=" + with("h") +
+                               ";\nPERS wobjdata w1:=[FALSE,TRUE,\"\",[[1,2,3],[0.9,0,0,0]],"
+                               "[[0,0,0],[1,0,0,0]]];\n" +
+                               robtarget("p1");
+  const auto read = [&](const std::string& tail) {
+    return parsed("p.mod", declared + "MoveL p1,v1,fine,tool0;\nMoveL p1,v1,fine," + tail + ";\n");
+  };
+  const RobotProgram program = read("t{2}");
+  EXPECT_THAT(lines_of(program), ElementsAre(5, 6));
+  EXPECT_NEAR(program.frames[program.targets[1].tool].pose.translation.z(), 8e-3, 1e-12);
+  const auto why = [&](const std::string& tail) {
+    const RobotProgram left = read(tail);
+    return left.targets.size() == 1 ? left.why_left_alone.at(0) : "";
+  };
+  EXPECT_EQ(why("t{i}"),
+            "its tool or work object is an element of an array, whose index is no "
+            "plain number");
+  EXPECT_EQ(why("t1"),
+            "its tool or work object has no plain numbers; say where it is: --frame "
+            "T1=..");
+  EXPECT_EQ(why("tool0\\WObj:=w1"),
+            "the length of the quaternion of its tool or work object is not 1");
+  const RobotProgram given = parse_program(
+      *find_dialect("rapid"), {{"p.mod", declared + "MoveL p1,v1,fine,t1;\n"}}, {{"t1", Pose{}}});
+  EXPECT_THAT(lines_of(given), ElementsAre(5));
+}
+
+// Of the first target in the text: where the arm comes from.
+std::optional<double> first_near(const std::string& name, const std::string& text) {
+  const RobotProgram program = parsed(name, text);
+  const auto& near = program.targets.at(0).near;
+  return near ? std::optional((*near)[0]) : std::nullopt;
+}
+
+TEST(Certainty, ARoutineBeforeItsCallBeginsAtTheJointAnglesBeforeTheCall) {
+  const std::string rapid = robtarget("p1") +
+                            "PROC part()\nConfL\\Off;\nMoveL p1,v1,fine,tool0;\nENDPROC\n"
+                            "PROC main()\n",
+                    home = "MoveAbsJ [[9,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n",
+                    away = "MoveAbsJ [[50,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n";
+  const auto near = first_near("p.mod", rapid + home + "part;\n" + away + "ENDPROC\n");
+  ASSERT_TRUE(near);
+  EXPECT_NEAR(*near, 9 * kDegree, 1e-12);
+  EXPECT_FALSE(first_near("p.mod", rapid + "part;\n" + home + "ENDPROC\n"));
+  EXPECT_FALSE(first_near("p.mod", rapid + home + "part;\n" + away + "part;\nENDPROC\n"));
+  const std::string ur = "def prog():\ndef part():\nmovel(p[1,2,3,0,0,0])\nend\n";
+  const auto of_ur = first_near("p.script", ur + "movej([0.5,-1,1,0,1,0])\npart()\nend\n");
+  ASSERT_TRUE(of_ur);
+  EXPECT_NEAR(*of_ur, 0.5, 1e-12);
+  EXPECT_FALSE(first_near("p.script", ur + "part()\nmovej([0.5,-1,1,0,1,0])\nend\n"));
 }
 
 TEST(Certainty, ARapidFrameThatARoutineChangesIsNotKnown) {

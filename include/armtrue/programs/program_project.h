@@ -26,6 +26,8 @@ class TextsOfOthers {
 
   /// The texts of others for the program `path`, which is one of the texts.
   std::vector<ProgramText> of(const std::string& path);
+  /// The folder of the controller or task that a program lies in, if it lies deeper; else empty.
+  std::string controller_of(const std::string& path) const;
   /// The program and its data lists.
   std::vector<const ProgramText*> own(const std::string& path) const;
 

@@ -20,13 +20,6 @@ namespace {
 bool is_point_type(const std::string& type) { return type == "ROBTARGET" || type == "JOINTTARGET"; }
 bool is_frame_type(const std::string& type) { return type == "WOBJDATA" || type == "TOOLDATA"; }
 
-// Behind PROC, FUNC type or TRAP; the cursor goes behind the name.
-std::string routine_name(TextCursor& cursor) {
-  std::string name;
-  for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name()) name = word;
-  return name;
-}
-
 // Behind the indices of an array, {2} or {3,2}.
 void skip_indices(TextCursor& cursor) {
   cursor.skip_to("}");
@@ -36,29 +29,39 @@ void skip_indices(TextCursor& cursor) {
 }  // namespace
 
 void RapidData::read(const std::vector<Statement>& statements) {
-  int scope = 0;
+  int scope = 0, loops = 0;  // that are open
   for (const Statement& statement : statements)
     each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
       if (begins_rapid_routine(word)) {
         scopes_.open(at);
         scope = scopes_.at(at);
         declare_parameters(word, cursor, scope);
-      } else if (ends_rapid_routine(word)) {
+      } else if (word == "FOR") {
+        ++loops;
+        scopes_.open(at);
+        scope = scopes_.at(at);
+        names_.declare(cursor.take_name(), scope).is_parameter = true;  // with a value of its own
+      } else if (word == "ENDFOR" && loops > 0) {
+        --loops;
         scopes_.close(at);
         scope = scopes_.at(at);
-      } else if (word == "CONST" || word == "PERS" || word == "VAR") {
+      } else if (ends_rapid_routine(word)) {
+        for (; loops >= 0; --loops) scopes_.close(at);
+        loops = 0;
+        scope = scopes_.at(at);
+      } else if (is_rapid_declaration(word)) {
         declare(word, statement, cursor, scope);
         return true;
       }
       return false;
     });
-  read_others();
+  read_others(statements);
   for (const Statement& statement : statements) read_uses(statement);
-  forget_changed_frames(statements);
 }
 
 // The modules of a task share the data that they declare outside of routines, but for LOCAL ones.
-void RapidData::read_others() {
+void RapidData::read_others(const std::vector<Statement>& own) {
+  routines_.read(text_, own);
   std::vector<std::pair<std::string, std::vector<Statement>>> modules;
   for (size_t i = program_.own_texts; i < program_.texts.size(); ++i) {
     std::string text = masked(program_.texts[i].text, '!', "\"");
@@ -68,9 +71,8 @@ void RapidData::read_others() {
       std::string before;
       each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor& cursor) {
         is_in_routine = (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
-        if (begins_rapid_routine(word)) routines_.insert(routine_name(cursor));
         const bool is_local = std::exchange(before, word) == "LOCAL";
-        if (word != "CONST" && word != "PERS" && word != "VAR") return false;
+        if (!is_rapid_declaration(word)) return false;
         if (is_in_routine || is_local) return true;
         const std::string type = cursor.take_name(), name = cursor.take_name();
         if (name.empty()) return true;
@@ -83,8 +85,10 @@ void RapidData::read_others() {
         return true;
       });
     }
+    routines_.read(text, statements);
     modules.emplace_back(std::move(text), std::move(statements));
   }
+  routines_.follow_calls();
   for (const auto& [text, statements] : modules) note_uses_of_others(text, statements);
 }
 
@@ -92,48 +96,43 @@ void RapidData::read_others() {
 void RapidData::note_uses_of_others(const std::string& text,
                                     const std::vector<Statement>& statements) {
   std::set<std::string> own;  // names that mean something else there
+  bool is_in_routine = false;
   for (const Statement& statement : statements)
     each_rapid_word(text, statement, [&](const std::string& word, size_t, TextCursor cursor) {
-      if (word == "CONST" || word == "PERS" || word == "VAR") {
-        cursor.take_name();
-        const std::string name = cursor.take_name();
-        if (find_of_others(name) == nullptr || names_.find(scopes_, name, 0)) own.insert(name);
-      }
-      if (!begins_rapid_routine(word)) return false;
-      while (!cursor.take_name().empty()) continue;
-      if (!cursor.take('(')) return false;
-      const Statement head{0, cursor.at(), statement.end};
-      cursor.skip_to(")");
-      each_word(text, {0, head.begin, cursor.at()},
-                [&](const std::string& name, size_t, const TextCursor&) { own.insert(name); });
+      is_in_routine = (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
+      if (!is_rapid_declaration(word) || is_in_routine) return false;
+      cursor.take_name();
+      const std::string name = cursor.take_name();
+      if (find_of_others(name) == nullptr || names_.find(scopes_, name, 0)) own.insert(name);
       return false;
     });
-  for (const Statement& statement : statements) {
-    bool is_assignment = false, is_move = false;
-    each_rapid_word(text, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
-      const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
-      for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
-      is_assignment |= is_declaration || word == "RETURN";
-      if (is_declaration) return false;
-      is_move |= cursor.next() != '(' && cursor.next() != ':' &&
-                 (find_rapid_move(word) || is_other_rapid_move(word, cursor));
-      if (own.contains(word)) return false;
-      Datum* datum = names_.find(scopes_, word, 0);
-      if (!datum) datum = find_of_others(word);
-      if (!datum) return false;
-      datum->is_of_others = true;
-      TextCursor ahead = cursor;
-      if (takes_rapid_assignment(ahead)) {
-        if (names_rapid_parameter(text, statement, at)) return false;
-        ++datum->values;
-        note_set_part(text, cursor, *datum);
-        is_assignment = true;
-      } else if (!is_assignment && !is_move && !datum->is_constant && is_point_type(datum->type)) {
-        datum->values += 2;
-      }
-      return false;
-    });
-  }
+  each_rapid_use(
+      text, statements,
+      [&](const Statement& statement, const std::string& word, size_t at, TextCursor cursor) {
+        if (own.contains(word)) return;
+        Datum* datum = names_.find(scopes_, word, 0);
+        if (!datum) datum = find_of_others(word);
+        if (!datum) return;
+        datum->is_of_others = true;
+        if (TextCursor ahead = cursor; !takes_rapid_assignment(ahead)) {
+          note_handed(text, statement, at, cursor, *datum);
+        } else if (!names_rapid_parameter(text, statement, at)) {
+          ++datum->values;
+          note_set_part(text, word, cursor, *datum);
+        }
+      });
+}
+
+// A datum that a statement hands to what may change it. Of a tool or work object no value is stated
+// that holds behind that, if it is a component: then --frame is no remedy.
+void RapidData::note_handed(std::string_view text, const Statement& statement, size_t at,
+                            TextCursor behind, Datum& datum) const {
+  const std::string receiver = rapid_receiver(text, statement, at, behind);
+  if (receiver.empty() || datum.is_constant) return;
+  if (!routines_.may_change(receiver, rapid_type_of_part(datum.type, behind))) return;
+  if (TextCursor part = behind; part.take('.') && part.take_name() == "TLOAD") return;
+  datum.values += 2;
+  datum.is_set_again |= behind.next() == '.';
 }
 
 // type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
@@ -163,34 +162,20 @@ bool RapidData::take_value(const std::string& kind, const std::string& type, Tex
 
 // NAME(num n, PERS robtarget point \switch fast | wobjdata WObj, VAR num list{*})
 void RapidData::declare_parameters(const std::string& kind, TextCursor cursor, int scope) {
-  const std::string routine = routine_name(cursor);
-  routines_.insert(routine);
+  const std::string routine = take_rapid_routine(kind, cursor);
   const auto [procedure, is_new] = procedures_.try_emplace(routine);
   if (!is_new) procedure->second.clear();  // nobody knows which one is called
   const bool is_followed = is_new && kind == "PROC";
-  if (!cursor.take('(')) return;
-  const size_t begin = cursor.at();
-  cursor.skip_to(")");
-  for (const Statement& part : split_arguments(text_, begin, cursor.at(), ",|\\")) {
-    TextCursor words(text_, part.begin, part.end);
-    std::string mode, type, name;
-    for (std::string word = words.take_name(); !word.empty(); word = words.take_name()) {
-      mode = std::exchange(type, name);
-      name = word;
-    }
-    if (name.empty()) continue;
-    Datum& datum = names_.declare(name, scope);
-    datum.type = type;
+  each_rapid_parameter(text_, cursor, [&](const RapidParameter& parameter) {
+    Datum& datum = names_.declare(parameter.name, scope);
+    datum.type = parameter.type;
     datum.is_parameter = true;
     datum.routine = routine;
-    datum.is_copied = mode.empty();
-    size_t before = part.begin;
-    while (before > begin && is_blank(text_[before - 1])) --before;
-    const char separator = text_[before - 1];
-    if (!is_followed || separator == '\\' || separator == '|') continue;
+    datum.is_copied = parameter.mode.empty();
+    if (!is_followed || parameter.is_optional) return;
     datum.position = procedure->second.size();
     procedure->second.push_back(&datum);
-  }
+  });
 }
 
 std::optional<RoutineParameter> RapidData::parameter_at(const Statement& argument) {
@@ -226,31 +211,13 @@ std::vector<Statement> RapidData::arguments_of_call(TextCursor cursor, size_t en
   return arguments;
 }
 
-// Tools and work objects that are handed to a routine that gives its parameter a value.
-void RapidData::forget_changed_frames(const std::vector<Statement>& statements) {
-  std::set<std::string> changing;
-  names_.each([&](const Datum& datum) {
-    if (datum.is_parameter && datum.values > 0 && is_frame_type(datum.type))
-      changing.insert(datum.routine);
-  });
-  for (const Statement& statement : statements) {
-    bool is_called = false;
-    each_rapid_word(text_, statement, [&](const std::string& word, size_t at, const TextCursor&) {
-      if (Datum* const datum = find(word, at); is_called && datum && is_frame_type(datum->type))
-        datum->values += 2;
-      is_called |= changing.contains(word);
-      return false;
-    });
-  }
-}
-
 // Assignments, and the points that other statements than moves use. A routine may change what is
 // handed to it, unless that is a constant or the routine gets a copy.
 void RapidData::read_uses(const Statement& statement) {
   bool is_assignment = false, is_move = false, is_followed = false;
   std::vector<Statement> copied;  // what a procedure gets a copy of
   each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
-    const bool is_declaration = word == "CONST" || word == "PERS" || word == "VAR";
+    const bool is_declaration = is_rapid_declaration(word);
     for (int i = 0; is_declaration && i < 2; ++i) cursor.take_name();
     is_assignment |= is_declaration || word == "RETURN";
     if (is_declaration) return false;
@@ -268,12 +235,13 @@ void RapidData::read_uses(const Statement& statement) {
       return false;
     }
     Datum* const datum = find(word, at);
-    if (!datum || !is_point_type(datum->type) || cursor.next() == ':') return false;
+    if (!datum || cursor.next() == ':') return false;
     const auto is_here = [&](const Statement& part) { return part.begin <= at && at < part.end; };
     if (!datum->is_parameter && std::ranges::any_of(copied, is_here)) return false;
+    note_handed(text_, statement, at, cursor, *datum);
+    if (!is_point_type(datum->type)) return false;
     datum->is_shared = true;
     if (cursor.next() == '.') return false;
-    if (!is_assignment && !datum->is_constant) datum->values += 2;
     if (!is_move)
       uses_.push_back(
           {{line_at(program_.texts[0].text, statement, at), word, !is_assignment && !is_followed},
@@ -300,18 +268,23 @@ bool RapidData::note_assignment(const Statement& statement, const std::string& w
   Datum* const known = find(word, at);
   Datum& datum = known ? *known : names_.declare(word, 0);
   ++datum.values;
-  note_set_part(text_, behind, datum);
+  note_set_part(text_, word, behind, datum);
   return true;
 }
 
 // `behind`: behind the name that is assigned. The load of a tool moves nothing.
-void RapidData::note_set_part(std::string_view text, TextCursor behind, Datum& datum) {
+void RapidData::note_set_part(std::string_view text, const std::string& name, TextCursor behind,
+                              Datum& datum) {
   if (!datum.type.empty() && !is_frame_type(datum.type)) return;
   const size_t begin = behind.at();
   takes_rapid_assignment(behind);
   std::string part = upper(text.substr(begin, behind.at() - begin));
   std::erase_if(part, [](unsigned char c) { return std::isspace(c) != 0 || c == ':' || c == '='; });
   if (part.starts_with(".TLOAD")) return;
+  each_word(text, {0, behind.at(), behind.end()},
+            [&](const std::string& word, size_t, const TextCursor&) {
+              datum.is_set_again |= word == name;  // t.tframe.trans.z := t.tframe.trans.z + 5
+            });
   for (const std::string& other : datum.set_parts)
     datum.is_set_again |= part.starts_with(other) || other.starts_with(part);
   datum.set_parts.push_back(part);
@@ -337,19 +310,14 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
   if ((first == "OFFS" || first == "RELTOOL") && cursor.next() == '(' && kind != TargetKind::joints)
     return displaced_point(first, argument, kind, line, why_not, depth);
   Datum* const datum = find(first, argument.begin);
-  size_t element = 0;
-  if (cursor.take('{')) {
-    const auto index = cursor.take_number();
-    if (!index || !cursor.take('}'))
-      return refuse("its point is an element of an array, whose index is no plain number");
-    const bool is_there =
-        datum && *index >= 1 && *index <= static_cast<double>(datum->list.items.size());
-    element = is_there ? static_cast<size_t>(*index) : SIZE_MAX;
-  }
+  const auto element = take_element(cursor);
+  if (!element)
+    return refuse("its point is an element of an array, whose index is no plain number");
   if (!cursor.done())
     return refuse("its target is an expression; it starts from points as they are declared");
   if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
-  if (!datum || element == SIZE_MAX)
+  const ListItem* const list = datum ? list_of(*datum, *element) : nullptr;
+  if (!list)
     return refuse(
         "its point is not declared here; give the module that declares it, or a folder "
         "with it: --with");
@@ -357,15 +325,38 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
     return refuse("its point is given several values, or changed at run time");
   if (datum->type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
     return refuse("its point is of another type");
-  const auto known = datum->points.find(element);
+  const auto known = datum->points.find(*element);
   if (known != datum->points.end()) return known->second;
   std::string name;
   for (size_t i = argument.begin; i < argument.end; ++i)
     if (!is_blank(text_[i])) name += text_[i];
-  const ListItem& list = element == 0 ? datum->list : datum->list.items[element - 1];
-  const int point = add_point(list, kind, name, datum->line, datum->text);
-  if (point >= 0) datum->points[element] = point;
-  return added(point, list);
+  const int point = add_point(*list, kind, name, datum->line, datum->text);
+  if (point >= 0) datum->points[*element] = point;
+  return added(point, *list);
+}
+
+// {2}, {1,n}, or none. Nothing if an index is not certain.
+std::optional<RapidData::Element> RapidData::take_element(TextCursor& cursor) {
+  Element element;
+  if (!cursor.take('{')) return element;
+  const size_t begin = cursor.at();
+  cursor.skip_to("}");
+  for (const Statement& part : split_arguments(text_, begin, cursor.at(), ",")) {
+    const auto index = constant_in(part);
+    if (!index || *index < 1 || *index != std::floor(*index)) return std::nullopt;
+    element.push_back(static_cast<size_t>(*index));
+  }
+  return cursor.take('}') ? std::optional(element) : std::nullopt;
+}
+
+// Null if the array has no such element.
+const ListItem* RapidData::list_of(const Datum& datum, const Element& element) {
+  const ListItem* list = &datum.list;
+  for (const size_t index : element) {
+    if (list->kind != ListItem::Kind::list || index > list->items.size()) return nullptr;
+    list = &list->items[index - 1];
+  }
+  return list;
 }
 
 // Offs(p10,0,0,100), RelTool(p10,0,0,100\Rx:=..\Ry:=..\Rz:=..). Numbers, or constants.
@@ -547,20 +538,38 @@ std::vector<RapidData::Use> RapidData::finish() {
   return others;
 }
 
-// The list of a tool or work object; null if this text does not state it. Calls of a routine may
-// hand on several.
-const RapidData::Datum* RapidData::value_of(const Statement& argument, const char* type,
-                                            TargetKind kind, std::string& why_not) {
+// Of a tool or work object; null if this text does not state it. Calls of a routine may hand on
+// several.
+RapidData::FrameList RapidData::value_of(const Statement& argument, const char* type,
+                                         TargetKind kind, std::string& why_not) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
   int scope = 0;
-  const Datum* datum = names_.find(scopes_, name_of(argument), scopes_.at(argument.begin), &scope);
-  if (!datum) datum = find_of_others(name_of(argument));
+  const Datum* datum = names_.find(scopes_, name, scopes_.at(argument.begin), &scope);
+  if (!datum) datum = find_of_others(name);
   if (scope > 0) why_not = why_not_of_routine(kind);
   // --frame states one value.
-  if (datum && datum->is_set_again && kind == TargetKind::cartesian && parts_ == TargetParts::pose)
+  if (datum && datum->is_set_again && needs_frame(kind))
     why_not = "its tool or work object is given several values, or changed at run time";
-  const bool is_certain = datum && datum->values == 1 && datum->type == type &&
-                          datum->list.kind == ListItem::Kind::list;
-  return is_certain && scope == 0 ? datum : nullptr;
+  const auto element = take_element(cursor);
+  if (!element && needs_frame(kind))
+    why_not = "its tool or work object is an element of an array, whose index is no plain number";
+  const bool is_certain = datum && element && cursor.done() && datum->values == 1 &&
+                          datum->type == type && datum->list.kind == ListItem::Kind::list;
+  if (!is_certain || scope != 0) return {};
+  return {list_of(*datum, *element), datum->text};
+}
+
+// Of a frame with a name. The controller refuses a quaternion of another length.
+std::optional<Pose> RapidData::pose_of(const ListItem& list, const std::string& name,
+                                       TargetKind kind, std::string& why_not) const {
+  const auto pose = rapid_pose(list);
+  if (!pose && needs_frame(kind) && !is_given_frame(known_, name))
+    why_not = list.items.size() == 2 && list.items[0].numbers(3) && list.items[1].numbers(4)
+                  ? "the length of the quaternion of its tool or work object is not 1"
+                  : "its tool or work object has no plain numbers; say where it is: --frame " +
+                        name + "=..";
+  return pose;
 }
 
 // [finep, pzone_tcp, pzone_ori, ..]
@@ -587,15 +596,15 @@ RapidData::Frame RapidData::work_object_at(const Statement& argument, TargetKind
   if (name == "WOBJ0") return room_frame();
   Frame frame;
   std::optional<Pose> pose;
-  const Datum* const datum = value_of(argument, "WOBJDATA", kind, why_not);
+  const FrameList found = value_of(argument, "WOBJDATA", kind, why_not);
   if (!why_not.empty()) return frame;
-  if (datum && datum->list.items.size() == 5) {
-    const std::vector<ListItem>& parts = datum->list.items;
-    const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
+  if (found.list && found.list->items.size() == 5) {
+    const std::vector<ListItem>& parts = found.list->items;
+    const auto user = pose_of(parts[3], name, kind, why_not),
+               object = pose_of(parts[4], name, kind, why_not);
     if (user && object) pose = *user * *object;
-    frame.is_held = bool_of(parts[0], datum->text);
-    if (bool_of(parts[1], datum->text) == false)
-      why_not = "a mechanical unit moves the work object";
+    frame.is_held = bool_of(parts[0], found.text);
+    if (bool_of(parts[1], found.text) == false) why_not = "a mechanical unit moves the work object";
   }
   frame.index = add_frame(program_.frames, known_, name, pose);
   return frame;
@@ -608,11 +617,11 @@ RapidData::Frame RapidData::tool_at(const Statement& argument, TargetKind kind,
   Frame frame;
   std::optional<Pose> pose;
   if (name == "TOOL0") pose = Pose{};
-  const Datum* const datum = value_of(argument, "TOOLDATA", kind, why_not);
+  const FrameList found = value_of(argument, "TOOLDATA", kind, why_not);
   if (!why_not.empty()) return frame;
-  if (datum && datum->list.items.size() == 3) {
-    pose = rapid_pose(datum->list.items[1]);
-    frame.is_held = bool_of(datum->list.items[0], datum->text);
+  if (found.list && found.list->items.size() == 3) {
+    pose = pose_of(found.list->items[1], name, kind, why_not);
+    frame.is_held = bool_of(found.list->items[0], found.text);
   }
   frame.index = add_frame(program_.frames, known_, name, pose);
   return frame;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
+#include "programs/abb/rapid_calls.h"
 #include "programs/abb/rapid_insertion.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/move_reader.h"
@@ -44,8 +45,7 @@ class RapidData {
   Frame work_object_at(const Statement& argument, TargetKind kind, std::string& why_not);
   /// Why a tool or a work object of a routine is not certain; empty if the target does not need it.
   std::string why_not_of_routine(TargetKind kind) const {
-    const bool is_needed = kind == TargetKind::cartesian && parts_ == TargetParts::pose;
-    return is_needed ? "its tool or work object is given by its routine" : "";
+    return needs_frame(kind) ? "its tool or work object is given by its routine" : "";
   }
   /// Radius of a zone [m]; 0 of fine, and of one that is not known for certain.
   double radius_of_zone(const Statement& argument);
@@ -81,6 +81,7 @@ class RapidData {
   std::vector<Use> finish();
 
  private:
+  using Element = std::vector<size_t>;  // its indices, from 1; of the whole none
   struct Datum {
     ListItem list;
     int values = 0;  // how often it is given one
@@ -97,7 +98,7 @@ class RapidData {
     bool is_of_others = false;       // other modules declare it or use it
     int text = 0;                    // in RobotProgram::texts
     std::optional<double> number;    // of a constant
-    std::map<size_t, int> points;    // by the index of the element, 0 of the whole
+    std::map<Element, int> points;
   };
   using FramesOfMove = std::pair<int, int>;  // work object and tool, in RobotProgram::frames
   struct Offset {
@@ -111,16 +112,18 @@ class RapidData {
 
   void declare(const std::string& kind, const Statement& statement, TextCursor cursor, int scope);
   void declare_parameters(const std::string& kind, TextCursor cursor, int scope);
+  void note_handed(std::string_view text, const Statement& statement, size_t at, TextCursor behind,
+                   Datum& datum) const;
   void read_uses(const Statement& statement);
   std::vector<RoutineParameter> points_handed_to(const std::string& procedure) const;
   bool is_displaced(const Statement& argument) const;
   void keep_starts_in_other_frames();
   bool is_point_text(const Statement& argument) const;
-  void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const Statement& statement, const std::string& word, size_t at,
                        TextCursor cursor);
-  static void note_set_part(std::string_view text, TextCursor behind, Datum& datum);
-  void read_others();
+  static void note_set_part(std::string_view text, const std::string& name, TextCursor behind,
+                            Datum& datum);
+  void read_others(const std::vector<Statement>& statements);
   void note_uses_of_others(const std::string& text, const std::vector<Statement>& statements);
   static bool take_value(const std::string& kind, const std::string& type, TextCursor cursor,
                          Datum& datum);
@@ -133,8 +136,20 @@ class RapidData {
     Datum* const own = names_.find(scopes_, name, scopes_.at(at));
     return own ? own : find_of_others(name);
   }
-  const Datum* value_of(const Statement& argument, const char* type, TargetKind kind,
-                        std::string& why_not);
+  bool needs_frame(TargetKind kind) const {
+    return kind == TargetKind::cartesian && parts_ == TargetParts::pose;
+  }
+  std::optional<Element> take_element(TextCursor& cursor);
+  static const ListItem* list_of(const Datum& datum, const Element& element);
+  // The list of a tool or work object, and its text.
+  struct FrameList {
+    const ListItem* list = nullptr;
+    int text = 0;
+  };
+  FrameList value_of(const Statement& argument, const char* type, TargetKind kind,
+                     std::string& why_not);
+  std::optional<Pose> pose_of(const ListItem& list, const std::string& name, TargetKind kind,
+                              std::string& why_not) const;
   int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line, int text);
   struct Displacement {
     Statement point;  // the one that is displaced
@@ -166,7 +181,7 @@ class RapidData {
   std::map<std::string, Datum> of_others_;                 // global data of other modules
   std::vector<UseOfDatum> uses_;                           // of points, outside of moves
   std::vector<Offset> offsets_;                            // moves that are left alone
-  std::set<std::string> routines_;                         // of all texts
+  RapidRoutines routines_;                                 // of all texts
   std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;
 };

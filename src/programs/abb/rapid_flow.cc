@@ -21,7 +21,7 @@ class RapidFlowReader {
     read_steps(statements);
     return {flow_.follow(displacements_, 0),
             flow_.follow(turnings_, static_cast<int>(ArcTurning::with_path)),
-            flow_.follow(confj_, 1), flow_.follow(confl_, 1)};
+            flow_.follow(confj_, 1), flow_.follow(confl_, 1), flow_};
   }
 
   // `modules`: where each begins in the text.
@@ -48,7 +48,7 @@ class RapidFlowReader {
   void read_steps(const std::vector<Statement>& statements) {
     for (const Statement& statement : statements)
       each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
-        if (begins_rapid_routine(word)) routines_[name_of(word, cursor)].push_back(at);
+        if (begins_rapid_routine(word)) routines_[take_rapid_routine(word, cursor)].push_back(at);
         return false;
       });
     for (const Statement& statement : statements) read_statement(statement);
@@ -68,17 +68,13 @@ class RapidFlowReader {
     flow_.add(Step::end_routine, ++place);
   }
 
-  // Behind PROC, FUNC type or TRAP.
-  static std::string name_of(const std::string& word, TextCursor cursor) {
-    if (word == "FUNC") cursor.take_name();
-    return cursor.take_name();
-  }
-
   void read_statement(const Statement& statement) {
     bool is_then_of_elseif = false, is_compact = false;
     each_rapid_word(text_, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
       if (begins_rapid_routine(word)) {
-        flow_.add(word == "TRAP" ? Step::interrupt : Step::routine, at, name_of(word, cursor));
+        TextCursor head = cursor;
+        flow_.add(word == "TRAP" ? Step::interrupt : Step::routine, at,
+                  take_rapid_routine(word, head));
       } else if (ends_rapid_routine(word)) {
         flow_.add(Step::end_routine, at);
       } else if (word == "IF") {

@@ -21,6 +21,7 @@ struct RapidFlow {
   /// Whether the confdata of joint moves (ConfJ), and of straight and circular ones (ConfL), count:
   /// 1, or 0 behind \Off, where the arm moves to the nearest posture.
   ProgramFlow::Values confj, confl;
+  ProgramFlow steps;
 };
 
 /// `text`: by masked(); `statements`: its statements.

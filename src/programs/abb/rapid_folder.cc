@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "programs/abb/rapid_calls.h"
 #include "programs/abb/rapid_flow.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/statement.h"
@@ -16,15 +17,11 @@
 namespace armtrue {
 namespace {
 
-bool is_declaration(const std::string& word) {
-  return word == "CONST" || word == "PERS" || word == "VAR";
-}
-
 // What statements do to a datum.
 struct Uses {
   int named = 0;
   int assigned = 0;
-  int handed = 0;  // to routines, which may change what is no constant
+  int handed = 0;  // to what may change it
 
   void add(const Uses& other, int sign) {
     named += sign * other.named;
@@ -41,7 +38,7 @@ struct Module {
   const ProgramText* text = nullptr;
   std::string plain;  // by masked()
   std::vector<Statement> statements;
-  std::set<std::string> words, routines, parameters;
+  std::set<std::string> words, routines;
   std::set<std::string> declared;   // anywhere
   std::set<std::string> of_module;  // outside of routines
   std::set<std::string> global;     // of these, those that are not LOCAL
@@ -63,6 +60,8 @@ class RapidFolder : public FolderTexts {
     std::vector<RapidModuleText> texts;
     for (const Module& module : modules_) texts.push_back({module.plain, module.statements});
     displacements_ = follow_rapid_displacements(texts);
+    for (const Module& module : modules_) routines_.read(module.plain, module.statements);
+    routines_.follow_calls();
     for (Module& module : modules_) {
       read_uses(module);
       for (const auto& [name, uses] : module.uses)
@@ -89,7 +88,7 @@ class RapidFolder : public FolderTexts {
   using Places = std::map<std::string, std::set<size_t>>;  // modules, by names
 
   // As RapidData reads a module of others.
-  static void read_names(Module& module) {
+  void read_names(Module& module) {
     module.plain = masked(module.text->text, '!', "\"");
     module.statements = split_statements(module.plain, ';');
     each_word(
@@ -102,13 +101,14 @@ class RapidFolder : public FolderTexts {
           module.plain, statement, [&](const std::string& word, size_t, TextCursor cursor) {
             is_in_routine =
                 (is_in_routine || begins_rapid_routine(word)) && !ends_rapid_routine(word);
-            if (begins_rapid_routine(word)) read_head(statement, cursor, module);
+            if (TextCursor head = cursor; begins_rapid_routine(word))
+              module.routines.insert(take_rapid_routine(word, head));
             const bool is_local = std::exchange(before, word) == "LOCAL";
-            if (!is_declaration(word)) return false;
-            cursor.take_name();
-            const std::string name = cursor.take_name();
+            if (!is_rapid_declaration(word)) return false;
+            const std::string type = cursor.take_name(), name = cursor.take_name();
             if (name.empty()) return false;
             module.declared.insert(name);
+            if (!is_in_routine) types_.emplace(name, type);
             if (!is_in_routine) module.of_module.insert(name);
             if (!is_in_routine && !is_local) module.global.insert(name);
             return false;
@@ -116,43 +116,26 @@ class RapidFolder : public FolderTexts {
     }
   }
 
-  // NAME(num n, PERS robtarget point): the cursor stands behind PROC.
-  static void read_head(const Statement& statement, TextCursor cursor, Module& module) {
-    std::string name;
-    for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name())
-      name = word;
-    module.routines.insert(name);
-    if (!cursor.take('(')) return;
-    const size_t begin = cursor.at();
-    cursor.skip_to(")");
-    each_word(module.plain, {statement.line, begin, cursor.at()},
-              [&](const std::string& word, size_t, const TextCursor&) {
-                module.parameters.insert(word);
-              });
+  void read_uses(Module& module) const {
+    each_rapid_use(module.plain, module.statements,
+                   [&](const Statement& statement, const std::string& word, size_t at,
+                       const TextCursor& cursor) {
+                     Uses& uses = module.uses[word];
+                     ++uses.named;
+                     if (TextCursor ahead = cursor; takes_rapid_assignment(ahead))
+                       ++uses.assigned;
+                     else if (may_be_changed(module, statement, word, at, cursor))
+                       ++uses.handed;
+                   });
   }
 
-  void read_uses(Module& module) const {
-    for (const Statement& statement : module.statements) {
-      bool is_assignment = false, is_move = false;
-      each_rapid_word(module.plain, statement,
-                      [&](const std::string& word, size_t, TextCursor& cursor) {
-                        for (int i = 0; is_declaration(word) && i < 2; ++i) cursor.take_name();
-                        is_assignment |= is_declaration(word) || word == "RETURN";
-                        if (is_declaration(word)) return false;
-                        is_move |= cursor.next() != '(' && cursor.next() != ':' &&
-                                   (find_rapid_move(word) || is_other_rapid_move(word, cursor));
-                        if (module.parameters.contains(word)) return false;
-                        Uses& uses = module.uses[word];
-                        ++uses.named;
-                        if (TextCursor ahead = cursor; takes_rapid_assignment(ahead)) {
-                          ++uses.assigned;
-                          is_assignment |= declaring_.contains(word);
-                        } else if (!is_assignment && !is_move) {
-                          ++uses.handed;
-                        }
-                        return false;
-                      });
-    }
+  bool may_be_changed(const Module& module, const Statement& statement, const std::string& name,
+                      size_t at, TextCursor behind) const {
+    const auto type = types_.find(name);
+    if (type == types_.end()) return false;
+    const std::string receiver = rapid_receiver(module.plain, statement, at, behind);
+    return !receiver.empty() &&
+           routines_.may_change(receiver, rapid_type_of_part(type->second, behind));
   }
 
   // The modules whose global data a program names and does not declare itself.
@@ -179,9 +162,9 @@ class RapidFolder : public FolderTexts {
     for (const std::string& word : program.words) {
       const auto leaving = displacements_.leaving.find(word);
       if (leaving != displacements_.leaving.end() && !program.routines.contains(word))
-        text += "PROC " + word + "()\n" + displacement_of(leaving->second) + "ENDPROC\n";
+        text += routine_of_others(word, displacement_of(leaving->second));
       else if (is_by_others(having_routine_, word))
-        text += "PROC " + word + "()\nENDPROC\n";
+        text += routine_of_others(word, "");
       const bool is_own = program.of_module.contains(word);
       const auto total = uses_.find(word);
       if (total == uses_.end() || (!is_own && !declaring_.contains(word))) continue;
@@ -191,11 +174,18 @@ class RapidFolder : public FolderTexts {
       if (!is_own) uses[0].add(uses[1], 1);
       text += statements_of(word, uses[0]);
     }
-    for (const size_t module : whole)
-      for (const auto& [name, uses] : modules_[module].uses)
-        if (uses.assigned > 0 && !program.words.contains(name) && declaring_.contains(name))
-          text += "VAR num " + name + ";\n";  // where it is assigned, nothing is handed on
     return text + displaced_calls_of(program) + "ENDMODULE\n";
+  }
+
+  // A routine that changes arguments of the same types.
+  std::string routine_of_others(const std::string& name, const std::string& body) const {
+    std::string parameters, assignments;
+    for (const std::string& type : routines_.changed_by(name)) {
+      const std::string of_type = "of_" + type;
+      parameters += (parameters.empty() ? "INOUT " : ",INOUT ") + type + " " + of_type;
+      assignments += of_type + ":=0;\n";
+    }
+    return "PROC " + name + "(" + parameters + ")\n" + assignments + body + "ENDPROC\n";
   }
 
   // A statement that leaves one of these.
@@ -227,12 +217,14 @@ class RapidFolder : public FolderTexts {
     std::string text;
     if (uses.named > 0) text += "MoveJ " + name + ";\n";
     for (int i = 0; i < std::min(uses.assigned, 2); ++i) text += name + ":=0;\n";
-    if (uses.handed > 0) text += "Incr " + name + ";\n";
+    if (uses.handed > 0) text += "Incr " + name + ".x;\n";
     return text;
   }
 
   std::vector<Module> modules_;
   RapidDisplacements displacements_;
+  RapidRoutines routines_;
+  std::map<std::string, std::string> types_;  // of data outside of routines
   Places declaring_;  // global data
   Places having_routine_;
   std::map<std::string, UsesOfName> uses_;

@@ -47,6 +47,7 @@ class RapidReader : MoveReader {
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
     follow_calls(calls_, of_parameters_, "its point is a parameter of the routine", *this);
+    find_first_branch(flow_.steps);
     is_dead_ = false;
     is_called_ = true;
     for (const RapidData::Use& use : data_.finish())
@@ -83,8 +84,7 @@ class RapidReader : MoveReader {
                   const Statement& statement) {
     const bool is_local = std::exchange(word_before_, word) == "LOCAL";
     if (begins_rapid_routine(word)) {
-      std::string name = cursor.take_name();
-      if (word == "FUNC") name = cursor.take_name();
+      const std::string name = take_rapid_routine(word, cursor);
       is_called_ = !is_local || count_of(name) > 1 || text_.find("%\"") != std::string::npos ||
                    count_of("CALLBYVAR") > 0;
       is_dead_ = false;

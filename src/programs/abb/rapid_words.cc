@@ -105,11 +105,20 @@ bool begins_rapid_routine(const std::string& word) {
   return word == "PROC" || word == "FUNC" || word == "TRAP";
 }
 
+bool is_rapid_declaration(const std::string& word) {
+  return word == "CONST" || word == "PERS" || word == "VAR";
+}
+
 bool ends_rapid_routine(const std::string& word) {
   return word == "ENDPROC" || word == "ENDFUNC" || word == "ENDTRAP";
 }
 
-bool takes_rapid_assignment(TextCursor& cursor) {
+std::string take_rapid_routine(const std::string& word, TextCursor& cursor) {
+  if (word == "FUNC") cursor.take_name();
+  return cursor.take_name();
+}
+
+void skip_rapid_part(TextCursor& cursor) {
   while (cursor.next() == '.' || cursor.next() == '{')
     if (cursor.take('.')) {
       cursor.take_name();
@@ -117,6 +126,10 @@ bool takes_rapid_assignment(TextCursor& cursor) {
       cursor.skip_to("}");
       cursor.take('}');
     }
+}
+
+bool takes_rapid_assignment(TextCursor& cursor) {
+  skip_rapid_part(cursor);
   return cursor.take(':') && cursor.take('=');
 }
 

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <set>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "armtrue/programs/robot_program.h"
 #include "programs/statement.h"
@@ -31,8 +35,17 @@ bool stands_between_rapid_moves(const std::string& word);
 
 /// PROC, FUNC or TRAP.
 bool begins_rapid_routine(const std::string& word);
-/// Their ends.
+/// CONST, PERS or VAR.
+bool is_rapid_declaration(const std::string& word);
+/// The ends of routines.
 bool ends_rapid_routine(const std::string& word);
+
+/// Takes the name of a routine behind the word that begins it: a FUNC has a type before its name,
+/// and what follows the name of a TRAP is its first statement.
+std::string take_rapid_routine(const std::string& word, TextCursor& cursor);
+
+/// Behind the name of a datum: goes behind its components and indices.
+void skip_rapid_part(TextCursor& cursor);
 
 /// Calls with(word, at, cursor) for each word of a statement, in capitals, until it returns true.
 /// Options (\WObj), components (.trans) and the heads of routines are passed over, but for the word
@@ -54,9 +67,61 @@ void each_rapid_word(std::string_view text, const Statement& statement, With wit
     if (is_part) continue;
     if (with(word, at, cursor)) return;
     if (!begins_rapid_routine(word)) continue;
-    while (!cursor.take_name().empty()) continue;
+    take_rapid_routine(word, cursor);
     if (cursor.take('(')) cursor.skip_to(")");
   }
+}
+
+/// A parameter of a routine: `PERS robtarget point`, `num n`, `\switch fast`.
+struct RapidParameter {
+  std::string mode;  ///< VAR, PERS or INOUT; empty: the routine gets a copy
+  std::string type, name;
+  bool is_optional = false;
+};
+
+/// Calls with(parameter) for each parameter of a routine; `cursor`: behind its name.
+template <class With>
+void each_rapid_parameter(std::string_view text, TextCursor cursor, With with) {
+  if (!cursor.take('(')) return;
+  const size_t begin = cursor.at();
+  cursor.skip_to(")");
+  for (const Statement& part : split_arguments(text, begin, cursor.at(), ",|\\")) {
+    TextCursor words(text, part.begin, part.end);
+    RapidParameter parameter;
+    for (std::string word = words.take_name(); !word.empty(); word = words.take_name()) {
+      parameter.mode = std::exchange(parameter.type, parameter.name);
+      parameter.name = word;
+    }
+    if (parameter.name.empty()) continue;
+    size_t before = part.begin;
+    while (before > begin && is_blank(text[before - 1])) --before;
+    parameter.is_optional = text[before - 1] == '\\' || text[before - 1] == '|';
+    with(parameter);
+  }
+}
+
+/// Calls with(statement, word, at, cursor) for each word of a module as each_rapid_word() does, but
+/// for declarations and for what the routine around it declares itself.
+template <class With>
+void each_rapid_use(std::string_view text, const std::vector<Statement>& statements, With with) {
+  std::set<std::string> of_routine;
+  for (const Statement& statement : statements)
+    each_rapid_word(text, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      if (begins_rapid_routine(word) || ends_rapid_routine(word)) of_routine.clear();
+      if (begins_rapid_routine(word)) {
+        TextCursor head = cursor;
+        take_rapid_routine(word, head);
+        each_rapid_parameter(text, head, [&](const RapidParameter& parameter) {
+          of_routine.insert(parameter.name);
+        });
+      } else if (is_rapid_declaration(word)) {
+        cursor.take_name();
+        of_routine.insert(cursor.take_name());
+      } else if (!of_routine.contains(word)) {
+        with(statement, word, at, cursor);
+      }
+      return false;
+    });
 }
 
 /// A module by masked(), and blanks for the brackets about the argument of a procedure that it
