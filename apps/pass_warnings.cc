@@ -193,7 +193,7 @@ void refuse_the_same(Command& command, const std::vector<const PathFile*>& files
         continue;
       const std::string same = files[i]->source + ": holds the same as " + files[k]->source +
                                "; name the program and each record once";
-      if (k > 0) throw InputError(same);
+      if (k > 0 || files[i]->sha256 == files[k]->sha256) throw InputError(same);
       command.warn(same);  // a simulated arm may be as exact
     }
 }

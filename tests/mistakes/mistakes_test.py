@@ -685,7 +685,7 @@ TABLE = {
     # records of paths
     "longest correction in m": (mirror("pass.csv", more=("--max-mm", 0.001)), 0, "leaves the mean deviation of"),
     "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
-    "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
+    "program as record": (mirror(lambda: [LINE]), 1, "holds the same as"),
     "corrected path as record": (mirror(lambda: ["first.csv"]), 1, "those that mirror-correct writes"),
     "corrected path as pass of a certificate": (
         certificate("visits.csv", more=("--path", LINE, "--pass", "first.csv")), 1, "it is a corrected path"),
