@@ -78,6 +78,7 @@ class KrlParser {
     std::string name;
     int declarations = 0;  // in the own texts
     bool is_of_others = false;
+    bool is_global = false;  // of an FDAT
   };
   // What changes a variable in the .src.
   struct Changes {
@@ -155,7 +156,7 @@ class KrlParser {
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
     if (word == "REAL" || word == "INT") return read_numbers(statement, cursor, global, word);
-    if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
+    if (word == "FDAT") return read_fdat(cursor, global);
     if (word == "LDAT") return take_krl_ldat(cursor, syntax_.ldats);
     if (declares) return;
     routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
@@ -222,6 +223,14 @@ class KrlParser {
                 changes.is_beyond_main |= routines_ > 1;
                 changes.is_at_any_time |= contains({"DEF", "DEFFCT", "INTERRUPT", "TRIGGER"}, word);
               });
+  }
+
+  // FP1={TOOL_NO 1,..} behind DECL FDAT.
+  void read_fdat(TextCursor& cursor, bool global) {
+    const std::string name = cursor.take_name();
+    note_type(name, "FDAT");
+    types_[name].is_global |= global;
+    if (cursor.take('=') && cursor.next() == '{') syntax_.fdats[name] = take_krl_fdat(cursor);
   }
 
   // REAL LENGTH=50.0,WIDTH
@@ -586,7 +595,8 @@ class KrlParser {
         syntax_.frame_names[name] = declaration.frame;
       if (is_of_controller) note_set_frame(name, declaration, is_shared);
     }
-    const KrlVariables variables = follow_variables();
+    syntax_.variables = follow_variables();
+    const KrlVariables& variables = *syntax_.variables;
     for (const Product& product : products_) resolve(product, variables);
     for (const NamedTarget& named : named_) {
       KrlMove& move = syntax_.moves[named.move];
@@ -633,22 +643,46 @@ class KrlParser {
     if (is_shared) frame.lost_at = calls_that_may_set(list);
   }
 
+  // Keeps the FDAT and LDAT that nothing may change. Returns all FDAT as they are declared.
+  std::unordered_map<std::string, KrlFdat> drop_changed_data() {
+    for (const auto& [name, changes] : changes_) syntax_.changed.insert(name);
+    const auto is_changed = [&](const auto& data) {
+      const auto type = types_.find(data.first);
+      const bool is_seen_by_others =
+          type != types_.end() && (type->second.is_global || type->second.declarations == 0);
+      return syntax_.changed.contains(data.first) ||
+             (is_seen_by_others && set_by_others_.contains(data.first));
+    };
+    const std::unordered_map<std::string, KrlFdat> declared = syntax_.fdats;
+    for (const auto& fdat : declared)
+      if (is_changed(fdat)) syntax_.changed.insert(fdat.first);
+    std::erase_if(syntax_.fdats, is_changed);
+    std::erase_if(syntax_.ldats, is_changed);
+    return declared;
+  }
+
   // The variables that only the .src changes, and only where its flow shows when: with the
   // constants from which they take their values. A name that is declared twice is two variables.
-  KrlVariables follow_variables() {
-    KrlVariables variables(texts_[0].text, syntax_.steps);
+  std::shared_ptr<const KrlVariables> follow_variables() {
+    const auto followed = std::make_shared<KrlVariables>(texts_[0].text, syntax_.steps);
+    KrlVariables& variables = *followed;
+    const std::unordered_map<std::string, KrlFdat> declared_fdats = drop_changed_data();
     const bool comes_any_time = !functions_.empty() || !syntax_.steps.interrupts().empty();
     for (const auto& [name, type] : types_) {
       const auto found = declarations_.find(name);
       const Declaration* const declared = found == declarations_.end() ? nullptr : &found->second;
-      const bool is_seen_by_others = type.declarations == 0 || (declared && declared->is_global);
+      const bool is_seen_by_others =
+          type.declarations == 0 || type.is_global || (declared && declared->is_global);
+      const auto fdat = declared_fdats.find(name);
       if (type.name == "?" || type.declarations + type.is_of_others != 1) continue;
       if (is_seen_by_others && !has_sources_of_others_) continue;
       const bool is_shared = is_seen_by_others && set_by_others_.contains(name);
       if (is_shared && (!shared_ || shared_->set_at_any_time.contains(name))) continue;
       const auto changed = changes_.find(name);
       if (changed == changes_.end()) {
-        if (const auto number = numbers_.find(name); number != numbers_.end())
+        if (fdat != declared_fdats.end() && syntax_.fdats.contains(name))
+          variables.add_constant(name, type.name, {std::nullopt, {}, false, fdat->second});
+        else if (const auto number = numbers_.find(name); number != numbers_.end())
           variables.add_constant(name, type.name, {number->second, {}, false});
         else if (declared && declared->values == 1 && !declared->used &&
                  (declared->frame >= 0 || declared->axes >= 0))
@@ -661,10 +695,12 @@ class KrlParser {
       std::vector<KrlChange> list = changes.list;
       if (is_shared)
         for (const size_t call : calls_that_may_set(name)) list.push_back({call, call, false});
-      variables.add(name, type.name, list, declared ? value_of(*declared) : KrlFrame{});
+      KrlValue value{std::nullopt, declared ? value_of(*declared) : KrlFrame{}, false};
+      if (fdat != declared_fdats.end()) value.fdat = fdat->second;
+      variables.add(name, type.name, list, value);
     }
     variables.follow();
-    return variables;
+    return followed;
   }
 
   // Calls of routines of others that may set a variable; in an expression, before the statement.
