@@ -32,7 +32,8 @@ ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
 
 bool MoveReader::drives_alike(const ProgramTarget& a, const ProgramTarget& b) {
   return a.kind == b.kind && a.base == b.base && a.tool == b.tool && a.is_inverse == b.is_inverse &&
-         a.is_room_tool == b.is_room_tool && a.near == b.near;
+         a.before.translation == b.before.translation && a.is_room_tool == b.is_room_tool &&
+         a.near == b.near;
 }
 
 MotionKind MoveReader::motion_of(char kind, bool is_last) {
