@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ const std::string kHead = "DEF p()\n$BASE=BASE_DATA[1]\n$TOOL=TOOL_DATA[1]\n";
 // A move to joint angles is never left alone.
 const std::string kJoints = kHead + "PTP {A1 1,A2 -90,A3 90,A4 0,A5 45,A6 0}\n";
 const std::string kLine = "LIN {X 1,Y 2,Z 3,A 0,B 90,C 0}\n";
-const std::string kTwo = "DECL FDAT FP={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}\n"
-                         "DECL FDAT FG={TOOL_NO 2,BASE_NO 2,IPO_FRAME #BASE}\n";
+const std::string kTwo =
+    "DECL FDAT FP={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}\n"
+    "DECL FDAT FG={TOOL_NO 2,BASE_NO 2,IPO_FRAME #BASE}\n";
 
 Pose at(double x, double y, double z, double a = 0) {
   return {rotation_from_abc(a * kDegree, 0, 0), Eigen::Vector3d(x, y, z) * kMillimetre};
@@ -31,8 +33,10 @@ Pose at(double x, double y, double z, double a = 0) {
 
 RobotProgram parsed(const std::string& moves, const std::string& dat = "",
                     const std::vector<ProgramText>& others = {}) {
-  const KnownFrames known{{"BASE_DATA[1]", at(10, 0, 0, 90)}, {"BASE_DATA[2]", at(20, 0, 0)},
-                          {"TOOL_DATA[1]", at(0, 0, 1)}, {"TOOL_DATA[2]", at(0, 0, 2)}};
+  const KnownFrames known{{"BASE_DATA[1]", at(10, 0, 0, 90)},
+                          {"BASE_DATA[2]", at(20, 0, 0)},
+                          {"TOOL_DATA[1]", at(0, 0, 1)},
+                          {"TOOL_DATA[2]", at(0, 0, 2)}};
   return parse_program(*find_dialect("krl"), {{"p.src", kJoints + moves}, {"p.dat", dat}}, known,
                        TargetParts::pose, others);
 }
@@ -81,8 +85,8 @@ TEST(KrlFramesTest, AnFdatIsReadWhereItIsUsed) {
   EXPECT_THAT(last("FDAT_ACT=FG\nFG.BASE_NO=1\nBAS(#CP_PARAMS,0.5)\n" + kLine), ElementsAre());
   EXPECT_THAT(last("FG.BASE_NO=2\nFDAT_ACT=FG\nFG.BASE_NO=1\nBAS(#CP_PARAMS,0.5)\n" + kLine),
               ElementsAre("20 0 0, 2"));
-  EXPECT_EQ(parsed("FP.IPO_FRAME=#TCP\n$IPO_MODE=SIPOMODE(FP.IPO_FRAME)\n" + kLine, kTwo).left_alone,
-            1);
+  EXPECT_EQ(
+      parsed("FP.IPO_FRAME=#TCP\n$IPO_MODE=SIPOMODE(FP.IPO_FRAME)\n" + kLine, kTwo).left_alone, 1);
   // What another program may set of a shared one.
   const std::string use = "FDAT_ACT=FS\nBAS(#CP_PARAMS,0.5)\n" + kLine;
   const ProgramText list{"$config.dat",
@@ -93,13 +97,12 @@ TEST(KrlFramesTest, AnFdatIsReadWhereItIsUsed) {
 }
 
 TEST(KrlFramesTest, AFrameIsFollowedFromTheOneBefore) {
-  EXPECT_THAT(frames("$BASE=$BASE:{X 5,Y 0,Z 0,A 0,B 0,C 0}\n" + kLine),
-              ElementsAre("10 5 0, 1"));
+  EXPECT_THAT(frames("$BASE=$BASE:{X 5,Y 0,Z 0,A 0,B 0,C 0}\n" + kLine), ElementsAre("10 5 0, 1"));
   EXPECT_THAT(frames("$BASE.Z=$BASE.Z+15\n" + kLine + "$BASE.Z=$BASE.Z-5\n$TOOL.Z=7\n" + kLine),
               ElementsAre("10 0 15, 1", "10 0 10, 7"));
-  EXPECT_THAT(frames("n=2\nBAS(#BASE,n)\n" + kLine + "$BASE=BASE_DATA[n-1]\n" + kLine,
-                     "DECL INT n=1\n"),
-              ElementsAre("20 0 0, 1", "10 0 0, 1"));
+  EXPECT_THAT(
+      frames("n=2\nBAS(#BASE,n)\n" + kLine + "$BASE=BASE_DATA[n-1]\n" + kLine, "DECL INT n=1\n"),
+      ElementsAre("20 0 0, 1", "10 0 0, 1"));
   EXPECT_THAT(frames("f={X 1,Y 0,Z 0,A 0,B 0,C 0}\n$BASE=f\n" + kLine + "f.X=2\n$BASE=f\n" + kLine,
                      "DECL FRAME f\n"),
               ElementsAre("1 0 0, 1", "2 0 0, 1"));
@@ -142,8 +145,7 @@ TEST(KrlFramesTest, WhatAnInterruptSetsHoldsAnywhereBehindIt) {
   EXPECT_THAT(with(decl + "$BASE=BASE_DATA[2]\n", "$BASE=BASE_DATA[1]\n"),
               ElementsAre("10 0 0, 1"));
   const std::string stated = "SLIN {X 1,Y 2,Z 3,A 0,B 90,C 0} WITH $BASE=BASE_DATA[2]\n";
-  EXPECT_THAT(with(decl + stated, "$BASE=BASE_DATA[1]\n"),
-              ElementsAre("10 0 0, 1", "20 0 0, 1"));
+  EXPECT_THAT(with(decl + stated, "$BASE=BASE_DATA[1]\n"), ElementsAre("10 0 0, 1", "20 0 0, 1"));
   // Its own moves have what it sets.
   EXPECT_THAT(with(decl, "BAS(#BASE,2)\nBAS(#TOOL,2)\n" + kLine),
               ElementsAre("10 0 0, 1", "20 0 0, 2"));
@@ -165,6 +167,27 @@ TEST(KrlFramesTest, AnInterruptMayCallAnotherProgram) {
   };
   EXPECT_EQ(moves("$OUT[1]=TRUE\n"), 2u);
   EXPECT_EQ(moves("BAS(#BASE,2)\n"), 1u);
+}
+
+// A FRAME that an E6POS is given leaves its S, T and external axes as they are.
+TEST(KrlFramesTest, APositionMayBeAProduct) {
+  const auto z = [](const std::string& moves, const std::string& point) {
+    std::vector<int> result;
+    for (const ProgramTarget& target :
+         parsed(moves, "DECL E6POS XP={X 1,Y 2,Z 3,A 0,B 90,C 0" + point + "}\nDECL E6POS XA\n")
+             .targets)
+      if (target.kind == TargetKind::cartesian)
+        result.push_back(static_cast<int>(std::lround(target.pose.translation[2] / kMillimetre)));
+    return result;
+  };
+  const std::string product = "XA=XP:{X -10,Y 0,Z 0,A 0,B 0,C 0}\n";
+  EXPECT_THAT(z(product + "LIN XA\n", ",S 2,T 34"), ElementsAre(13));
+  // PTP goes by S and T, which it may keep from before.
+  EXPECT_THAT(z(product + "PTP XA\nXA=XP\n", ",S 2,T 34"), ElementsAre());
+  // What the last run left of external axes counts only where some are stated.
+  const std::string place = "XA=XP\nXA.Z=XA.Z+5\nLIN XA\nXA=$POS_ACT\n";
+  EXPECT_THAT(z(place, ",S 2,T 34"), ElementsAre(8));
+  EXPECT_THAT(z(product + "LIN XA\nXA=$POS_ACT\n", ",S 2,T 34,E1 5"), ElementsAre());
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ bool is_krl_point_type(std::string_view name);
 /// twice or belongs to no position.
 KrlAggregate take_krl_aggregate(TextCursor& cursor);
 
-/// Reads {TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..}: the cursor stands on `{` before, behind `}` after.
+/// Reads {TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..}: the cursor stands on `{` before, behind `}`
+/// after.
 KrlFdat take_krl_fdat(TextCursor& cursor);
 
 }  // namespace armtrue

@@ -465,8 +465,7 @@ KrlSetUps::Settings KrlSetUps::read_fdat(const KrlSetUp& statement, size_t place
   if (!spelled.starts_with("FDAT_ACT="))
     set_not_followed("FDAT_ACT", settings);
   else
-    set_fdat(value,
-             cursor.next() == '{' ? take_krl_fdat(cursor) : fdat_at(value, statement.begin),
+    set_fdat(value, cursor.next() == '{' ? take_krl_fdat(cursor) : fdat_at(value, statement.begin),
              {statement.line, place}, settings);
   return settings;
 }

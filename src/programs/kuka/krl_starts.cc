@@ -154,7 +154,8 @@ std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) con
            "calls or that calls it); state them before the move";
   if (set_ups_.of_moves[index].is_interrupted && needs_frames)
     return "it may run with several $BASE, $TOOL or $IPO_MODE: an INTERRUPT or TRIGGER before it "
-           "calls " + set_ups_.interrupts +
+           "calls " +
+           set_ups_.interrupts +
            ", which sets them; state them where that cannot come between, or with the move";
   if (set_ups_.of_moves[index].is_uncertain && needs_frames)
     return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on " +

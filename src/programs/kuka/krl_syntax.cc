@@ -152,6 +152,7 @@ class KrlParser {
       if (is_source_)
         return note_assignment_of_others({statement.line, statement.begin, statement.end});
       if (read_robot_root(word, cursor)) return;
+      note_machine_data(statement);
       if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
@@ -195,6 +196,24 @@ class KrlParser {
   }
 
   bool is_of_others() const { return index_ >= own_; }
+
+  // $ABS_ACCUR of $machine.dat, $TRAFONAME[]="#KR210R2700_2 S C2 FLR" there and $MODEL_NAME[] of
+  // $robcor.dat: they hold for all programs of the controller.
+  void note_machine_data(const KrlStatement& statement) {
+    each_word(text_, {statement.line, statement.begin, statement.end},
+              [&](const std::string& name, size_t at, TextCursor& cursor) {
+                if (name == "$ABS_ACCUR")
+                  note_system_variable(text_.substr(at, name.size()), cursor.at());
+                if (!contains({"$TRAFONAME", "$MODEL_NAME"}, name) || !syntax_.arm_name.empty())
+                  return;
+                const size_t open = text_.find('"', at);
+                const size_t close = open >= statement.end ? open : text_.find('"', open + 1);
+                if (close >= statement.end) return;
+                syntax_.arm_name = text_.substr(open + 1, close - open - 1);
+                syntax_.arm_name_text = static_cast<int>(index_);
+                syntax_.arm_name_line = statement.line;
+              });
+  }
 
   // $ROBROOT={..}; returns false if the statement is anything else. Of an arm on a rail (#ERSYS) it
   // counts from the carriage.
@@ -559,6 +578,7 @@ class KrlParser {
       if (contains({"FALSE", "NONE", "SUPPRESSED"}, cursor.take_name())) return;
     }
     syntax_.absolute_accuracy_line = line_at(text_, behind);
+    syntax_.absolute_accuracy_text = static_cast<int>(index_);
   }
 
   // Finds what the named targets stand for, once both texts are read.
@@ -699,6 +719,11 @@ class KrlParser {
       if (fdat != declared_fdats.end()) value.fdat = fdat->second;
       variables.add(name, type.name, list, value);
     }
+    const auto has_external = [](const KrlFrame& point) {
+      return point.values.tail<6>().array().isFinite().any();
+    };
+    variables.set_has_external(std::ranges::any_of(syntax_.frames, has_external) ||
+                               std::ranges::any_of(syntax_.axes, has_external));
     variables.follow();
     return followed;
   }

@@ -103,6 +103,9 @@ struct KrlSyntax {
   bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
   bool keeps_orientation = false;       ///< somewhere $ORI_TYPE (or ORI_TYP of LDAT) is #CONSTANT
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
+  int absolute_accuracy_text = 0;       ///< in which it stands
+  std::string arm_name;                 ///< $TRAFONAME or $MODEL_NAME; empty if no text states one
+  int arm_name_text = 0, arm_name_line = 0;
 };
 
 /// `texts`: the .src and, if there is one, its .dat, which are `own`; behind them data lists of

@@ -117,7 +117,7 @@ bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,
     if (variable.states_external[i] && !states_this) return true;
     states_any |= states_this;
   }
-  return variable.is_anything && !states_any;
+  return variable.is_anything && !states_any && has_external_;
 }
 
 // NAME={..}, NAME=OTHER, NAME.X=.., NAME=.. of a number.
@@ -152,8 +152,7 @@ std::optional<KrlValue> KrlVariables::fdat_set_by(const std::string& name,
                                                   size_t place) const {
   KrlValue result;
   if (component.empty()) {
-    result.fdat =
-        cursor.next() == '{' ? take_krl_fdat(cursor) : fdat_at(cursor.take_name(), place);
+    result.fdat = cursor.next() == '{' ? take_krl_fdat(cursor) : fdat_at(cursor.take_name(), place);
     return result.fdat && cursor.done() ? std::optional(result) : std::nullopt;
   }
   result.fdat = fdat_at(name, place);
@@ -195,7 +194,7 @@ std::optional<KrlValue> KrlVariables::point(TextCursor& cursor, const std::strin
   } while (cursor.take(':'));
   if (factors.size() == 1) return is_of_type ? factors[0] : std::nullopt;
   const std::optional<Pose> pose = product_of(factors);
-  if (!pose || type != "FRAME") return std::nullopt;
+  if (!pose || (type != "FRAME" && type != "POS" && type != "E6POS")) return std::nullopt;
   KrlValue result;
   result.point.values.head<3>() = pose->translation;
   result.point.values.segment<3>(3) = abc_from_rotation(pose->rotation);
@@ -284,10 +283,14 @@ int KrlVariables::number_of(const KrlValue& value) {
   constexpr double kNone = -1e300;  // no number of a program
   const KrlFrame& point = value.point;
   const KrlFdat fdat = value.fdat.value_or(KrlFdat{});
-  std::vector<double> key{value.number.value_or(kNone), value.is_axes ? 1.0 : 0.0,
-                          point.status ? *point.status : kNone, point.turn ? *point.turn : kNone,
-                          value.fdat ? 1.0 : 0.0, fdat.is_external_tcp ? 1.0 : 0.0,
-                          fdat.tool ? *fdat.tool : kNone, fdat.base ? *fdat.base : kNone};
+  std::vector<double> key{value.number.value_or(kNone),
+                          value.is_axes ? 1.0 : 0.0,
+                          point.status ? *point.status : kNone,
+                          point.turn ? *point.turn : kNone,
+                          value.fdat ? 1.0 : 0.0,
+                          fdat.is_external_tcp ? 1.0 : 0.0,
+                          fdat.tool ? *fdat.tool : kNone,
+                          fdat.base ? *fdat.base : kNone};
   key.insert(key.end(), point.values.begin(), point.values.end());
   key.insert(key.end(), point.axes.begin(), point.axes.end());
   for (double& number : key)

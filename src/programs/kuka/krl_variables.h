@@ -53,6 +53,10 @@ class KrlVariables {
     types_[name] = type;
   }
 
+  /// Whether any point of the program states an external axis: else none moves, and what a variable
+  /// may keep of one counts for nothing.
+  void set_has_external(bool has_external) { has_external_ = has_external; }
+
   /// Follows the values of all variables through the program; once.
   void follow();
 
@@ -101,6 +105,7 @@ class KrlVariables {
 
   std::string_view src_;
   const ProgramFlow steps_;
+  bool has_external_ = true;
   std::unique_ptr<FlowOfVariables> flow_;
   std::map<std::string, KrlValue> constants_;
   std::map<std::string, Variable> variables_;
