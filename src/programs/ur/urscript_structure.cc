@@ -120,7 +120,7 @@ class UrStructureReader {
   // In a block it may be passed over.
   void note_leave(const TextCursor& cursor) {
     if (open_.empty() || !open_.back().is_function || open_.back().behind_leave) return;
-    open_.back().behind_leave = std::min(text_.find('\n', cursor.at()), text_.size());
+    open_.back().behind_leave = cursor.at();
   }
 
   // The innermost function that is open, if it stands within another one; else empty.
