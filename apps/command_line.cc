@@ -389,6 +389,8 @@ void Command::check_folders() const {
 }
 
 void Command::warn(const std::string& message) {
+  // What files of a controller say may be found with each program of it.
+  if (std::ranges::find(warnings_, message) != warnings_.end()) return;
   warnings_.push_back(message);
   if (!quiet) print_error(name_ + ": " + printable(message) + "\n");
 }

@@ -48,7 +48,7 @@ void check_program_out(const Command& command, const PathProgramArguments& argum
     throw InputError(out + ": the data list of the corrected program would be " + dat +
                      ", and that of the program, " + original +
                      ", would be lost; give --program-out another name, such as corrected.src");
-  command.check_derived_output(dat);
+  check_dat_of_output(command, program, out);
 }
 
 }  // namespace
@@ -63,6 +63,7 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
           "Write the corrected program here, its .dat beside it; it gets the name of this file "
           "[NAME_corrected]")
       .needs(program);
+  add_texts_of_others(command, program, arguments.with);
   command
       .option("--spacing-mm", arguments.spacing_mm,
               "Least distance of the points that are inserted into the program")
@@ -78,7 +79,8 @@ RobotProgram read_path_program(Command& command, const PathProgramArguments& arg
       command.read_program_texts(arguments.path, "", !dialect.facts().data_list.empty());
   refuse_mark(texts, Corrector::mirror, kInsteadOfCorrected);
   refuse_cut_off(dialect, texts);
-  RobotProgram program = parse_program(dialect, std::move(texts), {}, TargetParts::position);
+  const std::vector<ProgramText> others = read_others(command, texts, arguments.with);
+  RobotProgram program = parse_with(dialect, std::move(texts), others, {}, TargetParts::position);
   refuse_check_digits(program, Corrector::mirror, kInsteadOfCorrected);
   check_program_out(command, arguments, program);
   return program;

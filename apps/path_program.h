@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/path.h"
@@ -16,10 +17,11 @@ namespace armtrue::app {
 struct PathProgramArguments {
   std::string path;  ///< empty: none is given
   std::string out;
+  std::vector<std::string> with;  ///< files and folders that declare what the program uses
   double spacing_mm = DisplacementOptions{}.spacing / kMillimetre;
 };
 
-/// --program, --program-out, --spacing-mm.
+/// --program, --program-out, --with, --spacing-mm.
 void add_path_program(Command& command, PathProgramArguments& arguments);
 
 /// Reads the program and checks that the corrected one can be written where it shall be.

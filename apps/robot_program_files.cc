@@ -10,6 +10,7 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
+#include "armtrue/io/source.h"
 #include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
@@ -74,33 +75,7 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
         throw UsageError("--program-out: '" + output +
                          "' is a file of the program itself; give the corrected program another "
                          "name or folder");
-  if (has_dat) command.check_derived_output(dat);
-}
-
-// The texts of --with, but for those of the program itself.
-std::vector<ProgramText> read_others(Command& command, const std::vector<ProgramText>& own,
-                                     const RobotProgramFiles& files) {
-  std::vector<ProgramText> others;
-  for (const std::string& path : files.with)
-    for (const ProgramText& text : command.read_program_folder(path)) {
-      const auto is_this = [&](const ProgramText& other) {
-        return same_file(other.name, text.name);
-      };
-      if (std::ranges::none_of(own, is_this) && std::ranges::none_of(others, is_this))
-        others.push_back(text);
-    }
-  return others;
-}
-
-// The program among them. The whole of a folder is searched as its controller does.
-RobotProgram parse_with(const Dialect& dialect, std::vector<ProgramText> own,
-                        const std::vector<ProgramText>& others, const KnownFrames& known) {
-  std::vector<ProgramText> project = own;
-  project.insert(project.end(), others.begin(), others.end());
-  ProgramNeighbours neighbours = neighbours_in(dialect, project, known)[own[0].name];
-  std::vector<ProgramText> declared = what_others_declare(dialect, own, others);
-  return parse_program(dialect, std::move(own), known, TargetParts::pose, std::move(declared),
-                       std::move(neighbours));
+  if (has_dat) check_dat_of_output(command, program, files.out);
 }
 
 // A name that is misspelt says nothing of the program.
@@ -139,14 +114,7 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
                     .needs(program));
   command.file("--dat", files.dat, "The .dat of a KUKA program; that beside the .src if absent")
       .needs(program);
-  command
-      .option("--with", files.with,
-              "A file that declares points, tools or frames that the program uses, or a folder "
-              "with such files: $config.dat and other data lists of KUKA, modules of ABB, "
-              "POSREG.VA and SYSFRAME.VA of FANUC, RC.PRM, TOOL.CND and UFRAME.CND of Yaskawa, a "
-              "backup; may be given several times")
-      .one_each()
-      .needs(program);
+  add_texts_of_others(command, program, files.with);
   command
       .option("--dialect", files.dialect,
               "Language of the program, if the file name does not show it")
@@ -159,6 +127,42 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
           "deg: BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
       .check(frame_check());
   return program;
+}
+
+std::vector<ProgramText> read_others(Command& command, const std::vector<ProgramText>& own,
+                                     const std::vector<std::string>& with) {
+  std::vector<ProgramText> others;
+  for (const std::string& path : with)
+    for (const ProgramText& text : command.read_program_folder(path)) {
+      const auto is_this = [&](const ProgramText& other) {
+        return same_file(other.name, text.name);
+      };
+      if (std::ranges::none_of(own, is_this) && std::ranges::none_of(others, is_this))
+        others.push_back(text);
+    }
+  return others;
+}
+
+RobotProgram parse_with(const Dialect& dialect, std::vector<ProgramText> own,
+                        const std::vector<ProgramText>& others, const KnownFrames& known,
+                        TargetParts parts) {
+  std::vector<ProgramText> project = own;
+  project.insert(project.end(), others.begin(), others.end());
+  ProgramNeighbours neighbours = neighbours_in(dialect, project, known)[own[0].name];
+  std::vector<ProgramText> declared = what_others_declare(dialect, own, others);
+  return parse_program(dialect, std::move(own), known, parts, std::move(declared),
+                       std::move(neighbours));
+}
+
+void add_texts_of_others(Command& command, const Option& program, std::vector<std::string>& with) {
+  command
+      .option("--with", with,
+              "A file that declares points, tools or frames that the program uses, or a folder "
+              "with such files: $config.dat and other data lists of KUKA, modules of ABB, "
+              "POSREG.VA and SYSFRAME.VA of FANUC, RC.PRM, TOOL.CND and UFRAME.CND of Yaskawa, a "
+              "backup; may be given several times")
+      .one_each()
+      .needs(program);
 }
 
 KnownFrames known_frames(const RobotProgramFiles& files) {
@@ -185,7 +189,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   std::vector<ProgramText> texts = command.read_program_texts(files.path, files.dat, has_data_list);
   refuse_corrected_texts(texts);
   refuse_cut_off(dialect, texts);
-  const std::vector<ProgramText> others = read_others(command, texts, files);
+  const std::vector<ProgramText> others = read_others(command, texts, files.with);
   RobotProgram program = parse_with(dialect, std::move(texts), others, known);
   warn_of_unused(command, program, known);
   refuse_corrected_points(program);
@@ -199,6 +203,24 @@ std::string dat_of_output(const RobotProgram& program, const std::string& out) {
     throw UsageError(
         "--program-out: the program has a .dat, which needs a file beside it; name a file");
   return dat_beside(out, program.texts[1].name);
+}
+
+void check_dat_of_output(const Command& command, const RobotProgram& program,
+                         const std::string& out) {
+  const std::string dat = dat_of_output(program, out);
+  command.check_derived_output(dat);
+  if (!fs::is_regular_file(dat)) return;
+  std::vector<ProgramText> there{{dat, Source(dat).read_all()}};
+  std::vector<std::string> unchanged;
+  for (size_t i = 0; i < program.own_texts; ++i) unchanged.push_back(program.texts[i].text);
+  rename_as_file(program, out, unchanged);
+  if (there[0].text.empty() || there[0].text == unchanged[1]) return;
+  if (fs::is_regular_file(out)) there.push_back({out, Source(out).read_all()});
+  for (const Corrector by : {Corrector::compensate, Corrector::mirror})
+    if (find_correction_mark(there, by)) return;
+  throw UsageError("--program-out: beside it stands " + dat +
+                   ", which the .dat of the corrected program would replace, and armtrue did not "
+                   "write it; give another name or folder, or remove it");
 }
 
 void refuse_illegal_name(const RobotProgram& program, const std::string& out) {

@@ -24,6 +24,18 @@ std::string kinds_of_programs(const std::string& with_data_list = "");
 /// --program, --program-out, --dat, --with, --dialect, --frame. Returns --program.
 Option add_robot_program(Command& command, RobotProgramFiles& files);
 
+/// --with, for `program`.
+void add_texts_of_others(Command& command, const Option& program, std::vector<std::string>& with);
+
+/// The texts of --with, but for those of the program itself.
+std::vector<ProgramText> read_others(Command& command, const std::vector<ProgramText>& own,
+                                     const std::vector<std::string>& with);
+
+/// The program among them. The whole of a folder is searched as its controller does.
+RobotProgram parse_with(const Dialect& dialect, std::vector<ProgramText> own,
+                        const std::vector<ProgramText>& others, const KnownFrames& known,
+                        TargetParts parts = TargetParts::pose);
+
 /// The frames of --frame. Throws UsageError if one is given twice.
 KnownFrames known_frames(const RobotProgramFiles& files);
 
@@ -33,6 +45,11 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
 /// The file for the .dat of a program that is written to `out`: beside it, or /dev/null too. Throws
 /// UsageError if `out` has no name.
 std::string dat_of_output(const RobotProgram& program, const std::string& out);
+
+/// For that .dat, which no argument names: check_derived_output(). Throws UsageError if it is there
+/// with another text than armtrue writes.
+void check_dat_of_output(const Command& command, const RobotProgram& program,
+                         const std::string& out);
 
 /// Throws UsageError if the file of --program-out gives the program a name that its controller
 /// refuses. Standard output and devices give none.

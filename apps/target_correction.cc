@@ -78,6 +78,11 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
                                    [&] { return program_targets(*program, options, joints); });
     fill_conditions(file.program.visits, arguments, {&robot, &controller});
   };
+  if (program)
+    for (const std::string& doubt :
+         {doubt_of_stated_arm(*program, controller, joints, arguments.controller),
+          doubt_of_arm_name(*program, controller, arguments.controller)})
+      if (!doubt.empty()) command.warn(doubt);
   read();
   warn_of_targets(command, arguments, controller, program, file);
   if (file.program.is_cartesian() ||

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <optional>
+#include <regex>
 #include <set>
 
+#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/corrected_already.h"
@@ -19,7 +23,48 @@ namespace {
 
 constexpr size_t kMostNames = 5;  // in one sentence
 
+// Largest distance of the flanges of two arms at postures all over the travel. Their feet may be
+// half a turn about the vertical apart: base and base_link of a URDF.
+double distance_of_flanges(const KinematicChain& a, const KinematicChain& b,
+                           const ProgramJoints& of_b) {
+  const ChainEvaluator first(a), second(b);
+  double straight = 0, turned = 0;
+  for (int k = 0; k < 32; ++k) {
+    JointVector q(kProgramAxes);
+    for (int j = 0; j < kProgramAxes; ++j) q[j] = std::sin(1.0 + 7.0 * k + 2.3 * j * (k + 1));
+    const Eigen::Vector3d at = first.pose(q).translation;
+    const Eigen::Vector3d other =
+        second.pose(of_b.whole(q, JointVector::Zero(of_b.count()))).translation;
+    straight = std::max(straight, (at - other).norm());
+    turned = std::max(turned, (Eigen::Vector3d(-at.x(), -at.y(), at.z()) - other).norm());
+  }
+  return std::min(straight, turned);
+}
+
+// KR 210 R2700: 210 and 2700; 0: not stated.
+std::array<int, 2> numbers_of_kuka(const std::string& name) {
+  static const std::regex kModel("KR[ _-]*([0-9]+)(?:[ _-]*R[ _-]*([0-9]{3,4}))?",
+                                 std::regex::icase);
+  std::smatch found;
+  if (!std::regex_search(name, found, kModel)) return {};
+  return {std::stoi(found.str(1)), found[2].matched ? std::stoi(found.str(2)) : 0};
+}
+
 }  // namespace
+
+std::string doubt_of_arm_name(const RobotProgram& program, const Robot& controller,
+                              const std::string& name) {
+  const std::array<int, 2> here = numbers_of_kuka(program.arm_name),
+                           model = numbers_of_kuka(controller.name);
+  bool is_other = false;
+  for (size_t i = 0; i < here.size(); ++i)
+    is_other |= here[i] > 0 && model[i] > 0 && here[i] != model[i];
+  if (!is_other) return "";
+  return fmt::format(
+      "{}:{}: the arm of this controller is '{}', and {} is '{}'; is it the model of this arm?",
+      program.texts[program.arm_name_text].name, program.arm_name_line, program.arm_name, name,
+      controller.name);
+}
 
 ProgramJoints joints_of_program(const RobotProgram& program, const Robot& controller,
                                 const std::string& name) {
@@ -35,6 +80,31 @@ ProgramJoints joints_of_program(const RobotProgram& program, const Robot& contro
                               : std::string("a program of this controller"),
       facts.has_external_axes ? " and external axes E1 to E6" : "", name,
       encoder_columns(controller.chain)));
+}
+
+std::string doubt_of_stated_arm(const RobotProgram& program, const Robot& controller,
+                                const ProgramJoints& joints, const std::string& name) {
+  constexpr double kSameTable = 0.1 * kMillimetre;    // rows may be printed with four decimals
+  constexpr double kOtherLengths = 20 * kMillimetre;  // no arm is calibrated by so much
+  KinematicChain model = controller.chain;
+  model.base = model.tool = Pose{};
+  for (const StatedArm& arm : program.stated_arms) {
+    const double apart = distance_of_flanges(arm.chain, model, joints);
+    if (apart < kSameTable) continue;
+    const std::string found = fmt::format(
+        "{}:{}: the arm that the program states here (kinematics) and {} are up to "
+        "{:.3g} mm apart at the same joint angles",
+        program.texts[0].name, arm.line, name, apart / kMillimetre);
+    if (apart > kOtherLengths)
+      throw InputError(found +
+                       ": they are different arms; give the model of this one as "
+                       "--controller");
+    return found +
+           ": the poses of its joint angles are those of another table, and the corrections may be "
+           "wrong by as much. Give the table of the controller that runs it as --controller "
+           "(convert-robot calibration.conf), or save the program on this robot";
+  }
+  return "";
 }
 
 void refuse_two_tools(const RobotProgram& program, bool tool_is_measured) {

@@ -169,7 +169,8 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
     commands.warnings.push_back(
         fmt::format("{}:{}: {}: where absolute accuracy is active, the controller runs the "
                     "model that {} measured, and that is --controller",
-                    program.texts[0].name, program.own_model_line, facts.own_model, facts.maker));
+                    program.texts[program.own_model_text].name, program.own_model_line,
+                    facts.own_model, facts.maker));
   for (size_t row = 0; row < targets.size(); ++row) {
     CorrectedTarget& target = targets[row];
     const ProgramTarget& of_program = program.targets[row];

@@ -175,7 +175,8 @@ std::string doubt_of_tool(const std::string& name, const Pose& tool) {
 std::string doubt_of_frame(const std::string& name, const Pose& frame) {
   if (std::string doubt = doubt_of_turn("the frame " + name, frame); !doubt.empty()) return doubt;
   const double away = frame.translation.norm();
-  if (away == 0 || away >= kNearestFrame) return "";
+  constexpr double kNothing = 1e-3 * kMillimetre;  // what products of frames leave
+  if (away < kNothing || away >= kNearestFrame) return "";
   return fmt::format("the frame {} stands {:.3g} mm from R_0: is it in m? Give it in mm", name,
                      away / kMillimetre);
 }

@@ -35,11 +35,6 @@ class Displacement {
         warnings_(program.texts[0].name) {}
 
   DisplacedProgram run() {
-    if (program_.own_model_line > 0)
-      warnings_.add(program_.own_model_line,
-                    program_.dialect->facts().own_model +
-                        ": the controller corrects the arm's geometry itself; measure and "
-                        "run with it in the same state, or both corrections add up");
     find_places();
     note_few_found();
     for (size_t k = 0; k < program_.targets.size(); ++k) note(k);
@@ -47,6 +42,12 @@ class Displacement {
     for (size_t k = 0; k < program_.targets.size(); ++k) divide(k);
     DisplacedProgram result;
     result.text = rewrite(program_, commands_, between_, options_.by);
+    if (program_.own_model_line > 0)
+      result.warnings.push_back(fmt::format(
+          "{}:{}: {}: the controller corrects the arm's geometry itself; measure and run with it "
+          "in the same state, or both corrections add up",
+          program_.texts[program_.own_model_text].name, program_.own_model_line,
+          program_.dialect->facts().own_model));
     result.left_alone = program_.left_alone;
     for (size_t k = 0; k < program_.targets.size(); ++k) {
       result.corrected += is_found(k);

@@ -46,7 +46,8 @@ void MoveReader::find_first_branch(const ProgramFlow& flow) {
 
 bool MoveReader::drives_alike(const ProgramTarget& a, const ProgramTarget& b) {
   return a.kind == b.kind && a.base == b.base && a.tool == b.tool && a.is_inverse == b.is_inverse &&
-         a.is_room_tool == b.is_room_tool && a.near == b.near;
+         a.before.translation == b.before.translation && a.is_room_tool == b.is_room_tool &&
+         a.near == b.near;
 }
 
 MotionKind MoveReader::motion_of(char kind, bool is_last) {

@@ -41,6 +41,7 @@ class ProgramFlow {
   struct Setting {
     size_t at = 0;
     int value = 0;  ///< or kUncertain
+    bool operator==(const Setting&) const = default;
   };
 
   /// The values of a setting by place.

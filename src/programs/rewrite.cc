@@ -368,7 +368,8 @@ class Rewriter {
     std::vector<double> near = wanted.numbers;
     for (double& number : near)
       if (std::isnan(number)) number = 0;
-    const std::vector<double> numbers = dialect_.numbers_of_pose(between.pose, near);
+    const std::vector<double> numbers =
+        dialect_.numbers_of_pose(of_point(program_.targets[between.target], between.pose), near);
     for (size_t i = 0; i < numbers.size(); ++i)
       if (std::isfinite(wanted.numbers[i])) wanted.numbers[i] = numbers[i];
     round(point, wanted);

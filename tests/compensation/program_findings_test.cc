@@ -2,8 +2,11 @@
 
 #include "armtrue/compensation/program_findings.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <array>
 
 #include "armtrue/compensation/model_pair.h"
 #include "armtrue/io/robot_io.h"
@@ -45,6 +48,71 @@ TEST(ProgramFindings, OnlyKukaStatesExternalAxes) {
     EXPECT_THAT(error.what(), AllOf(HasSubstr("p.script: a program of this controller"),
                                     HasSubstr("r.yaml has the joints")));
   }
+}
+
+// A program of PolyScope with one waypoint; each arm by its first three lengths a2, a3 and d4 [m].
+RobotProgram polyscope(const std::array<double, 3>& arm, const std::array<double, 3>& of_waypoint) {
+  const auto rows = [](const char* name, const std::array<double, 3>& l) {
+    return fmt::format(
+        "<{0}><deltaTheta value=\"0, 0, 0, 0, 0, 0\"/><a value=\"0, {1}, {2}, 0, 0, 0\"/>"
+        "<d value=\"0.1807, 0, 0, {3}, 0.11985, 0.11655\"/><alpha value=\"1.570796327, 0, 0, "
+        "1.570796327, -1.570796327, 0\"/></{0}>\n",
+        name, l[0], l[1], l[2]);
+  };
+  return parse_program(
+      *find_dialect("polyscope"),
+      {{"p.urp", "<URProgram>\n" + rows("kinematics", arm) +
+                     "<children><MainProgram><children><Move motionType=\"MoveJ\"><children>"
+                     "<Waypoint type=\"Fixed\" name=\"W\"><position><JointAngles "
+                     "angles=\"0.1, -1.5, 1.7, -1.7, -1.5, 0.4\"/>\n" +
+                     rows("Kinematics", of_waypoint) +
+                     "</position></Waypoint></children></Move></children></MainProgram>"
+                     "</children></URProgram>\n"}},
+      {});
+}
+
+TEST(ProgramFindings, TheArmThatAProgramStatesIsThatOfTheController) {
+  const Robot ur10 = robot("ur10e");
+  const std::array<double, 3> own{-0.6127, -0.57155, 0.17415}, printed{-0.61274, -0.57151, 0.1742},
+      other{-0.6147, -0.57055, 0.17415}, ur5{-0.425, -0.3922, 0.1333};
+  const auto doubt = [&](const std::array<double, 3>& arm, const std::array<double, 3>& waypoint) {
+    const RobotProgram program = polyscope(arm, waypoint);
+    return doubt_of_stated_arm(program, ur10, joints_of_program(program, ur10, "u.yaml"), "u.yaml");
+  };
+  EXPECT_EQ(doubt(own, own), "");
+  EXPECT_EQ(doubt(printed, own), "");
+  EXPECT_THAT(doubt(other, other), AllOf(HasSubstr("p.urp:2: the arm that the program states here"),
+                                         HasSubstr("u.yaml are up to 2.2")));
+  EXPECT_THAT(doubt(own, other), HasSubstr("p.urp:4: the arm that"));
+  EXPECT_THROW(doubt(ur5, ur5), InputError);
+  // The foot of a URDF may be turned.
+  Robot turned = ur10;
+  turned.chain.base.rotation = rotation_from_abc(180 * kDegree, 0, 0);
+  const RobotProgram program = polyscope(own, own);
+  EXPECT_EQ(doubt_of_stated_arm(program, turned, joints_of_program(program, turned, "u.yaml"), ""),
+            "");
+}
+
+TEST(ProgramFindings, WhatTheBackupSaysOfItsArmIsNamed) {
+  const auto with = [](const std::string& machine) {
+    return parse_program(
+        *find_dialect("krl"), {{"p.src", kThree}}, {}, TargetParts::pose,
+        {{"R1/Mada/$machine.dat", "DEFDAT $MACHINE PUBLIC\n" + machine + "\nENDDAT\n"}});
+  };
+  const Robot kr360 = robot("kr360-spindle");
+  const auto doubt = [&](const std::string& machine) {
+    return doubt_of_arm_name(with(machine), kr360, "r.yaml");
+  };
+  EXPECT_EQ(doubt("CHAR $TRAFONAME[]=\"#KR360R2830 C4 FLR\""), "");
+  EXPECT_EQ(doubt("CHAR $TRAFONAME[]=\"#SCARA\""), "");
+  EXPECT_THAT(doubt("CHAR $TRAFONAME[]=\"#KR210R2700_2 S C2 FLR\""),
+              HasSubstr("R1/Mada/$machine.dat:2: the arm of this controller is '#KR210R2700_2 S C2 "
+                        "FLR', and r.yaml is '"));
+  EXPECT_THAT(doubt("$MODEL_NAME[]=\"#KR30HA\""), HasSubstr("is '#KR30HA'"));
+  const RobotProgram accurate = with("BOOL $ABS_ACCUR=TRUE");
+  EXPECT_EQ(accurate.own_model_line, 2);
+  EXPECT_EQ(accurate.texts[accurate.own_model_text].name, "R1/Mada/$machine.dat");
+  EXPECT_EQ(with("BOOL $ABS_ACCUR=FALSE").own_model_line, 0);
 }
 
 TEST(ProgramFindings, TwoToolsAreAnError) {

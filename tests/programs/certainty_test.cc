@@ -549,8 +549,8 @@ TEST(Certainty, AUrNameHasTheValueThatItIsGivenLast) {
   ASSERT_EQ(made.targets.size(), 4u);
   EXPECT_NEAR((made.frames[made.targets[2].base].pose * made.targets[2].pose).translation.z(), 4,
               1e-12);
-  EXPECT_NEAR((made.frames[made.targets[3].base].pose * made.targets[3].pose).translation.z(), 5,
-              1e-12);
+  EXPECT_EQ(made.targets[3].base, -1);
+  EXPECT_NEAR(made.targets[3].pose.translation.z(), 5, 1e-12);
   EXPECT_THAT(raised(made),
               HasSubstr("a = p[1,2,3,0,0,0]\nmovel(p[1,2,3.001,0,0,0])\nb = pose_trans( f, a )\n"
                         "movel(pose_trans( f, p[1.0,2.0,3.001,0.0,0.0,0.0] ))\n"
@@ -844,12 +844,31 @@ TEST(Certainty, AUrThreadHasTheToolThatHoldsWhereItRuns) {
   EXPECT_FALSE(cycle.targets.at(0).never_runs);
 }
 
+TEST(Certainty, WhatStandsBehindHaltOfUrNeverRuns) {
+  const std::string move = "movel(p[1,2,3,0,0,0])\n";
+  const auto never_run = [&](const std::string& text) {
+    std::vector<int> lines;
+    for (const ProgramTarget& target : parsed("p.script", "def p():\n" + text + "end\n").targets)
+      if (target.never_runs) lines.push_back(target.line);
+    return lines;
+  };
+  EXPECT_THAT(never_run(move + "halt\n" + move), ElementsAre(4));
+  EXPECT_THAT(never_run(move + "halt # done\n" + move), ElementsAre(4));
+  EXPECT_THAT(never_run(move + "return True\n" + move), ElementsAre(4));
+  EXPECT_THAT(never_run("if x:\nhalt\nend\n" + move), ElementsAre());
+  EXPECT_THAT(never_run("def f():\n" + move + "return 1\nend\nf()\n" + move), ElementsAre());
+  EXPECT_THAT(never_run("def f():\n" + move + "halt\n" + move + "end\nf()\n" + move),
+              ElementsAre(5));
+}
+
 TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
   const auto place = [](const std::string& moves) -> std::string {
     const RobotProgram program = parsed("p.script", kJoints + "a = p[0.4,0,0.5,0,0,0]\n" + moves);
     const ProgramTarget& target = program.targets.back();
     if (target.kind == TargetKind::joints) return "";
-    const ProgramFrame& frame = program.frames.at(static_cast<size_t>(target.base));
+    const ProgramFrame frame = target.base < 0
+                                   ? ProgramFrame{"", Pose{}, true}
+                                   : program.frames.at(static_cast<size_t>(target.base));
     if (!frame.is_known) return frame.name;
     const Eigen::Vector3d at = (frame.pose * target.pose).translation * 10;
     return std::to_string(std::lround(at.x())) + std::to_string(std::lround(at.z()));

@@ -124,6 +124,31 @@ TEST(Displacement, AProgramThatWasCorrectedLiesOnTheCorrectedPath) {
   EXPECT_FALSE(is_corrected("  movel(p[0.45,0,0.5002,0,3,0])\n  movel(p[0.46,0,0.5,0,3,0])\n"));
 }
 
+// pose_add of UR: the correction is that of the place where the move ends, and its point takes it.
+TEST(Displacement, AShiftedPointGetsTheCorrectionOfItsEnd) {
+  const std::string start = "  movel(p[0.4,0,0.5,0,3,0])\n", shifted = "  movel(pose_add(",
+                    end = ", p[0.1,0,0,0,0,0]), a=1.2, v=0.1)\n";
+  Eigen::Matrix3Xd corrected = path().position;
+  for (int k = 50; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (k - 50) / 50.0;
+  const auto of_moves = [&](const std::string& moves) {
+    return displace_program(urscript(start + moves), path(), corrected);
+  };
+  const DisplacedProgram literal = of_moves(shifted + "p[0.4,0,0.5,0,3,0]" + end);
+  EXPECT_EQ(literal.text.inserted, 1);
+  EXPECT_THAT(literal.text.texts[0],
+              HasSubstr(start + shifted +
+                        "p[0.35,0,0.5,0,3,0], p[0.1,0,0,0,0,0]), a=1.2, v=0.1, r=0.01)\n" +
+                        shifted + "p[0.4,0,0.5002,0,3,0]" + end));
+  // A named point that one move needs as it is and another one corrected is written out.
+  EXPECT_THAT(
+      of_moves("  a = p[0.4,0,0.5,0,3,0]\n  movel(a)\n" + shifted + "a" + end).text.texts[0],
+      HasSubstr("a = p[0.4,0,0.5,0,3,0]\n  movel(a)\n"));
+  // In a frame, the shift counts in that of the robot; off the path it stays.
+  const DisplacedProgram off = of_moves(shifted + "p[0.5,0,0.6,0,3,0]" + end);
+  EXPECT_EQ(off.corrected, 1);
+  EXPECT_THAT(off.warnings, Contains(HasSubstr("p.script:4: left alone: ends off the path")));
+}
+
 // A wave of 0.2 mm in the radius of the arc, three times round: pieces of it keep within some um of
 // the corrected path, and no piece is shorter than 5 deg.
 TEST(Displacement, AWaveOnAnArcIsArcs) {

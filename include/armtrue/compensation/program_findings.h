@@ -19,6 +19,17 @@ namespace armtrue {
 ProgramJoints joints_of_program(const RobotProgram& program, const Robot& controller,
                                 const std::string& name);
 
+/// Whether the arm that a program states is that of the controller's model: the first one that is
+/// not, as a doubt; empty if there is none. Throws InputError if it is an arm of other lengths.
+/// `name`: of the model's file.
+std::string doubt_of_stated_arm(const RobotProgram& program, const Robot& controller,
+                                const ProgramJoints& joints, const std::string& name);
+
+/// Whether files of the controller name another arm than its model does, as a doubt; empty if not,
+/// or if a name tells nothing. `name`: of the model's file.
+std::string doubt_of_arm_name(const RobotProgram& program, const Robot& controller,
+                              const std::string& name);
+
 /// Throws InputError if a target names a tool, and --tool-is-measured states another.
 void refuse_two_tools(const RobotProgram& program, bool tool_is_measured);
 

@@ -132,6 +132,13 @@ struct ProgramTarget {
   Configuration configuration;
 };
 
+/// The arm by which a program, or a point of it, has its joint angles: rows of Denavit and
+/// Hartenberg, as the program states them.
+struct StatedArm {
+  int line = 0;
+  KinematicChain chain;
+};
+
 /// A name in the program that must be the name of the file.
 struct ProgramName {
   int text = 0;
@@ -204,8 +211,13 @@ struct RobotProgram {
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
   std::optional<KinematicChain> stated_arm;  ///< if the program states it; see StatedPose
+  std::vector<StatedArm> stated_arms;        ///< that one and those of points, each once
   std::vector<ProgramName> names;
   int own_model_line = 0;  ///< the first one that uses DialectFacts::own_model; 0: none does
+  int own_model_text = 0;  ///< in which it stands
+  /// The arm as files of its controller name it, `#KR210R2700_2 S C2 FLR`, and where: text, line.
+  std::string arm_name;
+  int arm_name_text = 0, arm_name_line = 0;
   /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set
   /// before the call.
   std::vector<ProgramCall> calls_not_given;

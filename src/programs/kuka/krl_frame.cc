@@ -129,4 +129,26 @@ KrlAggregate take_krl_aggregate(TextCursor& cursor) {
   return result;
 }
 
+KrlFdat take_krl_fdat(TextCursor& cursor) {
+  KrlFdat fdat;
+  const auto number = [&]() -> std::optional<int> {
+    constexpr double kMost = 1000;
+    const auto value = cursor.take_number();
+    if (!value || !(std::abs(*value) < kMost)) return std::nullopt;
+    return static_cast<int>(*value);
+  };
+  cursor.take('{');
+  while (!cursor.done() && cursor.next() != '}') {
+    const std::string entry = cursor.take_name();
+    if (entry == "TOOL_NO") fdat.tool = number();
+    if (entry == "BASE_NO") fdat.base = number();
+    if (entry == "IPO_FRAME" && cursor.take('#'))
+      fdat.is_external_tcp = cursor.take_name() == "TCP";
+    cursor.skip_to(",}");
+    if (!cursor.take(',')) break;
+  }
+  cursor.take('}');
+  return fdat;
+}
+
 }  // namespace armtrue

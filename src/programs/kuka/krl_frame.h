@@ -34,6 +34,12 @@ struct KrlFrame {
   std::optional<int> status, turn;
 };
 
+/// Tool and base of an inline form: DECL FDAT FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}.
+struct KrlFdat {
+  std::optional<int> tool, base;
+  bool is_external_tcp = false;
+};
+
 enum class KrlAggregateKind { frame, axes, other };
 
 struct KrlAggregate {
@@ -56,5 +62,9 @@ bool is_krl_point_type(std::string_view name);
 /// kind is `other`, and the cursor stands anywhere, if a component is no plain number, is given
 /// twice or belongs to no position.
 KrlAggregate take_krl_aggregate(TextCursor& cursor);
+
+/// Reads {TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..}: the cursor stands on `{` before, behind `}`
+/// after.
+KrlFdat take_krl_fdat(TextCursor& cursor);
 
 }  // namespace armtrue

@@ -76,6 +76,7 @@ class KrlController {
     for (KrlSource& source : sources_) keep_calls_of_others(source);
     state_.assign(sources_.size(), State::open);
     for (size_t i = 0; i < sources_.size(); ++i) find_what_is_left(i);
+    for (KrlSource& source : sources_) find_what_interrupts_leave(source);
     for (KrlSource& source : sources_)
       for (const std::string& routine : source.exported)
         if (not_followed_.contains(routine) || interrupts_.contains(routine)) {
@@ -123,6 +124,15 @@ class KrlController {
     }
     state_[index] = State::done;
     order_.push_back(index);
+  }
+
+  // What routines of others leave that only an interrupt or a trigger of a source calls.
+  void find_what_interrupts_leave(KrlSource& source) {
+    for (const std::string& name : source.interrupts) {
+      const auto owner = owners_.find(name);
+      if (!source.routines.contains(name) && owner != owners_.end() && owner->second != kSeveral)
+        source.neighbours.leaves.try_emplace(name, left_by(sources_[owner->second], name));
+    }
   }
 
   const HandedFrames& left_by(KrlSource& source, const std::string& routine) {

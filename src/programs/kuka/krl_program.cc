@@ -70,6 +70,10 @@ class KrlReader : MoveReader {
 
   void read() {
     program_.own_model_line = syntax_.absolute_accuracy_line;
+    program_.own_model_text = syntax_.absolute_accuracy_text;
+    program_.arm_name = syntax_.arm_name;
+    program_.arm_name_text = syntax_.arm_name_text;
+    program_.arm_name_line = syntax_.arm_name_line;
     find_what_runs();
     for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
     find_starts();

@@ -1,11 +1,13 @@
 #include "programs/kuka/krl_set_up.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "programs/frame_list.h"
+#include "programs/kuka/krl_variables.h"
 #include "programs/kuka/krl_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -64,15 +66,34 @@ KrlSetUps::List KrlSetUps::read() {
   for (const KrlMove& move : syntax_.moves) {
     const Settings with = with_of(move);
     list.of_moves.push_back(at(move.begin, with));
+    list.not_followed.push_back(not_followed(list.of_moves.back()));
     list.are_of_callers.push_back(are_of_callers(move.begin, with));
   }
   leave_subprograms(list);
   for (const auto& [routine, frames] : neighbours_.begins)
     if (std::ranges::any_of(frames, is_several)) list.callers = neighbours_.callers.at(routine);
+  std::set<std::string> names;
+  for (const auto& of_part : interrupts_)
+    for (const Interrupt& interrupt : of_part) names.insert(interrupt.name);
+  list.interrupts = fmt::format("{}", fmt::join(names, ", "));
   return list;
 }
 
+// What depends on the frame before it is found a round after that.
 void KrlSetUps::follow_statements() {
+  constexpr int kRounds = 8;  // more frames in a chain, of no real program, would take long
+  SettingsInOrder before;
+  for (int round = 0; round < kRounds; ++round) {
+    SettingsInOrder settings = follow_round();
+    const bool is_last = !depends_on_itself_ || (round > 0 && settings == before);
+    before = std::move(settings);
+    is_followed_ = true;
+    if (is_last) break;
+  }
+  find_interrupts(before);
+}
+
+KrlSetUps::SettingsInOrder KrlSetUps::follow_round() {
   SettingsInOrder settings;
   for (const KrlSetUp& statement : syntax_.set_ups)
     add(is_definition(statement.word) ? begin_of(statement) : set_by(statement), statement,
@@ -84,7 +105,9 @@ void KrlSetUps::follow_statements() {
   add_fdats(flow, std::move(fdats), settings);
   follow(flow, settings);
   if (add_initial_frames(settings)) follow(flow, settings);
+  SettingsInOrder result = settings;
   follow_without_callers(flow, settings);
+  return result;
 }
 
 // The same with a value of no frame for what the callers hand on.
@@ -113,6 +136,69 @@ void KrlSetUps::add(const Settings& set, const KrlSetUp& statement, SettingsInOr
 void KrlSetUps::follow(const ProgramFlow& flow, const SettingsInOrder& settings) {
   for (size_t part = 0; part < settings.size(); ++part)
     values_[part] = flow.follow(settings[part], kStart[part]);
+}
+
+// What a subprogram sets that an INTERRUPT or a TRIGGER calls may hold at any place from there on.
+void KrlSetUps::find_interrupts(const SettingsInOrder& settings) {
+  for (const auto& [name, places] : syntax_.steps.interrupts()) {
+    const std::vector<Span> texts = texts_run_by(name);
+    std::vector<ProgramFlow::Setting> starts;
+    if (!syntax_.set_ups.empty()) starts.push_back({syntax_.set_ups[0].begin, 0});
+    for (const size_t place : places) starts.push_back({place, 1});
+    for (const Part part : {kBase, kTool, kMode}) {
+      if (!may_be_set_by(name, part, settings, texts)) continue;
+      const bool is_own = !texts.empty() && !syntax_.steps.called().contains(name);
+      interrupts_[part].push_back(
+          {name, is_own ? texts.front() : Span{}, syntax_.steps.flow().follow(starts, 0)});
+    }
+  }
+}
+
+// The text of a subprogram, and of those that it calls; empty if it stands in another program.
+std::vector<KrlSetUps::Span> KrlSetUps::texts_run_by(const std::string& routine) const {
+  std::map<std::string, Span> known;
+  std::string last;
+  for (const KrlSetUp& statement : syntax_.set_ups) {
+    if (!is_definition(statement.word)) continue;
+    if (!last.empty()) known[last].second = statement.begin;
+    last = name_of(statement);
+    known[last] = {statement.begin, src_.size()};
+  }
+  if (!known.contains(routine)) return {};
+  const std::vector<KrlCall> calls = krl_calls(masked(src_, ';', "\""));
+  std::vector<std::string> names{routine};
+  std::vector<Span> texts;
+  for (size_t i = 0; i < names.size(); ++i) {
+    const Span text = known.at(names[i]);
+    texts.push_back(text);
+    for (const KrlCall& call : calls)
+      if (text.first <= call.statement && call.statement < text.second &&
+          known.contains(call.name) && std::ranges::find(names, call.name) == names.end())
+        names.push_back(call.name);
+  }
+  return texts;
+}
+
+// Where it begins it sets nothing.
+bool KrlSetUps::may_be_set_by(const std::string& interrupt, Part part,
+                              const SettingsInOrder& settings,
+                              const std::vector<Span>& texts) const {
+  const auto left = neighbours_.leaves.find(interrupt);
+  if (texts.empty())
+    return left != neighbours_.leaves.end() &&
+           left->second[part].kind != HandedFrame::Kind::as_before;
+  return std::ranges::any_of(settings[part], [&](const ProgramFlow::Setting& setting) {
+    return std::ranges::any_of(texts, [&](const Span& text) {
+      return text.first < setting.at && setting.at < text.second;
+    });
+  });
+}
+
+bool KrlSetUps::is_interrupted(size_t part, size_t place) const {
+  return std::ranges::any_of(interrupts_[part], [&](const Interrupt& interrupt) {
+    const bool is_own = interrupt.own.first <= place && place < interrupt.own.second;
+    return !is_own && interrupt.may_run.at(place) != 0;
+  });
 }
 
 // FDAT_ACT only keeps tool and base; BAS(#FRAMES), BAS(#PTP_PARAMS,..) and BAS(#CP_PARAMS,..) set
@@ -254,7 +340,8 @@ HandedFrame KrlSetUps::as_handed(int value, size_t part) const {
 HandedFrames KrlSetUps::all_as_handed(size_t place) const {
   HandedFrames frames;
   for (size_t part = 0; part < values_.size(); ++part)
-    frames.push_back(as_handed(values_[part].at(place), part));
+    frames.push_back(
+        as_handed(is_interrupted(part, place) ? kUncertain : values_[part].at(place), part));
   return frames;
 }
 
@@ -270,17 +357,21 @@ HandedFrames KrlSetUps::any_frames() { return {{}, {}, {HandedFrame::Kind::state
 
 // The frames with which a subprogram begins that nothing here calls, or that an interrupt calls.
 KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
-  TextCursor cursor(src_, definition.begin, definition.end);
-  std::string name = cursor.take_name();
-  while (!is_definition(name)) name = cursor.take_name();  // GLOBAL
-  if (name == "DEFFCT") cursor.take_name();                // its type
-  name = cursor.take_name();
+  const std::string name = name_of(definition);
   if (syntax_.steps.interrupts().contains(name)) return {kUncertain, kUncertain, kStart[kMode]};
   if (const auto handed = neighbours_.begins.find(name); handed != neighbours_.begins.end())
     return handed->second == any_frames() ? Settings{kStart[kBase], kStart[kTool], kAnyMode}
                                           : Settings{};
   if (syntax_.steps.called().contains(name)) return {};
   return {kStart[kBase], kStart[kTool], kStart[kMode]};
+}
+
+std::string KrlSetUps::name_of(const KrlSetUp& definition) const {
+  TextCursor cursor(src_, definition.begin, definition.end);
+  std::string name = cursor.take_name();
+  while (!is_definition(name)) name = cursor.take_name();  // GLOBAL
+  if (name == "DEFFCT") cursor.take_name();                // its type
+  return cursor.take_name();
 }
 
 // A subprogram that nothing here calls, and that states no frames, has those of a caller elsewhere;
@@ -304,8 +395,12 @@ void KrlSetUps::leave_subprograms(List& list) const {
 
 KrlSetUps::SetUp KrlSetUps::at(size_t place, const Settings& of_move) const {
   std::array<int, 3> settings{};
-  for (size_t part = 0; part < settings.size(); ++part)
+  bool may_be_interrupted = false;
+  for (size_t part = 0; part < settings.size(); ++part) {
     settings[part] = of_move[part].value_or(values_[part].at(place));
+    may_be_interrupted |= !of_move[part] && is_interrupted(part, place);
+  }
+  if (may_be_interrupted) return {-1, -1, settings[kMode] == 1, true, false, true};
   const bool is_calculated = std::ranges::find(settings, kCalculated) != settings.end();
   const bool is_uncertain = std::ranges::find(settings, kUncertain) != settings.end();
   if (!is_calculated && !is_uncertain)
@@ -337,41 +432,60 @@ void KrlSetUps::read_bas(const std::string& spelled, size_t at, Settings& settin
   for (const Part part : {kBase, kTool}) {
     const std::string begin = part == kTool ? "BAS(#TOOL," : "BAS(#BASE,";
     if (!spelled.starts_with(begin)) continue;
-    TextCursor cursor(spelled, begin.size(), spelled.size());
-    const auto number = cursor.take_number();
     const char* const list = part == kTool ? "TOOL_DATA" : "BASE_DATA";
-    const bool is_plain = number && std::abs(*number) < 1000 && cursor.take(')');
-    settings[part] =
-        is_plain ? number_of(list, static_cast<int>(*number), at) : add(spelled, std::nullopt);
+    std::string number = spelled.substr(begin.size());
+    if (number.ends_with(')')) number.pop_back();
+    settings[part] = number_in(list, number, spelled, at);
   }
+}
+
+// `number`: of a frame of a list, also a variable. `spelled`: what to name where it is not known.
+int KrlSetUps::number_in(const char* list, const std::string& number, const std::string& spelled,
+                         size_t at) {
+  constexpr double kMost = 1000;
+  const std::optional<double> value = syntax_.variables->number_at(number, at);
+  if (!value || *value != std::floor(*value) || !(std::abs(*value) < kMost))
+    return add_not_followed(spelled);
+  return number_of(list, static_cast<int>(*value), at);
+}
+
+// An FDAT as it is declared, or with the value that the text gives it.
+std::optional<KrlFdat> KrlSetUps::fdat_at(const std::string& name, size_t place) const {
+  const auto declared = syntax_.fdats.find(name);
+  return declared != syntax_.fdats.end() ? declared->second
+                                         : syntax_.variables->fdat_at(name, place);
 }
 
 // FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}. `place`: where it takes effect.
 KrlSetUps::Settings KrlSetUps::read_fdat(const KrlSetUp& statement, size_t place) {
-  const std::string value = without_blanks(behind_equals(text(statement.begin, statement.end)));
-  std::unordered_map<std::string, KrlFdat> stated;
-  TextCursor cursor(src_, statement.begin, statement.end);
-  take_krl_fdat(cursor, stated);
+  const std::string spelled = without_blanks(text(statement.begin, statement.end));
+  const std::string value(behind_equals(spelled));
+  TextCursor cursor(src_, src_.find('=', statement.begin) + 1, statement.end);
   Settings settings;
-  set_fdat(value, stated.empty() ? syntax_.fdats : stated, {statement.line, place}, settings);
+  if (!spelled.starts_with("FDAT_ACT="))
+    set_not_followed("FDAT_ACT", settings);
+  else
+    set_fdat(value, cursor.next() == '{' ? take_krl_fdat(cursor) : fdat_at(value, statement.begin),
+             {statement.line, place}, settings);
   return settings;
 }
 
-// `name`: of the FDAT, or what states it, which is the only one of `fdats` then.
-void KrlSetUps::set_fdat(const std::string& name, const Fdats& fdats, const Statement& statement,
-                         Settings& settings) {
+// `name`: of the FDAT, or what states it.
+void KrlSetUps::set_fdat(const std::string& name, const std::optional<KrlFdat>& fdat,
+                         const Statement& statement, Settings& settings) {
   if (name.empty()) return;
-  const auto found = name.starts_with('{') ? fdats.begin() : fdats.find(name);
-  if (found == fdats.end() || !found->second.tool || !found->second.base) {
+  if ((!fdat || !fdat->tool || !fdat->base) && syntax_.changed.contains(name))
+    return set_not_followed(name, settings);
+  if (!fdat || !fdat->tool || !fdat->base) {
     if (undeclared_.emplace(statement.line, name).second)
       warnings_.add(statement.line, "the tool and base of '" + name + "' are not declared as FDAT");
     settings[kTool] = add("TOOL_DATA[" + name + ".TOOL_NO]", std::nullopt);
     settings[kBase] = add("BASE_DATA[" + name + ".BASE_NO]", std::nullopt);
     return;
   }
-  settings[kTool] = number_of("TOOL_DATA", *found->second.tool, statement.begin);
-  settings[kBase] = number_of("BASE_DATA", *found->second.base, statement.begin);
-  settings[kMode] = found->second.is_external_tcp ? 1 : 0;
+  settings[kTool] = number_of("TOOL_DATA", *fdat->tool, statement.begin);
+  settings[kBase] = number_of("BASE_DATA", *fdat->base, statement.begin);
+  settings[kMode] = fdat->is_external_tcp ? 1 : 0;
 }
 
 // WITH $TOOL = STOOL2(FP1), $BASE = SBASE(FP1)
@@ -396,46 +510,91 @@ void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int li
   const std::string value(behind_equals(spelled));
   if (value.empty()) return;
   if (name == "$IPO_MODE") {
-    const auto fdat = syntax_.fdats.find(fdat_of(value));
-    const bool is_of_fdat = fdat != syntax_.fdats.end() && fdat->second.is_external_tcp;
-    settings[kMode] = value == "#TCP" || is_of_fdat ? 1 : 0;
+    const std::string name_of_fdat = fdat_of(value);
+    const auto fdat = fdat_at(name_of_fdat, begin);
+    settings[kMode] = value == "#TCP" || (fdat && fdat->is_external_tcp) ? 1 : 0;
+    if (!fdat && syntax_.changed.contains(name_of_fdat)) settings[kMode] = kUncertain;
     return;
   }
-  std::optional<int>& setting = settings[name == "$TOOL" ? kTool : kBase];
+  const Part part = name == "$TOOL" ? kTool : kBase;
+  std::optional<int>& setting = settings[part];
   if (!spelled.starts_with(name + "=")) {
-    setting = add(spelled, std::nullopt);
+    setting = with_component(part, spelled, begin);
   } else if (const std::string fdat = fdat_of(value); !fdat.empty()) {
     Settings of_fdat;
-    set_fdat(fdat, syntax_.fdats, {line, begin}, of_fdat);
+    set_fdat(fdat, fdat_at(fdat, begin), {line, begin}, of_fdat);
     if (of_fdat[kMode] == 1) settings[kMode] = 1;
-    setting = of_fdat[name == "$TOOL" ? kTool : kBase];
+    setting = of_fdat[part];
   } else {
-    setting = frame_of(src_.find('=', begin) + 1, end);
+    setting = frame_of(src_.find('=', begin) + 1, end, begin);
   }
 }
 
-int KrlSetUps::frame_of(size_t begin, size_t end) {
+// $BASE.Z=5, $BASE.Z=$BASE.Z+15.
+int KrlSetUps::with_component(Part part, const std::string& spelled, size_t place) {
+  if (is_given_frame(known_, spelled)) return add(spelled, std::nullopt);
+  const int held = held_before(part, place);
+  if (held >= 0 && !frames_[held].is_known && !not_followed_.contains(held)) return held;
+  const std::string component = spelled.substr(0, spelled.find('='));
+  const size_t point = component.find('.');
+  const int index = point == std::string::npos ? -1 : krl_component(component.substr(point + 1));
+  if (held == kUncertain || not_followed_.contains(held) || index < 0 || index > 5)
+    return add_not_followed(spelled);
+  const Eigen::Vector3d abc = abc_from_rotation(frames_[held].pose.rotation);
+  KrlFrame frame;
+  frame.values.head<3>() = frames_[held].pose.translation;
+  frame.values.segment<3>(3) = abc;
+  std::string value(behind_equals(spelled));
+  const bool is_sum = value.starts_with(component);
+  if (is_sum) value.replace(0, component.size(), "0");
+  const std::optional<double> number = syntax_.variables->number_at(value, place);
+  const bool is_scaled = is_sum && value.size() > 1 && value[1] != '+' && value[1] != '-';
+  if (!number || is_scaled) return add_not_followed(spelled);
+  frame.values[index] = (is_sum ? frame.values[index] : 0) + *number * krl_unit(index);
+  return add_value(frames_[held].name + " with " + component, *krl_pose(frame));
+}
+
+// The frame before a statement; kUncertain if it is not known.
+int KrlSetUps::held_before(Part part, size_t place) {
+  depends_on_itself_ = true;
+  const int held = is_followed_ ? values_[part].at(before_statement(place)) : kUncertain;
+  return held < 0 ? kUncertain : held;
+}
+
+// `place`: of the statement that sets it.
+int KrlSetUps::frame_of(size_t begin, size_t end, size_t place) {
   TextCursor cursor(src_, begin, end);
   const std::string spelled = without_blanks(text(begin, end));
   const std::vector<Statement> factors = split_arguments(src_, begin, end, ":");
-  if (factors.size() > 1) return product_of(factors, spelled);
+  if (factors.size() > 1) return product_of(factors, spelled, place);
   if (cursor.next() == '{') {
     const KrlAggregate aggregate = take_krl_aggregate(cursor);
     if (aggregate.kind == KrlAggregateKind::frame && cursor.done())
       return add(spelled, krl_pose(aggregate.frame));
-    return add(spelled, std::nullopt);
+    return add_not_followed(spelled);
+  }
+  if (spelled == "$BASE" || spelled == "$TOOL") {
+    const int held = held_before(spelled == "$TOOL" ? kTool : kBase, place);
+    return held == kUncertain ? add_not_followed(spelled) : held;
   }
   if (spelled == "$NULLFRAME" || spelled == "$WORLD") return add(spelled, Pose{});
-  return add_name(spelled, begin);
+  for (const char* const list : {"BASE_DATA", "TOOL_DATA"})
+    if (spelled.starts_with(std::string(list) + "[") && spelled.ends_with(']')) {
+      const size_t from = std::string_view(list).size() + 1;
+      return number_in(list, spelled.substr(from, spelled.size() - from - 1), spelled, place);
+    }
+  return add_name(spelled, place);
 }
 
 // BASE_DATA[1]:{X 0,Y 0,Z 10,A 0,B 0,C 0}. If a factor is not known, that one.
-int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::string& spelled) {
+int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::string& spelled,
+                          size_t place) {
   if (is_given_frame(known_, spelled)) return add(spelled, std::nullopt);
   Pose product;
   std::string name;
   for (const Statement& factor : factors) {
-    const int index = frame_of(factor.begin, factor.end);
+    const int index = frame_of(factor.begin, factor.end, place);
+    if (not_followed_.contains(index)) return add_not_followed(spelled);
     if (index == kUncertain || !frames_[index].is_known) return index;
     product = product * frames_[index].pose;
     name += (name.empty() ? "" : ":") + frames_[index].name;
@@ -449,30 +608,31 @@ int KrlSetUps::add_name(const std::string& name, size_t place) {
   if (const auto set = syntax_.set_frames.find(name);
       set != syntax_.set_frames.end() && !is_given_frame(known_, name))
     return value_at(name, set->second, place);
-  const auto found = syntax_.frame_names.find(name);
-  if (found == syntax_.frame_names.end()) return add(name, std::nullopt);
-  return add(name, krl_pose(syntax_.frames[found->second]));
+  if (const auto found = syntax_.frame_names.find(name); found != syntax_.frame_names.end())
+    return add(name, krl_pose(syntax_.frames[found->second]));
+  if (is_given_frame(known_, name)) return add(name, std::nullopt);
+  if (const auto value = syntax_.variables->value_at(name, place))
+    if (const auto pose = krl_pose(value->point)) return add_value(name, *pose);
+  TextCursor cursor(name, 0, name.size());
+  const bool may_change = syntax_.changed.contains(cursor.take_name());
+  if (cursor.next() == '[') cursor.skip_to("]");
+  cursor.take(']');
+  // One of a list is the one that --frame states, whatever sets it in part.
+  const bool is_calculated = !cursor.done() || (may_change && !is_krl_frame_list(name));
+  return is_calculated ? add_not_followed(name) : add(name, std::nullopt);
 }
 
 // kUncertain if it is not certain, and where it has what the controller has before the program.
 int KrlSetUps::value_at(const std::string& name, const KrlSetFrame& frame, size_t place) {
   const auto [values, is_new] = of_set_frames_.try_emplace(name);
   if (!is_new) return values->second.at(place);
-  std::map<std::vector<double>, int> known;  // a pose has one name
-  const auto add_value = [&](int index) {
-    const KrlFrame& value = syntax_.frames[index];
-    const auto [of_value, is_other] =
-        known.try_emplace({value.values.begin(), value.values.begin() + 6}, kUncertain);
-    if (is_other)
-      of_value->second =
-          add(known.size() == 1 ? name : fmt::format("{} (value {})", name, known.size()),
-              krl_pose(value));
-    return of_value->second;
+  const auto add_frame_of = [&](int index) {
+    return add_value(name, *krl_pose(syntax_.frames[index]));
   };
-  const int before = frame.before < 0 ? kUncertain : add_value(frame.before);
+  const int before = frame.before < 0 ? kUncertain : add_frame_of(frame.before);
   std::vector<ProgramFlow::Setting> settings;
   for (const int index : frame.values)
-    settings.push_back({syntax_.frames[index].begin, add_value(index)});
+    settings.push_back({syntax_.frames[index].begin, add_frame_of(index)});
   for (const size_t call : frame.lost_at) settings.push_back({call, kUncertain});
   values->second = syntax_.steps.flow().follow(settings, before);
   return values->second.at(place);
@@ -484,6 +644,36 @@ int KrlSetUps::number_of(const char* list, int number, size_t place) {
 
 int KrlSetUps::add(const std::string& name, const std::optional<Pose>& pose) {
   return add_frame(frames_, known_, name, pose);
+}
+
+// One of several poses of a name; each has one name.
+int KrlSetUps::add_value(const std::string& name, const Pose& pose) {
+  std::map<std::vector<double>, int>& known = values_of_names_[name];
+  std::vector<double> numbers(pose.rotation.reshaped().begin(), pose.rotation.reshaped().end());
+  numbers.insert(numbers.end(), pose.translation.begin(), pose.translation.end());
+  const auto [value, is_other] = known.try_emplace(std::move(numbers), kUncertain);
+  if (is_other)
+    value->second =
+        add(known.size() == 1 ? name : fmt::format("{} (value {})", name, known.size()), pose);
+  return value->second;
+}
+
+// A frame that the program calculates: moves in it are left, unless --frame gives it.
+int KrlSetUps::add_not_followed(const std::string& spelled) {
+  const int frame = add(spelled, std::nullopt);
+  if (!frames_[frame].is_known) not_followed_.insert(frame);
+  return frame;
+}
+
+void KrlSetUps::set_not_followed(const std::string& fdat, Settings& settings) {
+  settings[kTool] = add_not_followed("TOOL_DATA[" + fdat + ".TOOL_NO]");
+  settings[kBase] = add_not_followed("BASE_DATA[" + fdat + ".BASE_NO]");
+}
+
+std::string KrlSetUps::not_followed(const SetUp& set_up) const {
+  for (const int frame : {set_up.base, set_up.tool})
+    if (not_followed_.contains(frame)) return frames_[frame].name;
+  return "";
 }
 
 std::string_view KrlSetUps::text(size_t begin, size_t end) const {

@@ -35,6 +35,7 @@ class KrlSetUps {
     bool is_external_tcp = false;  ///< the tool is stationary, the robot holds the part
     bool is_uncertain = false;     ///< it may be one of several; then nothing is stated
     bool is_calculated = false;    ///< uncertain because another program calculates it
+    bool is_interrupted = false;   ///< uncertain because an interrupt or a TRIGGER may set it
     bool operator==(const SetUp&) const = default;
   };
   struct List {
@@ -42,6 +43,8 @@ class KrlSetUps {
     std::vector<SetUp> behind;  ///< so many statements of KrlSyntax::set_ups
     std::vector<bool> are_of_callers;  ///< of moves: whether callers in other programs state them
     std::string callers;        ///< which hand on several; empty if none do
+    std::string interrupts;     ///< subprograms that set frames at any time; empty if none do
+    std::vector<std::string> not_followed;  ///< of moves: the frame whose value is not; or empty
   };
 
   /// Base and tool at each place of the program.
@@ -63,15 +66,28 @@ class KrlSetUps {
   static constexpr int kOfCaller = -3;                 // of without_callers_
   static constexpr int kNoFdat = -1;                   // else: of the set-ups of the syntax
   using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
-  using Fdats = std::unordered_map<std::string, KrlFdat>;
+  using Span = std::pair<size_t, size_t>;              // of the text: begin, end
+  // A subprogram that an INTERRUPT or a TRIGGER calls, and that sets a part.
+  struct Interrupt {
+    std::string name;
+    Span own;                       // where only it runs; empty if others call it, too
+    ProgramFlow::Values may_run{};  // 0: not yet
+  };
   using SettingsInOrder = std::array<std::vector<ProgramFlow::Setting>, 3>;
 
   void follow_statements();
+  SettingsInOrder follow_round();
   void follow(const ProgramFlow& flow, const SettingsInOrder& settings);
   static void add(const Settings& set, const KrlSetUp& statement, SettingsInOrder& settings);
   void add_fdats(const ProgramFlow& flow, std::vector<ProgramFlow::Setting> kept,
                  SettingsInOrder& settings);
   bool is_without_bas(size_t fdat) const;
+  void find_interrupts(const SettingsInOrder& settings);
+  std::vector<Span> texts_run_by(const std::string& routine) const;
+  bool may_be_set_by(const std::string& interrupt, Part part, const SettingsInOrder& settings,
+                     const std::vector<Span>& texts) const;
+  bool is_interrupted(size_t part, size_t place) const;
+  std::string name_of(const KrlSetUp& definition) const;
   void follow_without_callers(const ProgramFlow& flow, SettingsInOrder& settings);
   bool are_of_callers(size_t place, const Settings& of_move) const;
   bool add_initial_frames(SettingsInOrder& settings);
@@ -88,13 +104,21 @@ class KrlSetUps {
   Settings set_by(const KrlSetUp& statement);
   void assign(const std::string& name, size_t begin, size_t end, int line, Settings& settings);
   void read_bas(const std::string& spelled, size_t at, Settings& settings);
+  int number_in(const char* list, const std::string& number, const std::string& spelled, size_t at);
   Settings read_fdat(const KrlSetUp& statement, size_t place);
+  std::optional<KrlFdat> fdat_at(const std::string& name, size_t place) const;
   void read_with(size_t begin, size_t end, int line, Settings& settings);
-  void set_fdat(const std::string& name, const Fdats& fdats, const Statement& statement,
-                Settings& settings);
-  int frame_of(size_t begin, size_t end);
-  int product_of(const std::vector<Statement>& factors, const std::string& spelled);
+  void set_fdat(const std::string& name, const std::optional<KrlFdat>& fdat,
+                const Statement& statement, Settings& settings);
+  int with_component(Part part, const std::string& spelled, size_t place);
+  int frame_of(size_t begin, size_t end, size_t place);
+  int product_of(const std::vector<Statement>& factors, const std::string& spelled, size_t place);
+  int held_before(Part part, size_t place);
   int add(const std::string& name, const std::optional<Pose>& pose);
+  int add_value(const std::string& name, const Pose& pose);
+  int add_not_followed(const std::string& spelled);
+  void set_not_followed(const std::string& fdat, Settings& settings);
+  std::string not_followed(const SetUp& set_up) const;
   int add_name(const std::string& name, size_t place);
   int value_at(const std::string& name, const KrlSetFrame& frame, size_t place);
   int number_of(const char* list, int number, size_t place);
@@ -110,6 +134,11 @@ class KrlSetUps {
   std::map<std::string, size_t> behind_callers_of_;  // places behind the text
   std::array<ProgramFlow::Values, 3> values_, without_callers_;
   std::map<std::string, ProgramFlow::Values> of_set_frames_;  // by name: index in the frames
+  std::map<std::string, std::map<std::vector<double>, int>> values_of_names_;  // frames by poses
+  std::set<int> not_followed_;                                                 // frames
+  std::array<std::vector<Interrupt>, 3> interrupts_;                           // of each part
+  bool is_followed_ = false;        // values_ hold, perhaps not all of them yet
+  bool depends_on_itself_ = false;  // a frame on the one before: $BASE=$BASE:{..}, $BASE.Z=..
 };
 
 }  // namespace armtrue

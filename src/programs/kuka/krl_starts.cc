@@ -152,11 +152,19 @@ std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) con
   if (set_ups_.of_moves[index].is_calculated && needs_frames)
     return "its frame is calculated as the program runs ($BASE or $TOOL, by a program that it "
            "calls or that calls it); state them before the move";
+  if (set_ups_.of_moves[index].is_interrupted && needs_frames)
+    return "it may run with several $BASE, $TOOL or $IPO_MODE: an INTERRUPT or TRIGGER before it "
+           "calls " +
+           set_ups_.interrupts +
+           ", which sets them; state them where that cannot come between, or with the move";
   if (set_ups_.of_moves[index].is_uncertain && needs_frames)
     return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on " +
            (set_ups_.callers.empty() ? "calls, branches or loops"
                                      : "its calls in " + set_ups_.callers) +
            "; state them before the move";
+  if (const std::string& frame = set_ups_.not_followed[index]; !frame.empty() && needs_frames)
+    return "its frame is calculated as the program runs: '" + frame +
+           "'; if it is always the same, give it: --frame '" + frame + "=x,y,z,a,b,c'";
   if (is_relative) return why_left_alone(move, before);
   if (is_circle)
     if (const std::string reason = why_left_alone(move.auxiliary, before); !reason.empty())

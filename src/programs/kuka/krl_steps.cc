@@ -37,7 +37,7 @@ std::string called_behind_do(TextCursor cursor) {
 
 void KrlSteps::pass(const std::string& word, size_t at, TextCursor rest) {
   if (word == "INTERRUPT" || word == "TRIGGER") {
-    interrupts_.insert(called_behind_do(rest));
+    interrupts_[called_behind_do(rest)].push_back(at);
   } else if (const auto step = step_of(word)) {
     if (word == "DEFFCT") rest.take_name();  // its type
     const bool is_named = *step == Step::routine || *step == Step::go_to;

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "programs/program_flow.h"
 #include "programs/text_cursor.h"
@@ -19,13 +21,14 @@ class KrlSteps {
 
   /// The names that the text calls, in capitals.
   const std::set<std::string>& called() const { return called_; }
-  /// Those that INTERRUPT DECL or TRIGGER calls, at any time.
-  const std::set<std::string>& interrupts() const { return interrupts_; }
+  /// Those that INTERRUPT DECL or TRIGGER calls, at any time from these places on.
+  const std::map<std::string, std::vector<size_t>>& interrupts() const { return interrupts_; }
   const ProgramFlow& flow() const { return flow_; }
 
  private:
   ProgramFlow flow_;
-  std::set<std::string> called_, interrupts_;
+  std::set<std::string> called_;
+  std::map<std::string, std::vector<size_t>> interrupts_;
 };
 
 }  // namespace armtrue

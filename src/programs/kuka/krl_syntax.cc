@@ -78,6 +78,7 @@ class KrlParser {
     std::string name;
     int declarations = 0;  // in the own texts
     bool is_of_others = false;
+    bool is_global = false;  // of an FDAT
   };
   // What changes a variable in the .src.
   struct Changes {
@@ -151,11 +152,12 @@ class KrlParser {
       if (is_source_)
         return note_assignment_of_others({statement.line, statement.begin, statement.end});
       if (read_robot_root(word, cursor)) return;
+      note_machine_data(statement);
       if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global, word);
     if (word == "REAL" || word == "INT") return read_numbers(statement, cursor, global, word);
-    if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
+    if (word == "FDAT") return read_fdat(cursor, global);
     if (word == "LDAT") return take_krl_ldat(cursor, syntax_.ldats);
     if (declares) return;
     routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
@@ -195,6 +197,24 @@ class KrlParser {
 
   bool is_of_others() const { return index_ >= own_; }
 
+  // $ABS_ACCUR of $machine.dat, $TRAFONAME[]="#KR210R2700_2 S C2 FLR" there and $MODEL_NAME[] of
+  // $robcor.dat: they hold for all programs of the controller.
+  void note_machine_data(const KrlStatement& statement) {
+    each_word(text_, {statement.line, statement.begin, statement.end},
+              [&](const std::string& name, size_t at, TextCursor& cursor) {
+                if (name == "$ABS_ACCUR")
+                  note_system_variable(text_.substr(at, name.size()), cursor.at());
+                if (!contains({"$TRAFONAME", "$MODEL_NAME"}, name) || !syntax_.arm_name.empty())
+                  return;
+                const size_t open = text_.find('"', at);
+                const size_t close = open >= statement.end ? open : text_.find('"', open + 1);
+                if (close >= statement.end) return;
+                syntax_.arm_name = text_.substr(open + 1, close - open - 1);
+                syntax_.arm_name_text = static_cast<int>(index_);
+                syntax_.arm_name_line = statement.line;
+              });
+  }
+
   // $ROBROOT={..}; returns false if the statement is anything else. Of an arm on a rail (#ERSYS) it
   // counts from the carriage.
   bool read_robot_root(const std::string& word, TextCursor cursor) {
@@ -222,6 +242,14 @@ class KrlParser {
                 changes.is_beyond_main |= routines_ > 1;
                 changes.is_at_any_time |= contains({"DEF", "DEFFCT", "INTERRUPT", "TRIGGER"}, word);
               });
+  }
+
+  // FP1={TOOL_NO 1,..} behind DECL FDAT.
+  void read_fdat(TextCursor& cursor, bool global) {
+    const std::string name = cursor.take_name();
+    note_type(name, "FDAT");
+    types_[name].is_global |= global;
+    if (cursor.take('=') && cursor.next() == '{') syntax_.fdats[name] = take_krl_fdat(cursor);
   }
 
   // REAL LENGTH=50.0,WIDTH
@@ -550,6 +578,7 @@ class KrlParser {
       if (contains({"FALSE", "NONE", "SUPPRESSED"}, cursor.take_name())) return;
     }
     syntax_.absolute_accuracy_line = line_at(text_, behind);
+    syntax_.absolute_accuracy_text = static_cast<int>(index_);
   }
 
   // Finds what the named targets stand for, once both texts are read.
@@ -586,7 +615,8 @@ class KrlParser {
         syntax_.frame_names[name] = declaration.frame;
       if (is_of_controller) note_set_frame(name, declaration, is_shared);
     }
-    const KrlVariables variables = follow_variables();
+    syntax_.variables = follow_variables();
+    const KrlVariables& variables = *syntax_.variables;
     for (const Product& product : products_) resolve(product, variables);
     for (const NamedTarget& named : named_) {
       KrlMove& move = syntax_.moves[named.move];
@@ -633,22 +663,46 @@ class KrlParser {
     if (is_shared) frame.lost_at = calls_that_may_set(list);
   }
 
+  // Keeps the FDAT and LDAT that nothing may change. Returns all FDAT as they are declared.
+  std::unordered_map<std::string, KrlFdat> drop_changed_data() {
+    for (const auto& [name, changes] : changes_) syntax_.changed.insert(name);
+    const auto is_changed = [&](const auto& data) {
+      const auto type = types_.find(data.first);
+      const bool is_seen_by_others =
+          type != types_.end() && (type->second.is_global || type->second.declarations == 0);
+      return syntax_.changed.contains(data.first) ||
+             (is_seen_by_others && set_by_others_.contains(data.first));
+    };
+    const std::unordered_map<std::string, KrlFdat> declared = syntax_.fdats;
+    for (const auto& fdat : declared)
+      if (is_changed(fdat)) syntax_.changed.insert(fdat.first);
+    std::erase_if(syntax_.fdats, is_changed);
+    std::erase_if(syntax_.ldats, is_changed);
+    return declared;
+  }
+
   // The variables that only the .src changes, and only where its flow shows when: with the
   // constants from which they take their values. A name that is declared twice is two variables.
-  KrlVariables follow_variables() {
-    KrlVariables variables(texts_[0].text, syntax_.steps);
+  std::shared_ptr<const KrlVariables> follow_variables() {
+    const auto followed = std::make_shared<KrlVariables>(texts_[0].text, syntax_.steps);
+    KrlVariables& variables = *followed;
+    const std::unordered_map<std::string, KrlFdat> declared_fdats = drop_changed_data();
     const bool comes_any_time = !functions_.empty() || !syntax_.steps.interrupts().empty();
     for (const auto& [name, type] : types_) {
       const auto found = declarations_.find(name);
       const Declaration* const declared = found == declarations_.end() ? nullptr : &found->second;
-      const bool is_seen_by_others = type.declarations == 0 || (declared && declared->is_global);
+      const bool is_seen_by_others =
+          type.declarations == 0 || type.is_global || (declared && declared->is_global);
+      const auto fdat = declared_fdats.find(name);
       if (type.name == "?" || type.declarations + type.is_of_others != 1) continue;
       if (is_seen_by_others && !has_sources_of_others_) continue;
       const bool is_shared = is_seen_by_others && set_by_others_.contains(name);
       if (is_shared && (!shared_ || shared_->set_at_any_time.contains(name))) continue;
       const auto changed = changes_.find(name);
       if (changed == changes_.end()) {
-        if (const auto number = numbers_.find(name); number != numbers_.end())
+        if (fdat != declared_fdats.end() && syntax_.fdats.contains(name))
+          variables.add_constant(name, type.name, {std::nullopt, {}, false, fdat->second});
+        else if (const auto number = numbers_.find(name); number != numbers_.end())
           variables.add_constant(name, type.name, {number->second, {}, false});
         else if (declared && declared->values == 1 && !declared->used &&
                  (declared->frame >= 0 || declared->axes >= 0))
@@ -661,10 +715,17 @@ class KrlParser {
       std::vector<KrlChange> list = changes.list;
       if (is_shared)
         for (const size_t call : calls_that_may_set(name)) list.push_back({call, call, false});
-      variables.add(name, type.name, list, declared ? value_of(*declared) : KrlFrame{});
+      KrlValue value{std::nullopt, declared ? value_of(*declared) : KrlFrame{}, false};
+      if (fdat != declared_fdats.end()) value.fdat = fdat->second;
+      variables.add(name, type.name, list, value);
     }
+    const auto has_external = [](const KrlFrame& point) {
+      return point.values.tail<6>().array().isFinite().any();
+    };
+    variables.set_has_external(std::ranges::any_of(syntax_.frames, has_external) ||
+                               std::ranges::any_of(syntax_.axes, has_external));
     variables.follow();
-    return variables;
+    return followed;
   }
 
   // Calls of routines of others that may set a variable; in an expression, before the statement.

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "armtrue/programs/program_text.h"
@@ -74,18 +76,14 @@ struct KrlSetUp {
   std::string word;  ///< that it begins with: $BASE, BAS, FDAT_ACT, DEF, LOOP, the name it calls
 };
 
-/// Tool and base of an inline form: DECL FDAT FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}.
-struct KrlFdat {
-  std::optional<int> tool, base;
-  bool is_external_tcp = false;
-};
-
 /// A frame of the controller, BASE_DATA[3] or TOOL_DATA[1], that the .src sets.
 struct KrlSetFrame {
   std::vector<int> values;  ///< in KrlSyntax::frames: what it gives it, NAME={..}, all six numbers
   int before = -1;          ///< in KrlSyntax::frames: as others declare it; -1: not known
   std::vector<size_t> lost_at;  ///< in the .src: calls of others that may set it
 };
+
+class KrlVariables;
 
 struct KrlSyntax {
   std::vector<KrlFrame> frames;
@@ -94,15 +92,20 @@ struct KrlSyntax {
   std::vector<KrlNode> nodes;  ///< in the order of the text; a move once
   std::vector<KrlSetUp> set_ups;
   KrlSteps steps;  ///< of the .src
-  std::unordered_map<std::string, KrlFdat> fdats;
+  std::unordered_map<std::string, KrlFdat> fdats;  ///< that nothing may change
   std::vector<KrlSetUp> zones;  ///< statements of the .src that set $APO or LDAT_ACT
-  std::unordered_map<std::string, double> ldats;     ///< APO_DIST by name [mm]
+  std::unordered_map<std::string, double> ldats;     ///< APO_DIST by name [mm], likewise
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
   std::unordered_map<std::string, KrlSetFrame> set_frames;  ///< if nothing else changes them
+  std::unordered_set<std::string> changed;        ///< variables that may have several values
+  std::shared_ptr<const KrlVariables> variables;  ///< never null; the values of these, if known
   int robot_root = -1;                  ///< in `frames`: $ROBROOT of $machine.dat; -1: not given
   bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
   bool keeps_orientation = false;       ///< somewhere $ORI_TYPE (or ORI_TYP of LDAT) is #CONSTANT
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
+  int absolute_accuracy_text = 0;       ///< in which it stands
+  std::string arm_name;                 ///< $TRAFONAME or $MODEL_NAME; empty if no text states one
+  int arm_name_text = 0, arm_name_line = 0;
 };
 
 /// `texts`: the .src and, if there is one, its .dat, which are `own`; behind them data lists of

@@ -25,12 +25,39 @@ bool is_whole(const KrlValue& value) {
 void KrlVariables::follow() {
   constexpr int kRounds = 8;  // more variables in a chain, of no real program, would take long
   bool is_changed = true;
-  flow_ = std::make_unique<FlowOfVariables>(steps_.flow());
+  flow_ = std::make_unique<FlowOfVariables>(steps_);
+  for (auto& [name, variable] : variables_) note_what_stays(variable);
   for (int round = 0; is_changed && round < kRounds; ++round) {
     is_changed = false;
     for (auto& [name, variable] : variables_) is_changed |= follow(name, *flow_, variable);
   }
   for (auto& [name, variable] : variables_) note_what_is_stated(variable);
+}
+
+std::optional<KrlFdat> KrlVariables::fdat_at(const std::string& name, size_t place) const {
+  if (const std::optional<KrlValue> value = value_at(name, place)) return value->fdat;
+  const auto variable = variables_.find(name);
+  return variable == variables_.end() ? std::nullopt : variable->second.stays;
+}
+
+std::optional<double> KrlVariables::number_at(std::string_view expression, size_t place) const {
+  TextCursor cursor(expression, 0, expression.size());
+  const std::optional<double> number = sum(cursor, place);
+  return cursor.done() ? number : std::nullopt;
+}
+
+void KrlVariables::note_what_stays(Variable& variable) const {
+  std::optional<KrlFdat> stays = variable.declared.fdat;
+  for (const KrlChange& change : variable.changes) {
+    TextCursor cursor(src_, change.begin, change.end);
+    cursor.take_name();
+    const std::string component =
+        change.is_assignment && cursor.take('.') ? cursor.take_name() : "";
+    if (!stays || component.empty() || component == "IPO_FRAME") return;
+    if (component == "TOOL_NO") stays->tool.reset();
+    if (component == "BASE_NO") stays->base.reset();
+  }
+  variable.stays = stays;
 }
 
 bool KrlVariables::follow(const std::string& name, const FlowOfVariables& flow,
@@ -64,7 +91,7 @@ void KrlVariables::note_what_is_stated(Variable& variable) const {
     for (size_t i = 0; i < variable.states_external.size(); ++i)
       variable.states_external[i] |= std::isfinite(point.values[i + 6]);
   };
-  note(variable.declared);
+  note(variable.declared.point);
   for (const int number : variable.set)
     if (number == ProgramFlow::kUncertain)
       variable.is_anything = true;
@@ -90,7 +117,7 @@ bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,
     if (variable.states_external[i] && !states_this) return true;
     states_any |= states_this;
   }
-  return variable.is_anything && !states_any;
+  return variable.is_anything && !states_any && has_external_;
 }
 
 // NAME={..}, NAME=OTHER, NAME.X=.., NAME=.. of a number.
@@ -103,6 +130,7 @@ std::optional<KrlValue> KrlVariables::set_by(const std::string& name,
   const std::string component = cursor.take('.') ? cursor.take_name() : "";
   if (!cursor.take('=')) return std::nullopt;
   const std::string& type = types_.at(name);
+  if (type == "FDAT") return fdat_set_by(name, component, cursor, before);
   const bool is_number = type == "REAL" || type == "INT";
   if (!component.empty() || is_number) {
     const std::optional<double> number = sum(cursor, before);
@@ -116,6 +144,30 @@ std::optional<KrlValue> KrlVariables::set_by(const std::string& name,
   }
   const std::optional<KrlValue> value = point(cursor, type, before);
   return cursor.done() ? value : std::nullopt;
+}
+
+// {..}, another FDAT, or one component of it.
+std::optional<KrlValue> KrlVariables::fdat_set_by(const std::string& name,
+                                                  const std::string& component, TextCursor cursor,
+                                                  size_t place) const {
+  KrlValue result;
+  if (component.empty()) {
+    result.fdat = cursor.next() == '{' ? take_krl_fdat(cursor) : fdat_at(cursor.take_name(), place);
+    return result.fdat && cursor.done() ? std::optional(result) : std::nullopt;
+  }
+  result.fdat = fdat_at(name, place);
+  if (!result.fdat) return std::nullopt;
+  if (component == "IPO_FRAME") {
+    if (!cursor.take('#')) return std::nullopt;
+    result.fdat->is_external_tcp = cursor.take_name() == "TCP";
+  } else if (component == "TOOL_NO" || component == "BASE_NO") {
+    const std::optional<double> number = sum(cursor, place);
+    if (!number || *number != std::floor(*number)) return std::nullopt;
+    (component == "TOOL_NO" ? result.fdat->tool : result.fdat->base) = static_cast<int>(*number);
+  } else {
+    return result;
+  }
+  return cursor.done() ? std::optional(result) : std::nullopt;
 }
 
 // {..}, a name of the same type, or for a FRAME a product of them.
@@ -142,7 +194,7 @@ std::optional<KrlValue> KrlVariables::point(TextCursor& cursor, const std::strin
   } while (cursor.take(':'));
   if (factors.size() == 1) return is_of_type ? factors[0] : std::nullopt;
   const std::optional<Pose> pose = product_of(factors);
-  if (!pose || type != "FRAME") return std::nullopt;
+  if (!pose || (type != "FRAME" && type != "POS" && type != "E6POS")) return std::nullopt;
   KrlValue result;
   result.point.values.head<3>() = pose->translation;
   result.point.values.segment<3>(3) = abc_from_rotation(pose->rotation);
@@ -214,18 +266,31 @@ std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) con
   if (component.empty()) return value->number ? std::optional(sign * *value->number) : std::nullopt;
   if (value->number) return std::nullopt;
   double found = std::nan("");
-  if (const int k = krl_component(component); k >= 0 && (k > 5 || !value->is_axes))
+  if (const std::optional<KrlFdat>& fdat = value->fdat; fdat) {
+    const std::optional<int> of_list = component == "TOOL_NO"   ? fdat->tool
+                                       : component == "BASE_NO" ? fdat->base
+                                                                : std::nullopt;
+    if (of_list) found = *of_list;
+  } else if (const int k = krl_component(component); k >= 0 && (k > 5 || !value->is_axes)) {
     found = value->point.values[k] / krl_unit(k);
-  else if (const int axis = axis_of(component); axis >= 0 && value->is_axes)
+  } else if (const int axis = axis_of(component); axis >= 0 && value->is_axes) {
     found = value->point.axes[axis];
+  }
   return std::isfinite(found) ? std::optional(sign * found) : std::nullopt;
 }
 
 int KrlVariables::number_of(const KrlValue& value) {
   constexpr double kNone = -1e300;  // no number of a program
   const KrlFrame& point = value.point;
-  std::vector<double> key{value.number.value_or(kNone), value.is_axes ? 1.0 : 0.0,
-                          point.status ? *point.status : kNone, point.turn ? *point.turn : kNone};
+  const KrlFdat fdat = value.fdat.value_or(KrlFdat{});
+  std::vector<double> key{value.number.value_or(kNone),
+                          value.is_axes ? 1.0 : 0.0,
+                          point.status ? *point.status : kNone,
+                          point.turn ? *point.turn : kNone,
+                          value.fdat ? 1.0 : 0.0,
+                          fdat.is_external_tcp ? 1.0 : 0.0,
+                          fdat.tool ? *fdat.tool : kNone,
+                          fdat.base ? *fdat.base : kNone};
   key.insert(key.end(), point.values.begin(), point.values.end());
   key.insert(key.end(), point.axes.begin(), point.axes.end());
   for (double& number : key)

@@ -16,11 +16,12 @@
 
 namespace armtrue {
 
-/// A value of a variable of KRL: a number, or a point.
+/// A value of a variable of KRL: a number, a point, or an FDAT.
 struct KrlValue {
   std::optional<double> number;
   KrlFrame point;  ///< its values or its axes; where it stands in a text counts for nothing
   bool is_axes = false;
+  std::optional<KrlFdat> fdat{};
 };
 
 /// A statement of the .src that gives a variable a value, NAME=.. or NAME.X=.., or that may change
@@ -36,8 +37,8 @@ struct KrlChange {
 /// keeps what the last run left.
 class KrlVariables {
  public:
-  /// `src`: the text of the .src. All must outlive it.
-  KrlVariables(std::string_view src, const KrlSteps& steps) : src_(src), steps_(steps) {}
+  /// `src`: the text of the .src, which must outlive follow().
+  KrlVariables(std::string_view src, const KrlSteps& steps) : src_(src), steps_(steps.flow()) {}
 
   /// A variable that nothing changes.
   void add_constant(const std::string& name, const std::string& type, const KrlValue& value) {
@@ -46,13 +47,17 @@ class KrlVariables {
   }
   /// One that only these statements change. `declared`: what a data list gives it.
   void add(const std::string& name, const std::string& type, const std::vector<KrlChange>& changes,
-           const KrlFrame& declared) {
+           const KrlValue& declared) {
     variables_[name].changes = changes;
     variables_[name].declared = declared;
     types_[name] = type;
   }
 
-  /// Follows the values of all variables through the program.
+  /// Whether any point of the program states an external axis: else none moves, and what a variable
+  /// may keep of one counts for nothing.
+  void set_has_external(bool has_external) { has_external_ = has_external; }
+
+  /// Follows the values of all variables through the program; once.
   void follow();
 
   /// The product of points, XP1:fUp:{Z 50,..}, if all of them are known at a place with six numbers
@@ -62,6 +67,10 @@ class KrlVariables {
 
   /// The value at a place; nothing if it is not known.
   std::optional<KrlValue> value_at(const std::string& name, size_t place) const;
+  /// The tool and base of an FDAT at a place, as far as they are known.
+  std::optional<KrlFdat> fdat_at(const std::string& name, size_t place) const;
+  /// A sum of products of numbers and variables.
+  std::optional<double> number_at(std::string_view expression, size_t place) const;
   /// Whether a value leaves out components that other values of the variable state: the variable
   /// may keep them. Of E1 to E6, and `with_turn` of S and T.
   bool may_keep_more(const std::string& name, const KrlValue& value, bool with_turn) const;
@@ -71,7 +80,8 @@ class KrlVariables {
     std::vector<KrlChange> changes;
     FlowOfVariables::Values values;
     std::vector<int> set;  // by each change; of values_
-    KrlFrame declared;
+    KrlValue declared;
+    std::optional<KrlFdat> stays;  // of the declared FDAT: what no change alters
     // What its values state, with that of the data list.
     bool is_anything = false;  // a value is not known
     bool states_turn = false;
@@ -82,6 +92,9 @@ class KrlVariables {
   bool follow(const std::string& name, const FlowOfVariables& flow, Variable& variable);
   void note_what_is_stated(Variable& variable) const;
   std::optional<KrlValue> set_by(const std::string& name, const KrlChange& change) const;
+  std::optional<KrlValue> fdat_set_by(const std::string& name, const std::string& component,
+                                      TextCursor cursor, size_t place) const;
+  void note_what_stays(Variable& variable) const;
   std::optional<KrlValue> point(TextCursor& cursor, const std::string& type, size_t place) const;
   std::optional<KrlValue> with_component(KrlValue value, const std::string& component,
                                          double number) const;
@@ -91,7 +104,8 @@ class KrlVariables {
   int number_of(const KrlValue& value);
 
   std::string_view src_;
-  const KrlSteps& steps_;
+  const ProgramFlow steps_;
+  bool has_external_ = true;
   std::unique_ptr<FlowOfVariables> flow_;
   std::map<std::string, KrlValue> constants_;
   std::map<std::string, Variable> variables_;

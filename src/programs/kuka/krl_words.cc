@@ -142,28 +142,6 @@ bool krl_states_mode(std::string_view text, std::string_view name, std::string_v
   return false;
 }
 
-void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats) {
-  const std::string name = cursor.take_name();
-  if (!cursor.take('=') || !cursor.take('{')) return;
-  KrlFdat fdat;
-  const auto number = [&]() -> std::optional<int> {
-    constexpr double kMost = 1000;
-    const auto value = cursor.take_number();
-    if (!value || !(std::abs(*value) < kMost)) return std::nullopt;
-    return static_cast<int>(*value);
-  };
-  while (!cursor.done() && cursor.next() != '}') {
-    const std::string entry = cursor.take_name();
-    if (entry == "TOOL_NO") fdat.tool = number();
-    if (entry == "BASE_NO") fdat.base = number();
-    if (entry == "IPO_FRAME" && cursor.take('#'))
-      fdat.is_external_tcp = cursor.take_name() == "TCP";
-    cursor.skip_to(",}");
-    if (!cursor.take(',')) break;
-  }
-  fdats[name] = fdat;
-}
-
 void take_krl_ldat(TextCursor& cursor, std::unordered_map<std::string, double>& ldats) {
   const std::string name = cursor.take_name();
   if (!cursor.take('=') || !cursor.take('{')) return;

@@ -26,9 +26,6 @@ const KrlKeyword* find_krl_motion(std::string_view name);
 /// form, CIRC_TYP #PATH. `name`: CIRC_TYP.
 bool krl_states_mode(std::string_view text, std::string_view name, std::string_view value);
 
-/// Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..} behind DECL FDAT.
-void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats);
-
 /// Reads LCPDAT1={VEL 2.0,ACC 100.0,APO_DIST 50.0,..} behind DECL LDAT: its APO_DIST [mm].
 void take_krl_ldat(TextCursor& cursor, std::unordered_map<std::string, double>& ldats);
 

@@ -145,9 +145,12 @@ class PolyscopeReader : MoveReader {
       waypoint_->in_feature = attribute_span(text_, tag, "pose");
     } else if (name == "outputFlangePose" && waypoint_ && parent() == "Waypoint") {
       waypoint_->flange = attribute_span(text_, tag, "pose");
-    } else if (parent() == "kinematics" && elements_.size() == kDepthOfRows) {
+    } else if ((parent() == "kinematics" && elements_.size() == kDepthOfRows) ||
+               (parent() == "Kinematics" && waypoint_)) {
       if (const auto value = attribute_span(text_, tag, "value"))
         arm_[name] = values_of(numbers_in(*value));
+    } else if (name == "kinematics" || name == "Kinematics") {
+      arm_.clear();
     } else if (name == "tcp" && parent() == "Set") {
       sets_tcp_ |= suppressed_ == 0;
     } else if (name == "motionParameters" && waypoint_) {
@@ -185,6 +188,9 @@ class PolyscopeReader : MoveReader {
       stop_following();
     } else if (name == "kinematics" && elements_.size() + 1 < kDepthOfRows) {
       program_.stated_arm = stated_arm();
+      note_arm(program_.stated_arm);
+    } else if (name == "Kinematics" && waypoint_) {
+      note_arm(stated_arm());
     } else if (name == "CircleMove" && circle_) {
       close_circle();
     } else if (name == "Waypoint") {
@@ -358,6 +364,10 @@ class PolyscopeReader : MoveReader {
     return from_standard(rows);
   }
 
+  void note_arm(const std::optional<KinematicChain>& arm) {
+    if (arm && arms_.insert(arm_).second) program_.stated_arms.push_back({line_, *arm});
+  }
+
   // "a, b, c"; nothing of anything else.
   std::vector<ProgramNumber> numbers_in(const XmlSpan& span) const {
     TextCursor cursor(text_, span.begin, span.end);
@@ -458,7 +468,9 @@ class PolyscopeReader : MoveReader {
   std::set<int> used_;                     // points that stand elsewhere, too
   std::set<std::string> names_elsewhere_;  // of waypoints that are written out in expressions
   std::set<std::string> names_left_;       // of waypoints of moves that stay
-  std::map<std::string_view, std::vector<double>> arm_;  // its rows by the program, by name
+  // Rows of the arm that is read, by name, and all that were read.
+  std::map<std::string_view, std::vector<double>> arm_;
+  std::set<std::map<std::string_view, std::vector<double>>> arms_;
   std::set<size_t> with_active_tcp_;                     // targets
   bool sets_tcp_ = false;                                // the program changes the active TCP
 };

@@ -134,8 +134,8 @@ class UrReader : MoveReader {
   }
 
   bool may_run(size_t at) const {
-    return std::ranges::none_of(structure_.never_called, [&](const auto& function) {
-      return function.first <= at && at < function.second;
+    return std::ranges::none_of(structure_.never_run, [&](const auto& part) {
+      return part.first <= at && at < part.second;
     });
   }
 
@@ -210,7 +210,7 @@ class UrReader : MoveReader {
     std::optional<Pose> pose;
     if (const auto value = values_.value_of(argument);
         value && value->kind == TargetKind::cartesian && value->base < 0 &&
-        !values_.names_several(argument))
+        value->shift.isZero(0) && !values_.names_several(argument))
       pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
     const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
     const bool is_known = program_.frames[tool].is_known;
@@ -319,7 +319,7 @@ class UrReader : MoveReader {
     if (!why_not.empty()) return leave_move(call.line, why_not, call.may_run);
     target.motion = motion_of(moves.front()->is_straight ? 'L' : 'J', true);
     target.obstacle = "its point is handed to a function";
-    add_target_at(target, values_.point_of(*agreed, program_.points));
+    add_shifted(target, values_.point_of(*agreed, program_.points));
   }
 
   // What stands behind the points of a move.
@@ -388,8 +388,15 @@ class UrReader : MoveReader {
   }
 
   ProgramTarget& add_target(const UrValue& value, int line, bool is_straight) {
-    return add_target_at(target_of(value, line, is_straight),
-                         values_.point_of(value, program_.points));
+    return add_shifted(target_of(value, line, is_straight),
+                       values_.point_of(value, program_.points));
+  }
+
+  // Where pose_add takes it.
+  ProgramTarget& add_shifted(const ProgramTarget& target, int point) {
+    ProgramTarget& added = add_target_at(target, point);
+    added.pose.translation += added.before.translation;
+    return added;
   }
 
   // Without its point.
@@ -400,6 +407,7 @@ class UrReader : MoveReader {
     target.begin = value.begin;
     target.end = value.end;
     target.base = value.base;
+    target.before.translation = value.shift;
     target.tool = tool_;
     target.never_runs = !may_run(value.begin);
     target.near = value.near;

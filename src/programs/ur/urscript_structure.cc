@@ -30,7 +30,7 @@ class UrStructureReader {
       result_.open = open->at;
     const std::set<std::string> begun = begun_from_outside();
     for (const auto& [name, range] : inner_)
-      if (!begun.contains(name)) result_.never_called.push_back(range);
+      if (!begun.contains(name)) result_.never_run.push_back(range);
     return std::move(result_);
   }
 
@@ -39,7 +39,8 @@ class UrStructureReader {
   struct Open {
     size_t at;
     bool is_function;
-    std::string name{};  // of a function within another one
+    std::string name{};                    // of a function within another one
+    std::optional<size_t> behind_leave{};  // halt or return that no block may pass over
   };
 
   // The name behind DEF, THREAD or SEC; empty if no function begins here. The cursor then stands
@@ -94,11 +95,16 @@ class UrStructureReader {
     } else if (word == "END" && !open_.empty()) {
       flow.add(open_.back().is_function ? Step::end_routine : Step::end_block, at);
       if (open_.back().is_function) result_.scopes.close(at);
+      if (const auto behind = open_.back().behind_leave)
+        result_.never_run.emplace_back(*behind, at);
       if (!open_.back().name.empty())
         inner_.emplace(open_.back().name, std::pair(open_.back().at, at));
       open_.pop_back();
     } else if (word == "BREAK" || word == "RETURN") {
       flow.add(word == "BREAK" ? Step::exit_loop : Step::leave, at);
+      if (word == "RETURN") note_leave(cursor);
+    } else if (word == "HALT" && cursor.next() != '=' && cursor.next() != '(') {
+      note_leave(cursor);
     } else if (word == "CONTINUE") {
       flow.add(Step::jump, at);
     } else if (word == "RUN") {
@@ -109,6 +115,12 @@ class UrStructureReader {
       flow.add(Step::call, at, word);
       begun_by_[inner_function()].insert(word);
     }
+  }
+
+  // In a block it may be passed over.
+  void note_leave(const TextCursor& cursor) {
+    if (open_.empty() || !open_.back().is_function || open_.back().behind_leave) return;
+    open_.back().behind_leave = cursor.at();
   }
 
   // The innermost function that is open, if it stands within another one; else empty.

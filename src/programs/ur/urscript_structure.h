@@ -26,10 +26,10 @@ struct UrStructure {
   Scopes scopes;
   ProgramFlow flow;
   std::vector<UrParameter> parameters;
-  /// Functions and threads within others, by begin and end, that nothing calls or runs, or only
-  /// such functions: libraries and subprograms that PolyScope writes into each program. They never
-  /// run.
-  std::vector<std::pair<size_t, size_t>> never_called;
+  /// By begin and end: functions and threads within others that nothing calls or runs, or only such
+  /// functions (libraries and subprograms that PolyScope writes into each program), and what stands
+  /// behind `halt` or `return` in its function.
+  std::vector<std::pair<size_t, size_t>> never_run;
   std::optional<size_t> open;  ///< where the first function begins that has no end
 };
 

@@ -18,6 +18,7 @@ namespace {
 constexpr int kDeepest = 4;         // calls and names in one another
 constexpr int kDeepestNumber = 32;  // numbers that names stand for, in one another
 constexpr int kMostElements = 64;   // given a value one after the other
+constexpr int kShifted = -2;        // a target that is in no frame, and not where its point is
 
 }  // namespace
 
@@ -116,7 +117,8 @@ std::optional<UrValue> UrValues::with_elements(Variable& variable, const Assignm
   if (!assignment) return std::nullopt;
   auto value = assigned_value(*assignment, name, depth);
   if (!value || given.empty()) return value;
-  if (value->base >= 0 || value->near || value->literal + 1 < value->list.begin)
+  if (value->base >= 0 || !value->shift.isZero(0) || value->near ||
+      value->literal + 1 < value->list.begin)
     return std::nullopt;
   if (!value->declared) value->declared = value->list;
   for (auto element = given.rbegin(); element != given.rend(); ++element)
@@ -176,7 +178,8 @@ std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
   if (cursor.next() == '[') {
     const auto index = take_index(cursor);
     const auto point = index ? value_of({0, begin, end}) : std::nullopt;
-    if (!point || point->base >= 0 || point->is_inverse) return std::nullopt;
+    if (!point || point->base >= 0 || !point->shift.isZero(0) || point->is_inverse)
+      return std::nullopt;
     return point->list.items[static_cast<size_t>(*index)].value;
   }
   Variable* const variable = find(text_.substr(begin, end - begin), begin);
@@ -406,7 +409,8 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
   if (names_local(argument) || names_several(argument)) return std::nullopt;
   if (const auto value = value_of(argument, depth)) {
     if (value->kind != TargetKind::cartesian || value->near) return std::nullopt;
-    const Pose pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
+    Pose pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
+    pose.translation += value->shift;
     if (value->base < 0) return pose;
     const ProgramFrame& base = frames_[value->base];
     return base.is_known ? std::optional(base.pose * pose) : std::nullopt;
@@ -426,14 +430,18 @@ std::optional<Pose> UrValues::constant(const Statement& argument, int depth) {
   return second ? std::optional(*first * *second) : std::nullopt;
 }
 
-// pose_add(pose, shift): positions are added, so it is the pose in a frame that is shifted. A shift
-// with a rotation would rotate about the axes of the pose.
+// pose_add(pose, shift): positions are added, in the frame that they count from. A shift with a
+// rotation would rotate about the axes of the pose.
 std::optional<UrValue> UrValues::shifted(const std::vector<Statement>& arguments, int depth) {
   auto value = value_of(arguments[0], depth + 1);
   if (!value || value->kind != TargetKind::cartesian || value->near) return std::nullopt;
   const std::optional<Pose> shift = constant(arguments[1], depth + 1);
   if (!shift || rotation_log(shift->rotation).norm() > 0) return std::nullopt;
-  return put_in_frame(*value, arguments[1], shift) ? value : std::nullopt;
+  if (value->base >= 0 && !frames_[value->base].is_known) return std::nullopt;
+  const Eigen::Matrix3d turn =
+      value->base < 0 ? Eigen::Matrix3d::Identity() : frames_[value->base].pose.rotation;
+  value->shift += turn.transpose() * shift->translation;
+  return value;
 }
 
 // Where the arm is, which get_inverse_kin takes for qnear if it has none.
@@ -534,7 +542,8 @@ std::set<UrValues::Variable*> UrValues::used_elsewhere(const std::vector<Stateme
                                                        const std::vector<ProgramTarget>& targets) {
   std::map<int, std::set<std::pair<int, int>>> frames;  // of points: frame and tool
   for (const ProgramTarget& target : targets)
-    frames[target.point].insert({target.base, target.tool});
+    frames[target.point].insert(
+        {target.before.translation.isZero(0) ? target.base : kShifted, target.tool});
   const auto follows = [&](const Variable& variable, int tool) {
     return std::ranges::all_of(points_of(variable), [&](int point) {
       return frames[point].empty() || frames[point] == std::set{std::pair(-1, tool)};

@@ -22,6 +22,7 @@ struct UrValue {
   size_t literal_end = 0;  ///< behind the literal, or behind the expression that holds it
   int line = 0;
   int base = -1;  ///< of pose_trans, in the frames
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< of pose_add, in that frame [m]
   /// Whether that frame is calculated at run time, and --frame does not give it.
   bool is_in_calculated_frame = false;
   size_t begin = 0, end = 0;  ///< where the literal or the name stands in the call
