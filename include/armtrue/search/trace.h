@@ -106,6 +106,8 @@ struct TracedEffect {
 /// - an error of the instrument is indistinguishable from it;
 /// - no cause is known and the base or a length follows an angle of a joint, or a length has a step
 ///   in time: no rigid arm does that;
+/// - no cause is known and it follows the payload alone, and so could the tool, a target or a link
+///   behind the last joint, which may sit elsewhere under another load;
 /// - it follows time or session alone and moves neither instrument nor base, while an effect of
 ///   `robot` moves one of these by time or session: no law describes such an event exactly, and its
 ///   residual follows time too. Evidence of 1000 to 1 (2 ln 1000 of EBIC) rules this out.
