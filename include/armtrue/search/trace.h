@@ -132,9 +132,9 @@ struct TraceResult {
   /// Name of a family that these readings show without showing any member: all members stay in the
   /// model by their common prior. Empty: none.
   std::string shown_family{};
-  /// Parameters of the links that the robot file does not let a fit identify, though the readings
-  /// show them. Then no effect is found, because it would take their place; LeftOut::beside has
-  /// those that are found beside all parameters.
+  /// Parameters that the robot file does not let a fit identify, though the readings show them.
+  /// Then no effect is found, because it would take their place; LeftOut::beside has those that are
+  /// found beside all parameters.
   std::optional<LeftOut> left_out{};
 };
 
