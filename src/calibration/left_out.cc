@@ -6,7 +6,6 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/effects/identify.h"
-#include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
@@ -15,23 +14,24 @@ std::optional<LeftOut> left_out_but_shown(const Robot& robot, const Campaign& ca
   if (identifies_all(robot.identify)) return std::nullopt;
   Robot all = robot;
   all.identify = {"auto"};
-  const ParameterLayout layout = layout_of(robot.chain);
   const IdentifiableSet own = choose_identifiable(robot, campaign);
   LeftOut left_out;
-  // What is identified stays an unknown, whatever else could take its place.
-  IdentifiableSet wider = choose_identifiable(all, campaign);
+  const IdentifiableSet wider = choose_identifiable(all, campaign);
   for (int parameter : wider.kept)
-    if (layout.is_of_links(parameter) && std::ranges::count(own.kept, parameter) == 0)
-      left_out.parameters.push_back(parameter);
-  const auto count = static_cast<int>(left_out.parameters.size());
+    if (std::ranges::count(own.kept, parameter) == 0) left_out.parameters.push_back(parameter);
+  // Some may take the place of others that are identified: those count as one.
+  const auto count = static_cast<int>(std::ssize(wider.kept) - std::ssize(own.kept));
   const int poses = campaign.poses();
-  const int equations = poses * (campaign.reads_one_number() ? 1 : 3);
-  if (count == 0 || equations <= std::ssize(wider.kept)) return std::nullopt;
+  const int positions = poses * (campaign.reads_one_number() ? 1 : 3);
+  const int orientations = campaign.has_orientation() ? 3 * poses : 0;
+  const int equations = positions + orientations;
+  if (count <= 0 || equations <= std::ssize(wider.kept)) return std::nullopt;
   constexpr CalibrationOptions kPlain{.statistics = FitStatistics::weights};
   const CalibrationResult narrow = calibrate(robot, campaign, own, kPlain);
   const CalibrationResult wide = calibrate(all, campaign, wider, kPlain);
-  const double fall =
-      2 * equations * std::log(narrow.sigma.position / wide.sigma.position);
+  double fall = 2 * positions * std::log(narrow.sigma.position / wide.sigma.position);
+  if (orientations > 0)
+    fall += 2 * orientations * std::log(narrow.sigma.orientation / wide.sigma.orientation);
   if (fall <= count * std::log(equations)) return std::nullopt;
   left_out.without = summarize(evaluate(narrow.robot, campaign).reading_errors()).mean;
   left_out.with = summarize(evaluate(wide.robot, campaign).reading_errors()).mean;

@@ -38,9 +38,9 @@ inline bool may_be_alone(const Candidate& candidate) {
 /// Every parameter with every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 
-/// Whether the base or a length follows a joint angle, or a length has a step in time or follows
-/// the payload alone: no rigid arm does that; with another load the tool may be another, too. The
-/// travel of a prismatic joint is no angle: a rail that is not straight shifts the arm.
+/// Whether the base or a length follows a joint angle, or a length has a step in time: no rigid arm
+/// does that. The travel of a prismatic joint is no angle: a rail that is not straight shifts the
+/// arm.
 bool is_of_no_arm(const Effect& effect, const KinematicChain& chain);
 
 /// A step or kink at every place of its driver (time or a joint angle) between two readings, no

@@ -92,6 +92,16 @@ bool is_of_fastened(const Effect& effect, const KinematicChain& chain) {
          (moved_by(effect) == Moved::fastened || is_behind_joints(chain, effect.parameter));
 }
 
+// Whether it follows the payload alone, and the tool could as well sit elsewhere under another
+// load. Without such a rival it is the arm's: a load of the arm moves no instrument.
+bool may_be_other_tool(const TracedEffect& traced) {
+  const Driver& driver = traced.effect.driver;
+  return driver.kind == DriverKind::payload && !driver.factor &&
+         std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
+           return rival.effect.driver == driver && moved_by(rival) == Moved::fastened;
+         });
+}
+
 // Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds. An effect
 // that occurs with others has none alone.
 void list_rivals(EffectModel& model, int chosen, const ProjectedCandidates::InPlace& in_place,
@@ -564,7 +574,8 @@ bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   if (may_be_rest_of_event(traced.effect, robot) && traced.evidence.delta_ebic < kRuledOut)
     return true;
   return traced.in_words.empty() &&
-         (is_of_no_arm(traced.effect, robot.chain) || is_of_fastened(traced.effect, robot.chain));
+         (is_of_no_arm(traced.effect, robot.chain) || is_of_fastened(traced.effect, robot.chain) ||
+          may_be_other_tool(traced));
 }
 
 }  // namespace armtrue

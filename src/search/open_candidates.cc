@@ -315,8 +315,7 @@ bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
     return !is_travel(effect.driver, chain) && (is_length || owner_of(effect) == Owner::base);
   const bool is_step_in_time =
       effect.driver.kind == DriverKind::time && effect.shape.kind == ShapeKind::step;
-  const bool follows_payload = effect.driver.kind == DriverKind::payload && !effect.driver.factor;
-  return is_length && (is_step_in_time || follows_payload);
+  return is_length && is_step_in_time;
 }
 
 }  // namespace armtrue

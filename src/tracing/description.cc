@@ -288,7 +288,7 @@ std::string errors_in_words(const LoopResult& result) {
                : fmt::format("no poses held out, floor {}", floor);
   if (result.rejected) text += "; effects predict worse and are left out";
   if (const size_t effects = result.without_gain.size(); effects > 0)
-    text += fmt::format("; {} with which they are predicted worse {} left out",
+    text += fmt::format("; {} that held-out poses do not support {} left out",
                         counted(effects, "found effect"), effects == 1 ? "is" : "are");
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);

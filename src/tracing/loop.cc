@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -207,15 +208,21 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
     result.gains.push_back(gain_over(without, named, held_out, options));
 }
 
+double standard_error(const std::array<double, 2>& ci95) {
+  constexpr double kErrorsIn95 = 3.92;
+  return (ci95[1] - ci95[0]) / kErrorsIn95;
+}
+
 // Whether a model predicts held-out poses worse than another: by a standard error, and by so much
 // that it matters.
 bool is_worse(const std::vector<double>& before, const std::vector<double>& after,
               const std::array<double, 2>& gain_ci95) {
-  constexpr double kErrorsIn95 = 3.92;
   const double gain = summarize(before).mean - summarize(after).mean;
-  return gain < -(gain_ci95[1] - gain_ci95[0]) / kErrorsIn95 &&
+  return gain < -standard_error(gain_ci95) &&
          summarize(after).mean > kCountsAsWorse * summarize(before).mean;
 }
+
+bool is_better(const HeldOutGain& gain) { return gain.position > standard_error(gain.ci95); }
 
 // The effects that were found, if held-out poses are predicted worse with them.
 std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Campaign& held_out,
@@ -238,16 +245,16 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
 }
 
 // Whether all that the search left in the model are effects that their prior alone holds, and
-// held-out poses are predicted worse with them. They need no evidence to stay, only none against.
-bool is_against_held(const TraceResult& trace, const Campaign& held_out) {
+// held-out poses are not predicted better with them, by a standard error. Nothing else speaks for
+// them, and an arm without them would become worse.
+bool is_against_held(const TraceResult& trace, const Campaign& held_out,
+                     const TraceOptions& options) {
   const bool has_held =
       std::ssize(trace.fit.robot.effects) > std::ssize(trace.stages.front().robot.effects);
   if (!has_held || !trace.effects.empty() || !trace.shown_family.empty() || held_out.rows() == 0)
     return false;
-  const auto mean_of = [&](const CalibrationResult& fit) {
-    return summarize(evaluate(fit.robot, held_out).reading_errors()).mean;
-  };
-  return mean_of(trace.fit) > mean_of(trace.stages.front());
+  const std::vector<double> with = evaluate(trace.fit.robot, held_out).reading_errors();
+  return !is_better(gain_over(trace.stages.front().robot, with, held_out, options));
 }
 
 // Whether a camera or a board moved among the images, and no effect explains it: none of time, nor
@@ -263,9 +270,17 @@ bool something_moved(const Campaign& given, const Training& training) {
   return explanation_of_rest(fit, *training.sound).has_value();
 }
 
-// Of the found effects that held-out poses deny in position, and do not support in orientation, the
-// one that raises the error most. Where other causes explain as much, held-out poses deny its name,
-// not that something is there.
+// Whether the training poses alone say too little for an effect that no listed cause explains: it
+// entered because something is missing, but by chance others would, too.
+bool is_weak(const TracedEffect& traced, const TraceOptions& options) {
+  return traced.in_words.empty() &&
+         traced.evidence.p_value > options.significance_without_lack_of_fit;
+}
+
+// Of the found effects that held-out poses deny in position, or weak ones that they do not support
+// by a standard error, and that they do not support in orientation, the one that raises the error
+// most. Where other causes explain as much, held-out poses deny its name, not that something is
+// there.
 std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out,
                                    const TraceOptions& options) {
   const Robot& model = training.trace.fit.robot;
@@ -275,13 +290,14 @@ std::optional<size_t> worst_effect(const Training& training, const Campaign& hel
     return errors ? errors->mean : 0;
   };
   std::optional<size_t> worst;
-  double least = 0;
+  double least = std::numeric_limits<double>::infinity();
   for (size_t k = 0; k < training.trace.effects.size(); ++k) {
     const TracedEffect& traced = training.trace.effects[k];
     if (traced.effect.family || is_undecided(traced)) continue;  // not shown alone
     const Robot& without = training.without_effect[k];
     const HeldOutGain gain = gain_over(without, with, held_out, options);
-    if (!gain.denied() || gain.position >= least || turn(without) > turn(model)) continue;
+    const bool stays = !gain.denied() && (is_better(gain) || !is_weak(traced, options));
+    if (stays || gain.position >= least || turn(without) > turn(model)) continue;
     least = gain.position;
     worst = k;
   }
@@ -478,7 +494,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.moved = something_moved(given, training);
   const bool has_effects = training.trace.stages.size() > 1;
   if (!result.moved) result.rejected = rejected_model(training.trace, held_out, options);
-  const bool against_held = !result.rejected && is_against_held(training.trace, held_out);
+  const bool against_held = !result.rejected && is_against_held(training.trace, held_out, options);
   if (result.rejected || (result.moved && has_effects) || against_held)
     fall_back_to_geometry(judged);
   else
@@ -493,7 +509,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.nominal = training.nominal;
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
   if (against_held)
-    result.stages.back().name = "geometric, as what priors alone hold predicts worse";
+    result.stages.back().name = "geometric, as what priors alone hold predicts no better";
   if (result.moved && has_effects)
     result.stages.back().name = "geometric, as something moved among the images";
   if (result.applied) result.stages.push_back(result.applied->stage);
@@ -532,16 +548,18 @@ const CalibrationResult& result_of(const LoopResult& result) {
 FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign& all,
                     const Catalogue& catalogue) {
   const CalibrationResult& judged = result.trace.fit;
-  FitToAll to_all{{}, find_gross_poses(result.moved ? given : judged.robot, all), all};
+  // Geometry alone is that of calibrate(). Near a fit of few poses its law of readings would stay
+  // as it was there, as would that of the two parts of readings among which something moved.
+  const bool is_geometry =
+      judged.robot.effects.size() == given.effects.size() && judged.set.by_small_angles.empty();
+  const bool anew = result.moved || is_geometry;
+  FitToAll to_all{{}, find_gross_poses(anew ? given : judged.robot, all), all};
   if (!to_all.gross_poses.empty()) to_all.sound = without_gross(all, to_all.gross_poses);
-  if (result.moved) {  // the law of readings of two parts would stay as it is near a fit
-    to_all.fit = calibrate(given, to_all.sound);
-    return to_all;
-  }
   CalibrationOptions near;
   near.start_near(judged);
-  to_all.fit = calibrate(judged.robot, to_all.sound, judged.set, near);
-  if (!result.applied) return to_all;
+  to_all.fit = anew ? calibrate(given, to_all.sound)
+                    : calibrate(judged.robot, to_all.sound, judged.set, near);
+  if (result.moved || !result.applied) return to_all;
   const bool instrument_errs = result.applied->instrument_errs;
   const CalibrationResult lawless =
       instrument_errs ? without_laws(to_all.fit, to_all.sound) : to_all.fit;

@@ -8,7 +8,8 @@
 
 namespace armtrue {
 
-/// Parameters of the links that `Robot::identify` leaves out although the readings show them.
+/// Parameters that `Robot::identify` leaves out although the readings show them: of links, base,
+/// tool and what else the readings show.
 struct LeftOut {
   std::vector<int> parameters;   ///< that `auto` would identify besides
   double without = 0;            ///< mean error of the fit without them [m]

@@ -106,6 +106,8 @@ struct TracedEffect {
 /// - an error of the instrument is indistinguishable from it;
 /// - no cause is known and the base or a length follows an angle of a joint, or a length has a step
 ///   in time: no rigid arm does that;
+/// - no cause is known and it follows the payload alone, and so could the tool, a target or a link
+///   behind the last joint, which may sit elsewhere under another load;
 /// - it follows time or session alone and moves neither instrument nor base, while an effect of
 ///   `robot` moves one of these by time or session: no law describes such an event exactly, and its
 ///   residual follows time too. Evidence of 1000 to 1 (2 ln 1000 of EBIC) rules this out.
@@ -130,9 +132,9 @@ struct TraceResult {
   /// Name of a family that these readings show without showing any member: all members stay in the
   /// model by their common prior. Empty: none.
   std::string shown_family{};
-  /// Parameters of the links that the robot file does not let a fit identify, though the readings
-  /// show them. Then no effect is found, because it would take their place; LeftOut::beside has
-  /// those that are found beside all parameters.
+  /// Parameters that the robot file does not let a fit identify, though the readings show them.
+  /// Then no effect is found, because it would take their place; LeftOut::beside has those that are
+  /// found beside all parameters.
   std::optional<LeftOut> left_out{};
 };
 
