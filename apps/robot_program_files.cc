@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <initializer_list>
+#include <iterator>
 #include <utility>
 
 #include "armtrue/io/output.h"
@@ -205,17 +207,27 @@ std::string dat_of_output(const RobotProgram& program, const std::string& out) {
   return dat_beside(out, program.texts[1].name);
 }
 
+namespace {
+
+// What an output would replace. It is no input: a Source would keep it from being written.
+std::string text_there(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
 void check_dat_of_output(const Command& command, const RobotProgram& program,
                          const std::string& out) {
   const std::string dat = dat_of_output(program, out);
   command.check_derived_output(dat);
   if (!fs::is_regular_file(dat)) return;
-  std::vector<ProgramText> there{{dat, Source(dat).read_all()}};
+  std::vector<ProgramText> there{{dat, text_there(dat)}};
   std::vector<std::string> unchanged;
   for (size_t i = 0; i < program.own_texts; ++i) unchanged.push_back(program.texts[i].text);
   rename_as_file(program, out, unchanged);
   if (there[0].text.empty() || there[0].text == unchanged[1]) return;
-  if (fs::is_regular_file(out)) there.push_back({out, Source(out).read_all()});
+  if (fs::is_regular_file(out)) there.push_back({out, text_there(out)});
   for (const Corrector by : {Corrector::compensate, Corrector::mirror})
     if (find_correction_mark(there, by)) return;
   throw UsageError("--program-out: beside it stands " + dat +
