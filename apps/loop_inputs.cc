@@ -77,8 +77,8 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
   sensor.take_off(measured.all, robot.chain);
   command.warn_if_needless(robot, measured.all);
   if (arguments.test.empty()) {
-    HeldOut held_out = hold_out(
-        robot, measured.all, {arguments.held_out, arguments.held_out_region, command.seed});
+    HeldOut held_out = hold_out(robot, measured.all,
+                                {arguments.held_out, arguments.held_out_region, command.seed});
     warn_of_all(command, {held_out.fewer});
     measured.split = std::move(held_out.split);
     measured.training = measured.all.select(measured.split.training);

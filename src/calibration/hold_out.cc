@@ -33,15 +33,14 @@ class Lack {
   Lack(const Robot& robot, const Campaign& all)
       : robot_(robot),
         kept_(choose_identifiable(robot, all).kept),
-        unknowns_(static_cast<double>(kept_.size() +
-                                      (rows_by_session(all).size() - 1) *
-                                          own_parameters(robot).size())),
+        unknowns_(static_cast<double>(kept_.size() + (rows_by_session(all).size() - 1) *
+                                                         own_parameters(robot).size())),
         freedom_(equations(all) - unknowns_) {}
 
   std::string of(const Campaign& part) const {
     if (freedom_ > 0 && equations(part) - unknowns_ < kLeastFreedom * freedom_)
-      return fmt::format("the others would give {:g} equations for {:g} unknowns",
-                         equations(part), unknowns_);
+      return fmt::format("the others would give {:g} equations for {:g} unknowns", equations(part),
+                         unknowns_);
     std::vector<int> kept;
     try {
       kept = choose_identifiable(robot_, part).kept;
@@ -81,8 +80,8 @@ HeldOut hold_out(const Robot& robot, const Campaign& campaign, const HoldOut& as
       if (first.empty()) return {std::move(split), ""};
       return {std::move(split),
               fmt::format("{} of {} poses are held out, not {:g} %: {}; measure more poses",
-                          campaign.poses() - training.poses(), campaign.poses(),
-                          100 * asked.share, first)};
+                          campaign.poses() - training.poses(), campaign.poses(), 100 * asked.share,
+                          first)};
     }
     if (first.empty()) first = lacks;
   }

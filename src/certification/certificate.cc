@@ -256,11 +256,11 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   const auto decide_on = [&](double ap) {
     return decide(ap, certificate.budget.expanded, *options.tolerance);
   };
-  const bool is_met =
-      options.tolerance && decide_on(certificate.all.ap.value) == Decision::pass;
+  const bool is_met = options.tolerance && decide_on(certificate.all.ap.value) == Decision::pass;
   if (is_met && is_doubtful(certificate, options))
     certificate.notes.push_back(
-        "AP meets the tolerance, but the doubts above stand against the figures: the tolerance is not "
+        "AP meets the tolerance, but the doubts above stand against the figures: the tolerance is "
+        "not "
         "known to be met. Remove their causes and certify again.");
   if (is_met && decide_on(with_hidden) != Decision::pass)
     certificate.notes.push_back(

@@ -111,7 +111,8 @@ class Mapper {
         table_.rows, [&](const PlainRow& row) { return !row.cells[column].empty(); });
     if (first == table_.rows.end()) return;
     const std::string& cell = first->cells[column];
-    if (!plain_time(cell, DateOrder::day_first) && !plain_time(cell, DateOrder::month_first)) return;
+    if (!plain_time(cell, DateOrder::day_first) && !plain_time(cell, DateOrder::month_first))
+      return;
     auto dates = mapping_.columns.extract("date");
     dates.key() = "t";
     mapping_.columns.insert(std::move(dates));

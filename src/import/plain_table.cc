@@ -150,11 +150,13 @@ void drop_empty_last_column(PlainTable& table) {
 // What programs write in the place of a number that they do not have.
 bool is_lost_number(std::string_view cell) {
   constexpr size_t kLongest = 7;
-  if (cell.empty() || cell.size() > kLongest || std::isdigit(static_cast<unsigned char>(cell.back())) != 0) return false;
+  if (cell.empty() || cell.size() > kLongest ||
+      std::isdigit(static_cast<unsigned char>(cell.back())) != 0)
+    return false;
   std::string word(cell);
   std::ranges::transform(word, word.begin(), [](unsigned char c) { return std::tolower(c); });
-  constexpr std::array<std::string_view, 7> kWords{"nan",  "#n/a", "n/a", "na", "null",
-                                                   "none", "#value!"};
+  constexpr std::array<std::string_view, 7> kWords{"nan",  "#n/a", "n/a",    "na",
+                                                   "null", "none", "#value!"};
   return std::ranges::find(kWords, word) != kWords.end() ||
          word.find_first_not_of('-') == std::string::npos;
 }
@@ -165,8 +167,7 @@ void empty_lost_numbers(PlainTable& table) {
     const auto told = std::ranges::find_if(table.rows, [&](const PlainRow& row) {
       return !row.cells[k].empty() && !is_lost_number(row.cells[k]);
     });
-    if (told == table.rows.end() ||
-        decimal_evidence(told->cells[k]) == DecimalEvidence::no_number)
+    if (told == table.rows.end() || decimal_evidence(told->cells[k]) == DecimalEvidence::no_number)
       continue;
     for (PlainRow& row : table.rows)
       if (is_lost_number(row.cells[k])) row.cells[k].clear();

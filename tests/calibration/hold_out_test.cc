@@ -50,8 +50,8 @@ TEST(HoldOut, IsAQuarterWhereTheOthersShowAsMuch) {
   EXPECT_THAT(held_out.fewer, IsEmpty());
 }
 
-// A draw-wire reads one number at a pose: 34 poses give hardly more than the unknowns of the arm, and
-// each pose that is held out takes an equation away. A repeat gives none.
+// A draw-wire reads one number at a pose: 34 poses give hardly more than the unknowns of the arm,
+// and each pose that is held out takes an equation away. A repeat gives none.
 TEST(HoldOut, TakesNoPosesThatTheUnknownsNeed) {
   Robot robot = kr360();
   robot.chain.anchors = {{"wire", {2.5, 1.5, 0.1}}};
@@ -78,8 +78,7 @@ TEST(HoldOut, LeavesEachSessionItsPlace) {
     const HeldOut held_out = hold_out(robot, campaign, {.seed = seed});
     EXPECT_FALSE(held_out.split.held_out.empty()) << seed;
     std::map<int, std::set<int>> left;
-    for (int row : held_out.split.training)
-      left[campaign.session[row]].insert(campaign.pose[row]);
+    for (int row : held_out.split.training) left[campaign.session[row]].insert(campaign.pose[row]);
     for (const auto& [session, own] : left) EXPECT_GE(own.size(), 3u) << seed << ' ' << session;
     const Campaign training = campaign.select(held_out.split.training);
     EXPECT_EQ(choose_identifiable(robot, training).kept.size(), all) << seed;

@@ -36,7 +36,8 @@ TEST(Trend, ExpectsWhatItMissesAndWhatItKeepsOfTheNoise) {
               kLeft - kNoise + 2 * kNoise * of_filter, 1e-14);
   EXPECT_NEAR(expected_square(aside(3e-4), CorrectionPoints::turning, 7, kShare),
               kLeft - kNoise + 2 * kNoise * of_polygon, 1e-14);
-  EXPECT_NEAR(expected_square(aside(0), CorrectionPoints::spline, 7, kShare), kNoise * of_filter, 1e-14);
+  EXPECT_NEAR(expected_square(aside(0), CorrectionPoints::spline, 7, kShare), kNoise * of_filter,
+              1e-14);
 }
 
 // Along x; the frame errs by s along y, and along x, which no deviation across the path shows. With
@@ -51,7 +52,8 @@ TEST(Frame, ErrsAcrossThePathAlone) {
   clock.frame_covariance.diagonal() << 4e-8, kFrame * kFrame, 0, 0, 0, 0;
   const FrameError error = frame_error(line, aside(kOff), clock);
   EXPECT_NEAR(error.mean_square, kFrame * kFrame, 1e-15);
-  EXPECT_NEAR(error.form_deviation, std::sqrt(4 * kOff * kOff + 2 * kFrame * kFrame) * kFrame, 1e-14);
+  EXPECT_NEAR(error.form_deviation, std::sqrt(4 * kOff * kOff + 2 * kFrame * kFrame) * kFrame,
+              1e-14);
 }
 
 }  // namespace

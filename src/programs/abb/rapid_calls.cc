@@ -13,43 +13,49 @@ using Words = std::set<std::string>;
 // Instructions and functions of RAPID that change no numbers, positions, points or frames among
 // their arguments (RAPID reference manual).
 const Words& reading_words() {
-  static const Words kWords{
-      "ABS",         "ABSDNUM",    "ACOS",        "ASIN",        "ATAN",       "ATAN2",
-      "CALCJOINTT",  "CALCROBT",   "CORRWRITE",   "COS",         "CPOS",       "CROBT",
-      "CROSSPROD",   "DEFDFRAME",  "DEFFRAME",    "DIM",         "DISTANCE",   "DNUMTONUM",
-      "DNUMTOSTR",   "DOTPROD",    "EOFFSON",     "EOFFSSET",    "ERRLOG",     "ERRWRITE",
-      "EULERZYX",    "EXP",        "GRIPLOAD",    "MAX",         "MECHUNITLOAD", "MIN",
-      "MIRPOS",      "NORIENT",    "NUMTODNUM",   "NUMTOSTR",    "OFFS",       "ORIENTZYX",
-      "OROBT",       "PACKRAWBYTES", "PDISPON",   "PDISPSET",    "POSEINV",    "POSEMULT",
-      "POSEVECT",    "POW",        "RELTOOL",     "ROUND",       "ROUNDDNUM",  "SETAO",
-      "SETDATAVAL",  "SETDO",      "SETGO",       "SETSYSDATA",  "SIN",        "SPEEDREFRESH",
-      "SQRT",        "TAN",        "TPWRITE",     "TRIGGCHECKIO", "TRIGGEQUIP", "TRIGGINT",
-      "TRIGGIO",     "TRIGGRAMPAO", "TRIGGSPEED", "TRUNC",       "TRUNCDNUM",  "VALTOSTR",
-      "VECTMAGN",    "VELSET",     "WAITTIME",    "WRITE",       "WRITEANYBIN", "WRITEBIN",
-      "WRITESTRBIN", "WZBOXDEF",   "WZCYLDEF",    "WZHOMEJOINTDEF", "WZLIMJOINTDEF", "WZSPHDEF"};
+  static const Words kWords{"ABS",           "ABSDNUM",      "ACOS",        "ASIN",
+                            "ATAN",          "ATAN2",        "CALCJOINTT",  "CALCROBT",
+                            "CORRWRITE",     "COS",          "CPOS",        "CROBT",
+                            "CROSSPROD",     "DEFDFRAME",    "DEFFRAME",    "DIM",
+                            "DISTANCE",      "DNUMTONUM",    "DNUMTOSTR",   "DOTPROD",
+                            "EOFFSON",       "EOFFSSET",     "ERRLOG",      "ERRWRITE",
+                            "EULERZYX",      "EXP",          "GRIPLOAD",    "MAX",
+                            "MECHUNITLOAD",  "MIN",          "MIRPOS",      "NORIENT",
+                            "NUMTODNUM",     "NUMTOSTR",     "OFFS",        "ORIENTZYX",
+                            "OROBT",         "PACKRAWBYTES", "PDISPON",     "PDISPSET",
+                            "POSEINV",       "POSEMULT",     "POSEVECT",    "POW",
+                            "RELTOOL",       "ROUND",        "ROUNDDNUM",   "SETAO",
+                            "SETDATAVAL",    "SETDO",        "SETGO",       "SETSYSDATA",
+                            "SIN",           "SPEEDREFRESH", "SQRT",        "TAN",
+                            "TPWRITE",       "TRIGGCHECKIO", "TRIGGEQUIP",  "TRIGGINT",
+                            "TRIGGIO",       "TRIGGRAMPAO",  "TRIGGSPEED",  "TRUNC",
+                            "TRUNCDNUM",     "VALTOSTR",     "VECTMAGN",    "VELSET",
+                            "WAITTIME",      "WRITE",        "WRITEANYBIN", "WRITEBIN",
+                            "WRITESTRBIN",   "WZBOXDEF",     "WZCYLDEF",    "WZHOMEJOINTDEF",
+                            "WZLIMJOINTDEF", "WZSPHDEF"};
   return kWords;
 }
 
 // Those that may change a whole tool or work object.
 const Words& words_that_change_frames() {
-  static const Words kWords{
-      "INCR",          "GETDATAVAL",    "MTOOLROTCALIB", "MTOOLTCPCALIB", "READANYBIN",
-      "STOOLROTCALIB", "STOOLTCPCALIB", "STRTOVAL",      "UNPACKRAWBYTES"};
+  static const Words kWords{"INCR",          "GETDATAVAL", "MTOOLROTCALIB",
+                            "MTOOLTCPCALIB", "READANYBIN", "STOOLROTCALIB",
+                            "STOOLTCPCALIB", "STRTOVAL",   "UNPACKRAWBYTES"};
   return kWords;
 }
 
 // Behind which an instruction begins.
 const Words& words_before_instruction() {
-  static const Words kWords{"THEN",     "ELSE",     "DO",      "ENDIF",   "ENDFOR",
-                            "ENDWHILE", "ENDTEST",  "ERROR",   "UNDO",    "BACKWARD",
-                            "ENDPROC",  "ENDFUNC",  "ENDTRAP", "DEFAULT", "LOCAL"};
+  static const Words kWords{"THEN",     "ELSE",    "DO",      "ENDIF",   "ENDFOR",
+                            "ENDWHILE", "ENDTEST", "ERROR",   "UNDO",    "BACKWARD",
+                            "ENDPROC",  "ENDFUNC", "ENDTRAP", "DEFAULT", "LOCAL"};
   return kWords;
 }
 
 // Behind which an expression or a declaration begins.
 const Words& words_before_expression() {
-  static const Words kWords{"IF",   "ELSEIF", "WHILE", "TEST", "CASE", "FOR",   "FROM",
-                            "TO",   "STEP",   "RETURN", "VAR",  "PERS", "CONST", "TASK"};
+  static const Words kWords{"IF", "ELSEIF", "WHILE",  "TEST", "CASE", "FOR",   "FROM",
+                            "TO", "STEP",   "RETURN", "VAR",  "PERS", "CONST", "TASK"};
   return kWords;
 }
 
@@ -190,12 +196,13 @@ std::string rapid_receiver(std::string_view text, const Statement& statement, si
 
 std::string rapid_type_of_part(const std::string& type, TextCursor behind) {
   static const std::map<std::string, std::string> kTypes{
-      {"TRANS", "POS"},        {"ROT", "ORIENT"},    {"ROBCONF", "CONFDATA"}, {"EXTAX", "EXTJOINT"},
-      {"ROBAX", "ROBJOINT"},   {"TFRAME", "POSE"},   {"UFRAME", "POSE"},      {"OFRAME", "POSE"},
-      {"TLOAD", "LOADDATA"},   {"COG", "POS"},       {"AOM", "ORIENT"},       {"ROBHOLD", "BOOL"},
-      {"UFPROG", "BOOL"},      {"UFMEC", "STRING"},  {"X", "NUM"},            {"Y", "NUM"},
-      {"Z", "NUM"},            {"Q1", "NUM"},        {"Q2", "NUM"},           {"Q3", "NUM"},
-      {"Q4", "NUM"}};
+      {"TRANS", "POS"},      {"ROT", "ORIENT"},     {"ROBCONF", "CONFDATA"},
+      {"EXTAX", "EXTJOINT"}, {"ROBAX", "ROBJOINT"}, {"TFRAME", "POSE"},
+      {"UFRAME", "POSE"},    {"OFRAME", "POSE"},    {"TLOAD", "LOADDATA"},
+      {"COG", "POS"},        {"AOM", "ORIENT"},     {"ROBHOLD", "BOOL"},
+      {"UFPROG", "BOOL"},    {"UFMEC", "STRING"},   {"X", "NUM"},
+      {"Y", "NUM"},          {"Z", "NUM"},          {"Q1", "NUM"},
+      {"Q2", "NUM"},         {"Q3", "NUM"},         {"Q4", "NUM"}};
   std::string result = type;
   while (behind.next() == '.' || behind.next() == '{')
     if (behind.take('.')) {
@@ -274,7 +281,8 @@ bool RapidRoutines::may_change(const std::string& receiver, const std::string& t
     const std::set<std::string> changed = changed_by(receiver);
     return type.empty() ? !changed.empty() : changed.contains(type);
   }
-  if (type == "TOOLDATA" || type == "WOBJDATA") return words_that_change_frames().contains(receiver);
+  if (type == "TOOLDATA" || type == "WOBJDATA")
+    return words_that_change_frames().contains(receiver);
   return !reading_words().contains(receiver) && !find_rapid_move(receiver);
 }
 
