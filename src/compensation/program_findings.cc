@@ -27,11 +27,13 @@ constexpr size_t kMostNames = 5;  // in one sentence
 // half a turn about the vertical apart: base and base_link of a URDF.
 double distance_of_flanges(const KinematicChain& a, const KinematicChain& b,
                            const ProgramJoints& of_b) {
+  constexpr double kTravel = 2.6;  // rad, to both sides
   const ChainEvaluator first(a), second(b);
   double straight = 0, turned = 0;
   for (int k = 0; k < 32; ++k) {
     JointVector q(kProgramAxes);
-    for (int j = 0; j < kProgramAxes; ++j) q[j] = std::sin(1.0 + 7.0 * k + 2.3 * j * (k + 1));
+    for (int j = 0; j < kProgramAxes; ++j)
+      q[j] = kTravel * std::sin(1.0 + 7.0 * k + 2.3 * j * (k + 1));
     const Eigen::Vector3d at = first.pose(q).translation;
     const Eigen::Vector3d other =
         second.pose(of_b.whole(q, JointVector::Zero(of_b.count()))).translation;
@@ -43,11 +45,14 @@ double distance_of_flanges(const KinematicChain& a, const KinematicChain& b,
 
 // KR 210 R2700: 210 and 2700; 0: not stated.
 std::array<int, 2> numbers_of_kuka(const std::string& name) {
-  static const std::regex kModel("KR[ _-]*([0-9]+)(?:[ _-]*R[ _-]*([0-9]{3,4}))?",
+  static const std::regex kModel("KR[ _-]*([0-9]{1,4})(?:[ _-]*R[ _-]*([0-9]{3,4}))?",
                                  std::regex::icase);
   std::smatch found;
   if (!std::regex_search(name, found, kModel)) return {};
-  return {std::stoi(found.str(1)), found[2].matched ? std::stoi(found.str(2)) : 0};
+  const auto number = [&](size_t group) {
+    return found[group].matched ? static_cast<int>(read_number(found.str(group)).value_or(0)) : 0;
+  };
+  return {number(1), number(2)};
 }
 
 }  // namespace

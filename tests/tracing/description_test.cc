@@ -261,8 +261,8 @@ TEST(Verdict, OfBacklashThatAllJointsShareIsNotClosed) {
   EXPECT_EQ(backlash({3.5e-4, 2.4e-4, 4.6e-4, 1.5e-4, 3.5e-4}), std::nullopt);
   EXPECT_EQ(backlash({3.5e-4, 3.5e-4, 3.5e-4}), std::nullopt);  // of six joints
   const std::vector<TracedEffect> effects = found(false, {}).trace.effects;
-  EXPECT_EQ(conclude({effects, 0.5, true, 1, 1, 1.3, 1.5, 1, false, false, false}), Verdict::closed);
-  EXPECT_EQ(conclude({effects, 0.5, true, 1, 1, 1.3, 1.5, 1, false, false, true}), Verdict::not_separable);
+  EXPECT_EQ(conclude({effects, 0.5, true, 1, 1, 1.3, 1.5, 1, false, false, false, false}), Verdict::closed);
+  EXPECT_EQ(conclude({effects, 0.5, true, 1, 1, 1.3, 1.5, 1, false, false, false, true}), Verdict::not_separable);
 }
 
 TEST(Verdict, ReadingsLeftOutTogetherAreUnexplained) {

@@ -86,7 +86,7 @@ class ReceiverSearch {
     const char c = cursor_.next();
     if (is_letter(c)) return read_word(cursor_.take_name());
     if (is_digit(c)) {
-      cursor_.take_number();
+      if (!cursor_.take_number()) cursor_.step();
       return end_operand();
     }
     cursor_.step();
