@@ -17,7 +17,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kLeastFreedom = 1.0 / 3;
-constexpr double kFewestHeldOut = 0.03;  // below it a campaign that is split so is too small for it
+constexpr double kLeastHeldOut = 0.03;  // a smaller share of the poses says nothing
 
 double equations(const Campaign& campaign) {
   std::set<std::pair<int, int>> distinct;  // session, pose and quantity
@@ -38,7 +38,8 @@ class Lack {
         freedom_(equations(all) - unknowns_) {}
 
   std::string of(const Campaign& part) const {
-    if (freedom_ > 0 && equations(part) - unknowns_ < kLeastFreedom * freedom_)
+    const double least = std::min(kLeastFreedom * freedom_, unknowns_);
+    if (freedom_ > 0 && equations(part) - unknowns_ < least)
       return fmt::format("the others would give {:g} equations for {:g} unknowns", equations(part),
                          unknowns_);
     std::vector<int> kept;
@@ -72,7 +73,7 @@ HeldOut hold_out(const Robot& robot, const Campaign& campaign, const HoldOut& as
   if (asked.share == 0) return {split_at(0), ""};
   const Lack lack(robot, campaign);
   std::string first;
-  for (double share = asked.share; share > kFewestHeldOut; share /= 2) {
+  for (double share = asked.share; share > kLeastHeldOut; share /= 2) {
     Split split = split_at(share);
     const Campaign training = campaign.select(split.training);
     const std::string lacks = lack.of(training);

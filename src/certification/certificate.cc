@@ -259,9 +259,8 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   const bool is_met = options.tolerance && decide_on(certificate.all.ap.value) == Decision::pass;
   if (is_met && is_doubtful(certificate, options))
     certificate.notes.push_back(
-        "AP meets the tolerance, but the doubts above stand against the figures: the tolerance is "
-        "not "
-        "known to be met. Remove their causes and certify again.");
+        "AP meets the tolerance, but doubts stand against the figures, see the notes and warnings: "
+        "the tolerance is not known to be met. Remove their causes and certify again.");
   if (is_met && decide_on(with_hidden) != Decision::pass)
     certificate.notes.push_back(
         fmt::format("With what the fit of {} to few poses hides, AP may be {}: the tolerance is "

@@ -50,6 +50,13 @@ TEST(HoldOut, IsAQuarterWhereTheOthersShowAsMuch) {
   EXPECT_THAT(held_out.fewer, IsEmpty());
 }
 
+// Who asks for more gets it while there are two equations for each unknown: 24 poses give 72.
+TEST(HoldOut, IsWhatWasAskedForWhileEquationsAreTwiceTheUnknowns) {
+  const Campaign campaign = of_points(poses(60, 1, 1, 1));
+  EXPECT_EQ(hold_out(kr360(), campaign, {.share = 0.6}).split.held_out.size(), 36u);
+  EXPECT_EQ(hold_out(kr360(), campaign, {.share = 0.8}).split.held_out.size(), 24u);
+}
+
 // A draw-wire reads one number at a pose: 34 poses give hardly more than the unknowns of the arm,
 // and each pose that is held out takes an equation away. A repeat gives none.
 TEST(HoldOut, TakesNoPosesThatTheUnknownsNeed) {

@@ -24,9 +24,10 @@ struct HeldOut {
 /// share is halved, at last to nothing, until
 ///   - choose_identifiable() keeps as many parameters as with all poses, and each session still
 ///     shows where its instrument stood;
-///   - the training poses have a third of the freedom that all have: with e distinct equations (a
-///     repeated reading counts once) and u unknowns, e_training - u >= (e_all - u) / 3. Without
-///     freedom a fit follows its noise, and what it predicts of held-out poses says nothing.
+///   - the training poses have a third of the freedom that all have, or twice as many equations as
+///     unknowns: with e distinct equations (a repeated reading counts once) and u unknowns,
+///     e_training - u >= min((e_all - u) / 3, u). Without freedom a fit follows its noise, and what
+///     it predicts of held-out poses says nothing.
 /// Otherwise a robot would be judged that is another than the one which is then fitted to all.
 HeldOut hold_out(const Robot& robot, const Campaign& campaign, const HoldOut& asked);
 
