@@ -22,7 +22,8 @@ constexpr int kNextPoses = 15;
 LoopResult search(app::Command& command, const app::LoopArguments& arguments, const Robot& robot,
                   const app::MeasuredLoop& measured, const TraceOptions& options) {
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
-  LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
+  LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options,
+                                 command.angles_read_early);
   app::warn_of_all(command, off_as_wholes(result.gross_poses));
   result.wrong_readings = command.wrong_readings;
   if (!result.wrong_readings.empty()) result.verdict = Verdict::unexplained;

@@ -280,6 +280,7 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
   if (!shipped.empty()) command.warn(source + shipped);
   command.warned_of_change = found.of_change;
   if (!found.wrong_readings.empty()) command.wrong_readings = found.wrong_readings;
+  command.angles_read_early |= !found.early_angles.empty();
   command.sensor_error = found.sensor;
   command.arm_in_doubt = !found.other_arm.empty() || !shipped.empty();
 }

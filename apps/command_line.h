@@ -74,6 +74,7 @@ class Command : public OptionGroup {
   bool arm_in_doubt = false;  ///< refuse_mistakes() doubts that the robot file is of the arm
   bool warned_of_change = false;  ///< refuse_mistakes() warned of a change among the readings
   std::string wrong_readings;  ///< refuse_mistakes() found it: what is calibrated must not be used
+  bool angles_read_early = false;  ///< refuse_mistakes() warned that the arm still moved
   SensorError sensor_error;    ///< refuse_mistakes() found it: a fit takes it off the readings
 
   /// Parses the arguments, then runs `work`. Returns the exit code of the process. An exception

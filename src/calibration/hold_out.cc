@@ -19,14 +19,6 @@ namespace {
 constexpr double kLeastFreedom = 1.0 / 3;
 constexpr double kLeastHeldOut = 0.03;  // a smaller share of the poses says nothing
 
-double equations(const Campaign& campaign) {
-  std::set<std::pair<int, int>> distinct;  // session, pose and quantity
-  for (int row = 0; row < campaign.rows(); ++row)
-    distinct.emplace(campaign.session.empty() ? 0 : campaign.session[row],
-                     campaign.pose_by_quantity(row));
-  return static_cast<double>(distinct.size()) * campaign.reading_size().all();
-}
-
 // What a part of the poses lacks that all have, in words; empty if it lacks nothing.
 class Lack {
  public:
@@ -35,13 +27,13 @@ class Lack {
         kept_(choose_identifiable(robot, all).kept),
         unknowns_(static_cast<double>(kept_.size() + (rows_by_session(all).size() - 1) *
                                                          own_parameters(robot).size())),
-        freedom_(equations(all) - unknowns_) {}
+        freedom_(distinct_equations(all) - unknowns_) {}
 
   std::string of(const Campaign& part) const {
     const double least = std::min(kLeastFreedom * freedom_, unknowns_);
-    if (freedom_ > 0 && equations(part) - unknowns_ < least)
-      return fmt::format("the others would give {:g} equations for {:g} unknowns", equations(part),
-                         unknowns_);
+    if (freedom_ > 0 && distinct_equations(part) - unknowns_ < least)
+      return fmt::format("the others would give {:g} equations for {:g} unknowns",
+                         distinct_equations(part), unknowns_);
     std::vector<int> kept;
     try {
       kept = choose_identifiable(robot_, part).kept;
@@ -64,6 +56,14 @@ class Lack {
 };
 
 }  // namespace
+
+double distinct_equations(const Campaign& campaign) {
+  std::set<std::pair<int, int>> distinct;  // session, pose and quantity
+  for (int row = 0; row < campaign.rows(); ++row)
+    distinct.emplace(campaign.session.empty() ? 0 : campaign.session[row],
+                     campaign.pose_by_quantity(row));
+  return static_cast<double>(distinct.size()) * campaign.reading_size().all();
+}
 
 HeldOut hold_out(const Robot& robot, const Campaign& campaign, const HoldOut& asked) {
   const auto split_at = [&](double share) {

@@ -92,7 +92,8 @@ Findings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion)
     if ((suspicion = find_scale_of_links(*fit, robot))) found.wrong_readings = *suspicion;
-  if (!suspicion) suspicion = find_early_angles(*fit, campaign);
+  if (!suspicion)
+    if ((suspicion = find_early_angles(*fit, campaign))) found.early_angles = *suspicion;
   if (!suspicion) suspicion = find_reversed_gravity(*fit);
   if (!suspicion)
     if (const auto gravity = find_direction_of_gravity(*fit)) suspicion = gravity->words;

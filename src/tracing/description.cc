@@ -340,6 +340,9 @@ std::string unexplained_in_words(const LoopResult& result) {
   constexpr double kUnlikely = 0.01;  // p, as for the verdict
   if (!result.wrong_readings.empty())
     return "but " + result.wrong_readings + "; do not correct programs with this result";
+  if (result.angles_read_early)
+    return "the joint angles were not read at standstill, so the result is the geometry: measure "
+           "again, with the angles at which the arm stands";
   if (const auto& left_out = result.trace.left_out)
     return fmt::format(
         "the rest is of {} that 'identify' leaves out: with them {:.3g} mm of {:.3g} "
@@ -375,6 +378,10 @@ std::string conclusion_in_words(const LoopResult& result) {
     case Verdict::not_separable:
       return not_separable_in_words(result);
     case Verdict::too_few_poses:
+      if (result.all_from_few)
+        return fmt::format(
+            "too few poses to hold any out, so nothing is known of others: measure some {} more",
+            result.more_poses);
       return fmt::format("too few poses to explain the rest: measure some {} more",
                          result.more_poses);
     case Verdict::unknown_noise:

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "armtrue/calibration/doubts.h"
+#include "armtrue/calibration/hold_out.h"
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/sessions.h"
@@ -171,6 +172,19 @@ int poses_to_the_floor(const LoopResult& result, double floor_high) {
                     std::max(1, kTimesAsMany * result.training_poses));
 }
 
+constexpr double kEquationsOfUnknown = 2;  // which the training poses should have, see hold_out()
+
+double unknowns_of(const CalibrationResult& fit) { return static_cast<double>(fit.names.size()); }
+
+// So many that three quarters of the poses have two equations for each unknown.
+int poses_to_hold_out(const Training& training, const LoopResult& result) {
+  constexpr double kTrained = 0.75;
+  const double per_pose = distinct_equations(*training.sound) / std::max(1, result.training_poses);
+  const double needed =
+      kEquationsOfUnknown * unknowns_of(result.trace.fit) / (kTrained * std::max(1.0, per_pose));
+  return std::max(1, static_cast<int>(std::ceil(needed)) - result.training_poses);
+}
+
 // Of an effect; `without`: the model without it, `with`: the errors with it.
 HeldOutGain gain_over(const Robot& without, const std::vector<double>& with,
                       const Campaign& held_out, const TraceOptions& options) {
@@ -270,17 +284,25 @@ bool something_moved(const Campaign& given, const Training& training) {
   return explanation_of_rest(fit, *training.sound).has_value();
 }
 
-// Whether the training poses alone say too little for an effect that no listed cause explains: it
-// entered because something is missing, but by chance others would, too.
+// Whether the training poses alone say too little for an effect: it entered because something is
+// missing, but by chance others would, too.
 bool is_weak(const TracedEffect& traced, const TraceOptions& options) {
-  return traced.in_words.empty() &&
-         traced.evidence.p_value > options.significance_without_lack_of_fit;
+  return traced.evidence.p_value > options.significance_without_lack_of_fit;
 }
 
-// Of the found effects that held-out poses deny in position, or weak ones that they do not support
-// by a standard error, and that they do not support in orientation, the one that raises the error
-// most. Where other causes explain as much, held-out poses deny its name, not that something is
-// there.
+// Whether held-out poses support an effect as far as it needs that: a weak one without a listed
+// cause by a standard error, a weak one with a cause at all.
+bool is_supported(const TracedEffect& traced, const HeldOutGain& gain,
+                  const TraceOptions& options) {
+  if (gain.denied()) return false;
+  if (!is_weak(traced, options)) return true;
+  return traced.in_words.empty() ? is_better(gain) : gain.position >= 0;
+}
+
+// Of the found effects that held-out poses deny in position, or weak ones that they do not support,
+// and that they do not support in orientation, the one that raises the error most. Where other
+// causes explain as much as one that is not weak, held-out poses deny its name, not that something
+// is there.
 std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out,
                                    const TraceOptions& options) {
   const Robot& model = training.trace.fit.robot;
@@ -293,11 +315,13 @@ std::optional<size_t> worst_effect(const Training& training, const Campaign& hel
   double least = std::numeric_limits<double>::infinity();
   for (size_t k = 0; k < training.trace.effects.size(); ++k) {
     const TracedEffect& traced = training.trace.effects[k];
-    if (traced.effect.family || is_undecided(traced)) continue;  // not shown alone
+    if (traced.effect.family) continue;  // not shown alone
+    if (is_undecided(traced) && !is_weak(traced, options)) continue;
     const Robot& without = training.without_effect[k];
     const HeldOutGain gain = gain_over(without, with, held_out, options);
-    const bool stays = !gain.denied() && (is_better(gain) || !is_weak(traced, options));
-    if (stays || gain.position >= least || turn(without) > turn(model)) continue;
+    if (is_supported(traced, gain, options) || gain.position >= least ||
+        turn(without) > turn(model))
+      continue;
     least = gain.position;
     worst = k;
   }
@@ -381,29 +405,35 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
       std::min(complete_high, result.floor * std::max(of_noise, kMostOfUnknowns));
   result.worse_than_nominal = held_out.rows() > 0 && result.after > floor_high &&
                               result.after > result.stages.front().held_out.position.mean;
+  result.all_from_few =
+      held_out.rows() == 0 &&
+      distinct_equations(*training.sound) < kEquationsOfUnknown * unknowns_of(result.trace.fit);
   result.common_backlash =
       common_backlash(result.trace.fit.robot.chain, result.trace.effects);
   for (size_t k = 0; k < result.gains.size() && result.unconfirmed_curve.empty(); ++k)
     if (const TracedEffect& traced = result.trace.effects[k];
         traced.in_words.empty() && !result.gains[k].confirmed())
       result.unconfirmed_curve = describe(traced.effect);
-  result.verdict = conclude({.effects = result.trace.effects,
-                             .lack_of_fit = result.lack_of_fit,
-                             .knows_noise = result.noise.source != NoiseFloor::Source::none,
-                             .after = result.after_sound,
-                             .floor = result.floor,
-                             .floor_high = floor_high,
-                             .complete_high = complete_high,
-                             .outside_p = result.outside_p,
-                             .left_out_together = !result.left_out_together.empty(),
-                             .is_explained = !result.explanation.empty(),
-                             .wanders = !result.wandering.empty(),
-                             .angles_read_early = result.common_backlash.has_value(),
-                             .shown_family = !result.trace.shown_family.empty(),
-                             .pattern_remains = result.trace.pattern_remains,
-                             .unconfirmed_curve = !result.unconfirmed_curve.empty()});
+  result.verdict =
+      conclude({.effects = result.trace.effects,
+                .lack_of_fit = result.lack_of_fit,
+                .knows_noise = result.noise.source != NoiseFloor::Source::none,
+                .after = result.after_sound,
+                .floor = result.floor,
+                .floor_high = floor_high,
+                .complete_high = complete_high,
+                .outside_p = result.outside_p,
+                .left_out_together = !result.left_out_together.empty(),
+                .is_explained = !result.explanation.empty() || result.angles_read_early,
+                .wanders = !result.wandering.empty(),
+                .angles_read_early = result.common_backlash.has_value(),
+                .shown_family = !result.trace.shown_family.empty(),
+                .pattern_remains = result.trace.pattern_remains,
+                .all_from_few = result.all_from_few,
+                .unconfirmed_curve = !result.unconfirmed_curve.empty()});
   if (result.verdict == Verdict::too_few_poses)
-    result.more_poses = poses_to_the_floor(result, floor_high);
+    result.more_poses = result.all_from_few ? poses_to_hold_out(training, result)
+                                            : poses_to_the_floor(result, floor_high);
 }
 
 // The best candidate that is not in the model.
@@ -476,9 +506,11 @@ std::string describe(const Effect& effect) {
 }
 
 LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& all_held_out,
-                      const Catalogue& catalogue, const TraceOptions& options) {
+                      const Catalogue& catalogue, const TraceOptions& options,
+                      bool angles_read_early) {
   require_known_sessions(given, all_held_out);
   LoopResult result;
+  result.angles_read_early = angles_read_early;
   result.of_touches = given.has_touches();
   result.of_images = given.has_pixels_only();
   result.of_distances = given.reads_one_number() && !result.of_touches;
@@ -492,14 +524,15 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   const Campaign held_out = judged_readings(result, all_held_out);
   result.held_out_poses = count_poses(held_out);
   result.moved = something_moved(given, training);
+  const bool geometry_alone = result.moved || angles_read_early;
   const bool has_effects = training.trace.stages.size() > 1;
-  if (!result.moved) result.rejected = rejected_model(training.trace, held_out, options);
+  if (!geometry_alone) result.rejected = rejected_model(training.trace, held_out, options);
   const bool against_held = !result.rejected && is_against_held(training.trace, held_out, options);
-  if (result.rejected || (result.moved && has_effects) || against_held)
+  if (result.rejected || (geometry_alone && has_effects) || against_held)
     fall_back_to_geometry(judged);
   else
     leave_out_worse(judged, held_out, catalogue, options, result);
-  if (!result.moved && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
+  if (!geometry_alone && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
     set_applied(judged, held_out, result);
   result.wandering = judged.wandering;
   result.trace = std::move(training.trace);
@@ -512,6 +545,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     result.stages.back().name = "geometric, as what priors alone hold predicts no better";
   if (result.moved && has_effects)
     result.stages.back().name = "geometric, as something moved among the images";
+  if (angles_read_early && has_effects)
+    result.stages.back().name = "geometric, as the angles were not read at standstill";
   if (result.applied) result.stages.push_back(result.applied->stage);
   set_parts(result);
   set_excluded_rows(training, given, result);
@@ -552,14 +587,14 @@ FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign
   // as it was there, as would that of the two parts of readings among which something moved.
   const bool is_geometry =
       judged.robot.effects.size() == given.effects.size() && judged.set.by_small_angles.empty();
-  const bool anew = result.moved || is_geometry;
+  const bool anew = result.moved || result.angles_read_early || is_geometry;
   FitToAll to_all{{}, find_gross_poses(anew ? given : judged.robot, all), all};
   if (!to_all.gross_poses.empty()) to_all.sound = without_gross(all, to_all.gross_poses);
   CalibrationOptions near;
   near.start_near(judged);
   to_all.fit = anew ? calibrate(given, to_all.sound)
                     : calibrate(judged.robot, to_all.sound, judged.set, near);
-  if (result.moved || !result.applied) return to_all;
+  if (!result.applied) return to_all;
   const bool instrument_errs = result.applied->instrument_errs;
   const CalibrationResult lawless =
       instrument_errs ? without_laws(to_all.fit, to_all.sound) : to_all.fit;

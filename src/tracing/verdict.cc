@@ -70,11 +70,12 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 }
 
 Verdict conclude(const Grounds& grounds) {
-  if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
-  if (grounds.outside_p < kSignificance) return Verdict::unexplained;
   if (grounds.left_out_together || grounds.is_explained || grounds.wanders ||
       grounds.pattern_remains)
     return Verdict::unexplained;
+  if (grounds.all_from_few) return Verdict::too_few_poses;
+  if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
+  if (grounds.outside_p < kSignificance) return Verdict::unexplained;
   const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);

@@ -271,5 +271,12 @@ TEST(Verdict, ReadingsLeftOutTogetherAreUnexplained) {
   EXPECT_EQ(concluded({}, 1.4), Verdict::too_few_poses);
 }
 
+TEST(Verdict, WithoutOthersAndFreedomIsThatOfTooFewPoses) {
+  const std::vector<TracedEffect> effects = found(false, {}).trace.effects;
+  for (const auto& some : {effects, std::vector<TracedEffect>{}})
+    EXPECT_EQ(conclude({.effects = some, .lack_of_fit = 0.5, .all_from_few = true}),
+              Verdict::too_few_poses);
+}
+
 }  // namespace
 }  // namespace armtrue::description_test

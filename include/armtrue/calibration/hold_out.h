@@ -20,6 +20,10 @@ struct HeldOut {
   std::string fewer;  ///< a sentence that fewer poses are held out than asked for; or empty
 };
 
+/// The number of equations of a campaign: readings that differ in session, pose or quantity times
+/// their coordinates. A repeated reading counts once.
+double distinct_equations(const Campaign& campaign);
+
 /// Holds out poses, but not so many that those that remain show less of the robot than all do. The
 /// share is halved, at last to nothing, until
 ///   - choose_identifiable() keeps as many parameters as with all poses, and each session still

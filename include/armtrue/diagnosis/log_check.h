@@ -20,6 +20,7 @@ struct Findings {
   /// the nominal one: all lengths come out wrong alike, as by a wrong scale of the instrument or of
   /// an artefact, or SensorError::is_left. Else empty.
   std::string wrong_readings;
+  std::string early_angles;  ///< the warning of find_early_angles(); else empty
   SensorError sensor{};
 };
 

@@ -91,6 +91,8 @@ struct LoopResult {
   std::string left_out_together;       ///< see left_out_together()
   std::string explanation;             ///< see explanation_of_rest()
   std::string wrong_readings;          ///< see Findings; then nothing is explained
+  /// Whether the joint angles were read before the arm stood: the result is the geometry.
+  bool angles_read_early = false;
   std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
   Robot nominal;  ///< with base and tool fitted to the training readings: that of the first stage
   std::vector<Stage> stages;
@@ -120,6 +122,9 @@ struct LoopResult {
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
   std::vector<Effect> held;  ///< members of families without evidence of their own: only the prior
                              ///< keeps them in the model
+  /// Whether no pose is held out and there are fewer than two equations for each unknown: what is
+  /// left of them says nothing of other poses.
+  bool all_from_few = false;
   /// With `too_few_poses`: number of additional poses that would bring the error to the floor.
   int more_poses = 0;
   /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
@@ -158,12 +163,15 @@ struct LoopResult {
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
 /// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
 /// effects together, the result is the geometry; a found effect that held-out poses deny is left
-/// out, unless it is one of a family, which has its evidence together, or is_undecided(); and
+/// out, unless it is one of a family, which has its evidence together, or is_undecided(); a weak
+/// one (p above TraceOptions::significance_without_lack_of_fit) that they do not support is; and
 /// random effects are applied only where the mean error does not rise (by 5 % at most where
-/// AppliedArm::instrument_errs). Throws std::invalid_argument if a session of `held_out` has no
-/// reading in `training`.
+/// AppliedArm::instrument_errs). With `angles_read_early` (Findings::early_angles) the result is
+/// the geometry: any effect would follow what the angles err by. Throws std::invalid_argument if a
+/// session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
-                      const Catalogue& catalogue, const TraceOptions& options = {});
+                      const Catalogue& catalogue, const TraceOptions& options = {},
+                      bool angles_read_early = false);
 
 /// The held-out readings without LoopResult::not_judged_rows.
 Campaign judged_readings(const LoopResult& result, const Campaign& held_out);

@@ -45,6 +45,7 @@ struct Grounds {
   bool angles_read_early = false;  ///< see common_backlash()
   bool shown_family = false;       ///< see TraceResult::shown_family
   bool pattern_remains = false;    ///< see TraceResult::pattern_remains
+  bool all_from_few = false;       ///< see LoopResult::all_from_few
   bool unconfirmed_curve = false;  ///< see LoopResult::unconfirmed_curve
 };
 
@@ -58,6 +59,7 @@ bool is_undecided(const TracedEffect& traced);
 std::optional<double> common_backlash(const KinematicChain& chain,
                                       const std::vector<TracedEffect>& effects);
 
+/// `too_few_poses` if `all_from_few`, unless a cause of the rest is known. Otherwise
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, if the diagnosis explains what is left, or
