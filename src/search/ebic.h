@@ -23,11 +23,20 @@ class EbicFall {
 
   double operator()(double gain, double before) const;
 
+  /// Tells without a logarithm that a candidate does not beat a score b: it does not where
+  /// gain <= before (1 - most_left(exp(-b / m))).
+  double most_left(double of_score) const {
+    const double uncharged = of_score * of_choices_;
+    return uncharged < 1 ? uncharged * of_least_charge_ : uncharged;
+  }
+
  private:
   bool is_shrunken_, is_possible_;
   double log_choices_, count_, freedom_;
   double full_charge_;  // k ln m
   double by_chance_;    // -m ln(1 - k / m)
+  double of_choices_;   // exp(-2 log_choices / m)
+  double of_least_charge_;  // exp(-charge / m)
 };
 
 inline double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,

@@ -27,9 +27,9 @@ Then the case runs once more with each of some stubs in the place of its command
 passes sees nothing. The other commands stay as they are. What comes before the first line that names the command runs
 once for all of them.
 
-    run_case.py CASE BIN CONFIG KEPT    runs one case with the commands in BIN. What each command made, and what stood on
-                                        stderr, is kept in the folder KEPT/<command>/<case>; tests/products reads it
-    run_case.py --self-test             checks this file
+    run_case.py CASE... BIN CONFIG KEPT    runs cases with the commands in BIN. What each command made, and what stood on
+                                           stderr, is kept in the folder KEPT/<command>/<case>; tests/products reads it
+    run_case.py --self-test                checks this file
 """
 
 import os
@@ -240,11 +240,12 @@ def run_and_report(case, binaries, config, kept=None):
         wrong, out, err = run.with_commands(run.scratch / "wrappers")
         (run.kept / STDERR).write_text(err)
         if wrong:
-            print("\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
+            print(f"{case.parent.name}/{case.name}:", "\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
             return False
         passed = stubs_that_pass(run)
         for stub in passed:
-            print(f"cannot fail: with a stub that gives {stub} in the place of {case.parent.name} the case passes")
+            print(f"{case.parent.name}/{case.name} cannot fail: with a stub that gives {stub} in the place of "
+                  f"{case.parent.name} it passes")
         return not passed
 
 
@@ -382,6 +383,7 @@ if __name__ == "__main__":
     if sys.argv[1] == "--self-test":
         self_test()
     else:
-        case = pathlib.Path(sys.argv[1])
-        kept = pathlib.Path(sys.argv[4]).resolve() / case.parent.name / case.name if len(sys.argv) > 4 else None
-        sys.exit(0 if run_and_report(case, sys.argv[2], sys.argv[3], kept) else 1)
+        *cases, binaries, config, kept = (pathlib.Path(name).absolute() for name in sys.argv[1:])
+        failed = [case for case in cases
+                  if not run_and_report(case, binaries, config, kept / case.parent.name / case.name)]
+        sys.exit(1 if failed else 0)
