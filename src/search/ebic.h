@@ -24,10 +24,10 @@ class EbicFall {
   double operator()(double gain, double before) const;
 
   /// Tells without a logarithm that a candidate does not beat a score b: it does not where
-  /// gain <= before (1 - most_left(exp(-b / m))).
-  double most_left(double of_score) const {
+  /// gain <= before (1 - most_left(b, exp(-b / m))).
+  double most_left(double score, double of_score) const {
     const double uncharged = of_score * of_choices_;
-    return uncharged < 1 ? uncharged * of_least_charge_ : uncharged;
+    return is_shrunken_ && score < -2.0 * log_choices_ ? uncharged : uncharged * of_least_charge_;
   }
 
  private:
