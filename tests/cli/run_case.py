@@ -140,7 +140,7 @@ files() {{
 length() {{ {stat} -L -c %s /proc/$$/fd/1; }}
 before=$(files "$@")
 if [ -f /proc/$$/fd/1 ]; then written=$(length); fi
-if [ /proc/$$/fd/1 -ef /proc/$CASE_SHELL/fd/1 ]; then
+if [ -p /proc/$$/fd/1 ] && [ /proc/$$/fd/1 -ef /proc/$CASE_SHELL/fd/1 ]; then  # no file of a function's output
   {real} "$@" | {tee} "$STORE/{command}.$$.printed"
   code=${{PIPESTATUS[0]}}
 else
