@@ -20,13 +20,7 @@ EbicFall::EbicFall(bool is_shrunken, double log_choices, int k, double freedom)
       count_(k),
       freedom_(freedom),
       full_charge_(count_ * std::log(freedom)),
-      by_chance_(-freedom * std::log(1.0 - count_ / freedom)),
-      of_choices_(std::exp(-2.0 * log_choices / freedom)),
-      // A shrunken candidate pays all of its fall, or k or more, or k ln m. The last factor is
-      // above what is rounded.
-      of_least_charge_(
-          std::exp(-(is_shrunken ? std::min(count_, full_charge_) : full_charge_) / freedom) *
-          (1 + 1e-9)) {}
+      by_chance_(-freedom * std::log(1.0 - count_ / freedom)) {}
 
 double EbicFall::operator()(double gain, double before) const {
   if (!is_possible_) return -std::numeric_limits<double>::infinity();

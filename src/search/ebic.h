@@ -23,20 +23,11 @@ class EbicFall {
 
   double operator()(double gain, double before) const;
 
-  /// Tells without a logarithm that a candidate does not beat a score b: it does not where
-  /// gain <= before (1 - most_left(b, exp(-b / m))).
-  double most_left(double score, double of_score) const {
-    const double uncharged = of_score * of_choices_;
-    return is_shrunken_ && score < -2.0 * log_choices_ ? uncharged : uncharged * of_least_charge_;
-  }
-
  private:
   bool is_shrunken_, is_possible_;
   double log_choices_, count_, freedom_;
   double full_charge_;  // k ln m
   double by_chance_;    // -m ln(1 - k / m)
-  double of_choices_;   // exp(-2 log_choices / m)
-  double of_least_charge_;  // exp(-charge / m)
 };
 
 inline double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,

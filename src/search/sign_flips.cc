@@ -155,8 +155,9 @@ Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin
     const double log_choices = scan_.candidates_[candidate].log_choices;
     const EbicFall fall(is_shrunken(scan_.candidates_[candidate].effect), log_choices,
                         solution.degrees_of_freedom, freedom);
+    const double of_choices = std::exp(-2.0 * log_choices / freedom);
     for (Eigen::Index f = 0; f < flips; ++f) {
-      if (gains[f] <= draws.norms[f] * (1 - fall.most_left(best[f], to_beat[f]))) continue;
+      if (gains[f] <= draws.norms[f] * (1 - to_beat[f] * of_choices)) continue;
       const double score = fall(gains[f], draws.norms[f]);
       if (score <= best[f]) continue;
       best[f] = score;

@@ -42,24 +42,5 @@ TEST(EbicFall, IsLowestWithoutAColumnAndFiniteWhereNothingIsLeft) {
   EXPECT_TRUE(std::isfinite(ebic_fall(false, 0, 1, 10, 10, 100)));
 }
 
-// What is passed over without a logarithm is never the best.
-TEST(EbicFall, OfWhatLeavesMostIsBelowTheScoreToBeat) {
-  for (const bool is_shrunken : {false, true})
-    for (const double log_choices : {0.0, 3.0})
-      for (const int k : {1, 6, 60})
-        for (const double score : {-30.0, -6.0, -0.1, 0.0, 2.0, 25.0}) {
-          const double most_left =
-              EbicFall(is_shrunken, log_choices, k, 120).most_left(score, std::exp(-score / 120));
-          const double gain = 10 * (1 - most_left);
-          if (gain > 0) {
-            EXPECT_LE(ebic_fall(is_shrunken, log_choices, k, gain, 10, 120), score)
-                << is_shrunken << ' ' << log_choices << ' ' << k << ' ' << score;
-          }
-          if (!is_shrunken && gain > 0) {  // exactly, up to rounding
-            EXPECT_NEAR(ebic_fall(false, log_choices, k, gain, 10, 120), score, 1e-6);
-          }
-        }
-}
-
 }  // namespace
 }  // namespace armtrue::ebic_test
