@@ -27,9 +27,9 @@ Then the case runs once more with each of some stubs in the place of its command
 passes sees nothing. The other commands stay as they are. What comes before the first line that names the command runs
 once for all of them.
 
-    run_case.py CASE BIN CONFIG KEPT    runs one case with the commands in BIN. What each command made, and what stood on
-                                        stderr, is kept in the folder KEPT/<command>/<case>; tests/products reads it
-    run_case.py --self-test             checks this file
+    run_case.py CASE... BIN CONFIG KEPT    runs cases with the commands in BIN. What each command made, and what stood on
+                                           stderr, is kept in the folder KEPT/<command>/<case>; tests/products reads it
+    run_case.py --self-test                checks this file
 """
 
 import os
@@ -46,7 +46,7 @@ MOST_BYTES = 3_000_000  # of a product that is kept; larger ones hold more of th
 
 PRELUDE = """
 shopt -s inherit_errexit
-export CASE_OUTPUT=$(readlink /proc/$$/fd/1)
+export CASE_SHELL=$$
 fails() {
   local expected=$1 code=0
   shift
@@ -65,7 +65,7 @@ STUBS = {
     "silence": "exit $EXPECTED_EXIT",
     "a signal": "kill -SEGV $$",
 }
-STUB_START = """#!{bash}
+STUB_START = """#!{sh}
 ulimit -c 0
 product=/dev/stdout
 while [ $# -gt 0 ]; do
@@ -135,27 +135,25 @@ files() {{
   for argument in "${{@#*=}}"; do
     if [ -f "$argument" ]; then existing+=("$argument"); fi
   done
-  if (( ${{#existing[@]}} )); then {stat} -c '%i %y %n' -- "${{existing[@]}}"; fi
+  if (( ${{#existing[@]}} )); then {stat} -c '%i %y %s %n' -- "${{existing[@]}}"; fi
 }}
-length() {{ [ -f /proc/$$/fd/1 ] && {stat} -L -c %s /proc/$$/fd/1; }}
-keep() {{ {mktemp} "$STORE/{command}.XXXXXXXX"; }}
-small() {{ (( $1 <= {most} )); }}
+length() {{ {stat} -L -c %s /proc/$$/fd/1; }}
 before=$(files "$@")
-written=$(length)
-if [ "$({readlink} /proc/$$/fd/1)" = "$CASE_OUTPUT" ]; then
-  {real} "$@" | {tee} "$(keep)"
+if [ -f /proc/$$/fd/1 ]; then written=$(length); fi
+if [ -p /proc/$$/fd/1 ] && [ /proc/$$/fd/1 -ef /proc/$CASE_SHELL/fd/1 ]; then  # no file of a function's output
+  {real} "$@" | {tee} "$STORE/{command}.$$.printed"
   code=${{PIPESTATUS[0]}}
 else
   {real} "$@"
   code=$?
 fi
-while read -r inode day time zone name; do
-  case "$before" in *"$inode $day $time $zone $name"*) continue ;; esac
-  if [ -s "$name" ] && small "$({stat} -L -c %s -- "$name")"; then {cp} -- "$name" "$(keep)"; fi
+while read -r inode day time zone size name; do
+  case "$before" in *"$inode $day $time $zone $size $name"*) continue ;; esac
+  if (( 0 < size && size <= {most} )); then {cp} -- "$name" "$STORE/{command}.$$.$((++number))"; fi
 done < <(files "$@")
 if [ "$written" ]; then
   added=$(( $(length) - written ))
-  if (( added > 0 )) && small $added; then {tail} -c +$((written + 1)) /proc/$$/fd/1 > "$(keep)"; fi
+  if (( 0 < added && added <= {most} )); then {tail} -c +$((written + 1)) /proc/$$/fd/1 > "$STORE/{command}.$$.added"; fi
 fi
 exit $code
 """
@@ -196,10 +194,10 @@ def copy(folder, other):
 class Run:
     """A case in a folder, which has the same path each time."""
 
-    def __init__(self, case, binaries, config, scratch):
+    def __init__(self, case, binaries, config, scratch, kept=None):
         self.case, self.binaries, self.scratch = case, binaries, pathlib.Path(scratch)
-        self.folder, self.kept = self.scratch / "folder", self.scratch / "kept"
-        self.kept.mkdir()
+        self.folder, self.kept = self.scratch / "folder", kept or self.scratch / "kept"
+        self.kept.mkdir(parents=True)
         self.variables = dict(os.environ, CASE=str(case), CONFIG=str(config), EXPECTED_EXIT=str(expected_exit(case)),
                               STORE=str(self.kept), VARIABLES=str(self.scratch / "variables"))
         self.folder.mkdir()
@@ -236,18 +234,18 @@ class Run:
 
 def run_and_report(case, binaries, config, kept=None):
     with tempfile.TemporaryDirectory() as scratch:
-        run = Run(case, binaries, config, scratch)
-        wrong, out, err = run.with_commands(run.scratch / "wrappers")
         if kept:
             shutil.rmtree(kept, ignore_errors=True)
-            shutil.copytree(run.kept, kept)
-            (kept / STDERR).write_text(err)
+        run = Run(case, binaries, config, scratch, kept)
+        wrong, out, err = run.with_commands(run.scratch / "wrappers")
+        (run.kept / STDERR).write_text(err)
         if wrong:
-            print("\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
+            print(f"{case.parent.name}/{case.name}:", "\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
             return False
         passed = stubs_that_pass(run)
         for stub in passed:
-            print(f"cannot fail: with a stub that gives {stub} in the place of {case.parent.name} the case passes")
+            print(f"{case.parent.name}/{case.name} cannot fail: with a stub that gives {stub} in the place of "
+                  f"{case.parent.name} it passes")
         return not passed
 
 
@@ -257,7 +255,7 @@ def tools(*names):
 
 def write_wrappers(binaries, folder):
     folder.mkdir()
-    called = tools("bash", "stat", "mktemp", "cp", "tail", "readlink", "tee")
+    called = tools("bash", "stat", "cp", "tail", "tee")
     for real in sorted(pathlib.Path(binaries).iterdir()):
         if os.access(real, os.X_OK) and real.is_file():
             (folder / real.name).write_text(WRAPPER.format(real=real, command=real.name, most=MOST_BYTES, **called))
@@ -266,7 +264,7 @@ def write_wrappers(binaries, folder):
 
 def stubs_that_pass(run):
     """Names of stubs with which a case passes that passes with its command."""
-    passed, called = [], tools("bash", "cat", "head")
+    passed, called = [], tools("sh", "cat", "head")
     for stub, action in STUBS.items():
         path = run.scratch / stub / run.case.parent.name
         path.parent.mkdir()
@@ -385,6 +383,7 @@ if __name__ == "__main__":
     if sys.argv[1] == "--self-test":
         self_test()
     else:
-        case = pathlib.Path(sys.argv[1])
-        kept = pathlib.Path(sys.argv[4]) / case.parent.name / case.name if len(sys.argv) > 4 else None
-        sys.exit(0 if run_and_report(case, sys.argv[2], sys.argv[3], kept) else 1)
+        *cases, binaries, config, kept = (pathlib.Path(name).absolute() for name in sys.argv[1:])
+        failed = [case for case in cases
+                  if not run_and_report(case, binaries, config, kept / case.parent.name / case.name)]
+        sys.exit(1 if failed else 0)

@@ -325,7 +325,7 @@ def check_cases(kept, cases, binaries, values):
             continue
         err = kept / case.name / run_case.STDERR
         if not err.exists():
-            wrong.append(f"{case.name}: nothing is kept; run the test cli/{cases.name}/{case.name}")
+            wrong.append(f"{case.name}: nothing is kept; run the tests cli/{cases.name}")
             continue
         for line in filter(None, err.read_text().splitlines()):
             lines += 1

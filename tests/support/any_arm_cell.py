@@ -32,6 +32,7 @@ Joints count from 1 in the order of the chain. Lengths are mm, angles of the fil
 
 import argparse
 import csv
+import functools
 import math
 import pathlib
 import random
@@ -46,8 +47,12 @@ SHARE_OF_TRAVEL = 0.8
 
 
 class State:
-    def __init__(self, values, torque):
-        self.values, self.torque = values, torque
+    def __init__(self, values, arm):
+        self.values, self.arm = values, arm
+
+    @functools.cached_property
+    def torque(self):  # which takes longer than the pose, and few effects follow it
+        return self.arm.torques(self.values, self.arm.masses)
 
 
 def joint_columns(text):
@@ -115,7 +120,7 @@ class Cell:
     def frame(self, values):
         """Where the tool is, seen from the part if a positioner carries it."""
         own, others = values[:self.joints], values[self.joints:]
-        state = State(own, self.arm.torques(own, self.arm.masses))
+        state = State(own, self.arm)
         tool = self.arm.pose(own, self.truth, self.effect, 1.0, state)
         if not self.table:
             return tool

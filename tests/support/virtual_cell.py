@@ -86,7 +86,7 @@ def length(a):
 
 
 def turned(rotation, v):
-    """The rotation is three rows. Written out, as the product below: nearly all time of the simulations is spent here."""
+    """The rotation is three rows. Written out, as the products below: nearly all time of the simulations is spent here."""
     (a, b, c), (d, e, f), (g, h, i) = rotation
     x, y, z = v
     return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
@@ -120,11 +120,18 @@ NONE = ((X, Y, Z), (0.0, 0.0, 0.0))
 
 def after(first, second):
     """The rigid motion `first * second`; a motion is (rotation, translation)."""
-    return rotation_times(first[0], second[0]), add(turned(first[0], second[1]), first[1])
+    ((a, b, c), (d, e, f), (g, h, i)), (s, t, u) = first
+    ((j, k, l), (m, n, o), (p, q, r)), (x, y, z) = second
+    return (((a * j + b * m + c * p, a * k + b * n + c * q, a * l + b * o + c * r),
+             (d * j + e * m + f * p, d * k + e * n + f * q, d * l + e * o + f * r),
+             (g * j + h * m + i * p, g * k + h * n + i * q, g * l + h * o + i * r)),
+            (a * x + b * y + c * z + s, d * x + e * y + f * z + t, g * x + h * y + i * z + u))
 
 
 def moved(motion, point):
-    return add(turned(motion[0], point), motion[1])
+    ((a, b, c), (d, e, f), (g, h, i)), (s, t, u) = motion
+    x, y, z = point
+    return (a * x + b * y + c * z + s, d * x + e * y + f * z + t, g * x + h * y + i * z + u)
 
 
 def screw(axis, point, angle):

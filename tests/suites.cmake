@@ -1,0 +1,21 @@
+# Read by ctest: a test for each suite of a program of GoogleTest, because a process for each test would take longer than most
+# tests do, and one for each test that is slow. One test alone: PROGRAM --gtest_filter=SUITE.TEST
+function(add_suites name program slow)
+  cmake_path(GET program PARENT_PATH folder)
+  list(JOIN slow ":" left_out)
+  if(NOT EXISTS ${program})
+    add_test(${name}/not-built ${program})
+    return()
+  endif()
+  execute_process(COMMAND ${program} --gtest_list_tests OUTPUT_VARIABLE listed COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX MATCHALL "\n[A-Za-z0-9_/]+\\." suites "${listed}")  # tests are indented
+  foreach(suite ${suites})
+    string(REGEX MATCH "[A-Za-z0-9_/]+" suite "${suite}")
+    add_test(${name}/${suite} ${program} "--gtest_filter=${suite}.*-${left_out}")
+    set_tests_properties(${name}/${suite} PROPERTIES WORKING_DIRECTORY ${folder} ENVIRONMENT GTEST_BRIEF=1 COST 2)
+  endforeach()
+  foreach(test ${slow})
+    add_test(${name}/${test} ${program} --gtest_filter=${test})
+    set_tests_properties(${name}/${test} PROPERTIES WORKING_DIRECTORY ${folder} LABELS slow COST 30)
+  endforeach()
+endfunction()
