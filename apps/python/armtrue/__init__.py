@@ -17,7 +17,6 @@ are given as paths.
 from __future__ import annotations
 
 import csv
-import io
 import json
 import os
 import pathlib
@@ -162,33 +161,11 @@ class _Run:
         return [name, os.fspath(value) if isinstance(value, os.PathLike) else str(value)]
 
 
-def _number(text: str) -> Any:
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return None if text == "" else text
-
-
-# Columns of names, which may look like numbers.
-_NAMES = {"pose", "session", "target", "target_id", "name", "anchor", "beam", "contact", "note", "notes", "file", "group"}
-
-
-def _parsed(text: str, kind: str) -> Any:
-    if kind == "document":
-        return json.loads(text)
-    if kind == "text":
-        return text
-    return [{key: value if key in _NAMES else _number(value) for key, value in row.items()}
-            for row in csv.DictReader(io.StringIO(text))]
-
-
 def _run(name: str, file: tuple[str, File | None], kind: str | None, options: dict[str, Any], robot_out: bool = False,
          has_summary: bool = False) -> Result:
     with tempfile.TemporaryDirectory(prefix="armtrue-") as folder:
         run = _Run(folder)
-        product = run.path("product", ".json" if kind == "document" else ".out")
+        product = run.path("product", ".out" if kind == "text" else ".json")
         words = [name, *(["-o", product] if kind else [])]
         files = {}
         for what, wanted in (("robot_out", robot_out), ("summary", has_summary)):
@@ -206,11 +183,12 @@ def _run(name: str, file: tuple[str, File | None], kind: str | None, options: di
         if done.returncode not in (0, 3):
             raise Failed(name, done.returncode, run.said(done.stderr.strip()))
 
-        def read(path: str, form: str) -> Any:
-            return _parsed(run.said(pathlib.Path(path).read_text(encoding="utf-8")), form)
+        def read(path: str) -> Any:
+            text = run.said(pathlib.Path(path).read_text(encoding="utf-8"))
+            return json.loads(text) if path.endswith(".json") else text
 
-        documents = {what: read(path, "document") for what, path in files.items() if os.path.exists(path)}
-        made = read(product, kind) if kind else None
+        documents = {what: read(path) for what, path in files.items() if os.path.exists(path)}
+        made = read(product) if kind else None
         robot = made if name == "calibrate" else documents.get("robot_out")
         return Result(made, robot, documents.get("summary"), run.said(done.stderr).splitlines(), done.returncode == 0)
 
@@ -224,7 +202,7 @@ def certify(robot: File, readings: File, *, about: File, **options: Any) -> Resu
 
 
 def check_robot(robot: File, *, at: Sequence[float], **options: Any) -> Result:
-    return _run("check-robot", ("robot", robot), "text", {"at": list(at), **options})
+    return _run("check-robot", ("robot", robot), "document", {"at": list(at), **options})
 
 
 def close_loop(robot: File, readings: File, **options: Any) -> Result:
