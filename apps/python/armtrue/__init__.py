@@ -23,10 +23,17 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
-from typing import Any, Mapping, Sequence, Union
+from typing import Any, Mapping, Protocol, Sequence, Union
+
+
+class Frame(Protocol):
+    """What is asked of a pandas frame."""
+
+    def to_csv(self, path: Any, /, *, index: bool) -> Any: ...
+
 
 Table = Sequence[Mapping[str, Any]]
-File = Union[str, "os.PathLike[str]", Mapping[str, Any], Table, "Result", Any]  # Any: a pandas frame
+File = Union[str, "os.PathLike[str]", Mapping[str, Any], Table, Frame, "Result"]
 
 _HERE = pathlib.Path(__file__).resolve().parent
 
@@ -63,7 +70,8 @@ class Result:
         return pandas.DataFrame(self.product)
 
     def __repr__(self) -> str:
-        what = {dict: "a document", list: "a table"}.get(type(self.product), "text")
+        kinds: dict[type, str] = {dict: "a document", list: "a table"}
+        what = kinds.get(type(self.product), "text")
         return f"<armtrue result: {what}, {len(self.warnings)} warnings>"
 
 
@@ -114,7 +122,8 @@ class _Run:
     """The files of one call, in a folder that is gone when it ends."""
 
     def __init__(self, folder: str) -> None:
-        self.folder, self.names = folder, {}
+        self.folder = folder
+        self.names: dict[str, str] = {}
 
     def path(self, name: str, ending: str) -> str:
         path = os.path.join(self.folder, f"{len(self.names)}{ending}")
@@ -127,7 +136,8 @@ class _Run:
             text = text.replace(path, f"<{name}>")
         return text
 
-    def file(self, name: str, value: File) -> str:
+    def file(self, name: str, given: File) -> str:
+        value: Any = given
         if isinstance(value, Result):
             value = value.robot if value.robot is not None else value.product
         if isinstance(value, Mapping):
@@ -176,8 +186,9 @@ def _run(name: str, file: tuple[str, File | None], kind: str | None, options: di
             if option in ("output", *files):
                 raise TypeError(f"{option} is what the function returns")
             words += run.words(option, value)
-        if file[1] is not None:
-            words += ["--", run.file(*file)]
+        what_file, content = file
+        if content is not None:
+            words += ["--", run.file(what_file, content)]
         done = subprocess.run(words, executable=program(name), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               text=True, encoding="utf-8", check=False)
         if done.returncode not in (0, 3):
