@@ -36,8 +36,8 @@ void add_calibration_options(Command& command, CalibrationArguments& arguments) 
       "Zero offsets that each session has of its own, like its base, such as A2.theta,A5.theta "
       "after a re-mastering; replaces 'identify_per_session' of the robot file");
   command.add_new_sessions();
-  command.add_output("--residuals", arguments.residuals,
-                     "Write the residual of every reading here");
+  command.add_output("--residuals", arguments.residuals, "Write the residual of every reading here",
+                     ProductKind::table);
   add_parameter_tables(command, arguments.parameters, arguments.correlations);
   command.zone(arguments.zone,
                "Sphere x,y,z,radius in R_A in which the arm must be accurate: the farther a "

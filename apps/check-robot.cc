@@ -5,6 +5,7 @@
 
 #include "armtrue/diagnosis/pose_check.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/products/pose_check_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/pose_check_text.h"
 #include "command_line.h"
@@ -27,7 +28,11 @@ struct Arguments {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A robot file");
-  command.add_output();
+  command.add_output(
+      "-o,--output", command.output,
+      "File for the text, or for a document of it if it ends in .yaml or .json; standard output if "
+      "absent or -",
+      app::ProductKind::document);
   app::OptionGroup what = command.group("What to show");
   const app::Option at = what.joints(
       "--at", arguments.at,
@@ -68,8 +73,21 @@ void warn_of_unseen_signs(app::Command& command, const Robot& robot, const Joint
       fmt::join(unseen, ", ")));
 }
 
+std::string text_of(const Robot& robot, const PoseCheck& check, const Arguments& arguments) {
+  std::string text = robot.name + ", modified Denavit-Hartenberg parameters\n\n";
+  for (const ShownFrame& frame : check.frames) text += frame_text(frame) + "\n";
+  return check.pose ? text + agreements_text(check.agreements, link_count(robot.chain),
+                                             arguments.within_mm * kMillimetre,
+                                             arguments.within_deg * kDegree)
+                    : text;
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.new_file.empty()) {
+    if (is_json_file(command.output))
+      throw app::UsageError(
+          "-o: '" + command.output +
+          "': a file to fill in has comments, which JSON has not; end it in .yaml");
     if (command.input != "-")
       throw app::UsageError("'" + command.input +
                             "' is not read with --new; write the new file by -o");
@@ -81,21 +99,18 @@ int run(app::Command& command, const Arguments& arguments) {
   const JointVector q = app::joints_of(arguments.at, robot, "--at");
   app::warn_of_all(command, joints_beyond_travel(robot.chain, q));
   if (!robot.effects.empty()) command.warn("the effects of the robot file are not counted");
-  std::string text = robot.name + ", modified Denavit-Hartenberg parameters\n\n";
-  for (const ShownFrame& frame : shown_frames(robot, q)) text += frame_text(frame) + "\n";
-  std::vector<Agreement> agreements;
+  PoseCheck check{q, shown_frames(robot, q), {}, {}};
   if (!arguments.pose.empty()) {
-    PendantPose pose;
-    std::ranges::copy(arguments.pose, pose.begin());
-    agreements = find_agreements(robot, q, pose, arguments.within_mm * kMillimetre,
-                                 arguments.within_deg * kDegree);
-    text += agreements_text(agreements, link_count(robot.chain), arguments.within_mm * kMillimetre,
-                            arguments.within_deg * kDegree);
+    std::ranges::copy(arguments.pose, check.pose.emplace().begin());
+    check.agreements = find_agreements(robot, q, *check.pose, arguments.within_mm * kMillimetre,
+                                       arguments.within_deg * kDegree);
   }
   warn_of_unseen_signs(command, robot, q, arguments);
-  write_output(command.output, text);
-  const bool agrees = !agreements.empty() && agreements.front().changes.empty();
-  return arguments.pose.empty() || agrees ? app::kSuccess : app::kNotReached;
+  if (is_json_file(command.output) || command.output.ends_with(".yaml"))
+    write_output(command.output, write_pose_check(robot, check, command.provenance()));
+  else
+    write_output(command.output, text_of(robot, check, arguments));
+  return !check.pose || check.agrees() ? app::kSuccess : app::kNotReached;
 }
 
 }  // namespace

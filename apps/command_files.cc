@@ -293,8 +293,10 @@ void warn_of_all(Command& command, const std::vector<std::string>& doubts) {
 void add_parameter_tables(Command& command, std::string& parameters, std::string& correlations) {
   command.add_output("--parameters", parameters,
                      "Write a table of the identified parameters here: nominal, value, change, "
-                     "standard deviation, 95 % interval, share of the readings");
-  command.add_output("--correlations", correlations, "Write their correlations here");
+                     "standard deviation, 95 % interval, share of the readings",
+                     ProductKind::table);
+  command.add_output("--correlations", correlations, "Write their correlations here",
+                     ProductKind::table);
 }
 
 void write_parameter_tables(const std::string& parameters, const std::string& correlations,

@@ -145,7 +145,7 @@ void Command::add_input(const std::string& what) {
 
 void Command::add_output(ProductKind kind) {
   add_output("-o,--output", output,
-             kind == ProductKind::document
+             kind != ProductKind::other
                  ? "File for the product, JSON if it ends in .json; standard output if absent or -"
                  : "File for the product; standard output if absent or -",
              kind);
@@ -155,7 +155,7 @@ Option Command::add_output(const std::string& name, std::string& path, const std
                            ProductKind kind) {
   CLI::Option* const option = app_->add_option(name, path, what)->type_name(kFileType);
   outputs_.push_back(option);
-  if (kind == ProductKind::document) documents_.push_back(option);
+  if (kind != ProductKind::other) with_json_.push_back(option);
   return Option(option);
 }
 
@@ -351,11 +351,11 @@ void Command::check_outputs() const {
     }
     if (fs::is_directory(path, none))
       throw CLI::ValidationError(option->get_name(), "'" + path + "' is a folder; name a file");
-    if (is_json_file(path) && std::ranges::find(documents_, option) == documents_.end())
+    if (is_json_file(path) && std::ranges::find(with_json_, option) == with_json_.end())
       throw CLI::ValidationError(option->get_name(),
                                  "'" + path +
-                                     "': JSON is written of documents of keys, and this product "
-                                     "is a table, a text or a page; give the file another ending");
+                                     "': JSON is written of documents and tables, and this product "
+                                     "is a text or a page; give the file another ending");
     refuse_foreign_ending(path, option->get_name());
     refuse_named(path, option->get_name(), option);
     expect_output(path);

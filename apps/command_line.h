@@ -41,9 +41,9 @@ inline constexpr int kBadInput = 1;  ///< bad data, or reading or writing failed
 inline constexpr int kBadUsage = 2;
 inline constexpr int kNotReached = 3;  ///< the command ran, but a criterion failed
 
-/// What a product is: a document of keys, which goes to a .json file as JSON, or a table, a
+/// What a product is: a document of keys or a table, which go to a .json file as JSON, or a
 /// program, a page, which must not be called .json.
-enum class ProductKind { document, other };
+enum class ProductKind { document, table, other };
 
 /// One command: its options, the options that all commands share, and the files that it reads. It
 /// opens no file before all arguments are parsed and checked.
@@ -160,7 +160,7 @@ class Command : public OptionGroup {
   void warn_of_unknown(const std::vector<std::string>& columns);
 
   std::string name_, example_, columns_;
-  std::vector<const CLI::Option*> outputs_, documents_, folders_;
+  std::vector<const CLI::Option*> outputs_, with_json_, folders_;
   std::vector<std::pair<std::string, std::string>> inputs_;
   std::vector<std::string> warnings_;
   double started_ = 0;

@@ -91,7 +91,8 @@ int run(app::Command& command, app::CorrectionArguments& arguments) {
       write_compensation(targets, file.program, between, conditions, command.provenance());
   if (!arguments.summary.empty()) write_output(arguments.summary, product);
   command.report((program ? file.source + ": " + conditions.moves + "\n" : "") +
-                 compensation_table(targets, file.program));
+                 compensation_table(targets, file.program) + "Programs need " + kFramesNeeded +
+                 "\n");
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       compensation_page(targets, file.program, between, conditions,

@@ -19,7 +19,11 @@ int run(app::Command& command, const app::ConversionArguments& arguments) {
   app::check_usage(command, arguments, text);
   const Robot robot = app::read_any_robot(command, text, source.name(), arguments);
   if (arguments.to == "json") {
-    write_output(command.output, write_robot(robot).json());
+    const Document document = write_robot(robot);
+    if (is_json_file(command.output))
+      write_output(command.output, document);
+    else
+      write_output(command.output, document.json());
     return app::kSuccess;
   }
   if (arguments.to == "yaml") {

@@ -55,7 +55,7 @@ void refuse_overruled_frames(const RobotProgram& program, const ProgramArguments
 
 void add_correction_options(Command& command, CorrectionArguments& arguments) {
   command.add_input("Targets of a program, in its order");
-  command.add_output();
+  command.add_output(ProductKind::table);
   add_models(command, arguments);
   add_frames(command, arguments);
   command

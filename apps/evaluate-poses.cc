@@ -38,8 +38,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.file("--against", arguments.against,
                "Compare with this robot on the same readings, such as the nominal one; --refit is "
                "applied to it too");
-  command.add_output("--residuals", arguments.residuals,
-                     "Write the residual of every reading here");
+  command.add_output("--residuals", arguments.residuals, "Write the residual of every reading here",
+                     app::ProductKind::table);
   command
       .option("--max-error-mm", arguments.max_error_mm,
               "Exit with 3 if position_mm: mean, the mean error of the readings, is larger")

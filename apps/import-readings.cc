@@ -8,8 +8,11 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/path_io.h"
+#include "armtrue/kinematics/joint_names.h"
+#include "armtrue/kinematics/units.h"
 #include "command_line.h"
 #include "import_inputs.h"
+#include "path_program.h"
 #include "standard_streams.h"
 
 using namespace armtrue;
@@ -69,10 +72,25 @@ int run_pass(app::Command& command, const app::ImportArguments& arguments) {
   return app::kSuccess;
 }
 
+int run_program(app::Command& command, const app::ImportArguments& arguments) {
+  const ProgramSpeed speed{arguments.feed_mm_s * kMillimetre, arguments.acceleration_m_s2,
+                           arguments.period_ms * 1e-3};
+  const TimedProgram program =
+      timed_path(app::read_original_program(command, arguments.program, arguments.with), speed);
+  app::warn_of_all(command, program.warnings);
+  const Path& path = program.path;
+  command.tell(fmt::format("{}: {:.1f} mm in {:.2f} s\n", arguments.program,
+                           arc_length(path)[path.samples() - 1] / kMillimetre,
+                           path.time[path.samples() - 1] - 2 * speed.standstill));
+  write_output(command.output, write_path(path, six_axis_names()));
+  return app::kSuccess;
+}
+
 int run(app::Command& command, app::ImportArguments arguments) {
   const bool has_images = !arguments.images.empty();
   app::complete(command, arguments);
   command.progress("reading");
+  if (!arguments.program.empty()) return run_program(command, arguments);
   if (arguments.is_pass) return run_pass(command, arguments);
   const ImportedReadings readings =
       has_images ? read_images(command, arguments)

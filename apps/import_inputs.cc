@@ -5,6 +5,7 @@
 
 #include "armtrue/io/source.h"
 #include "armtrue/urdf/urdf_io.h"
+#include "robot_program_files.h"
 
 namespace armtrue::app {
 namespace {
@@ -67,12 +68,36 @@ void add_column_options(Command& command, ImportOptions& import) {
       .check(one_of({"point", "comma"}));
 }
 
+void add_program_options(Command& command, ImportArguments& arguments) {
+  OptionGroup group = command.group("Path of a robot program");
+  const Option program = group.file(
+      "--program", arguments.program,
+      "A robot program instead of FILE: write its straight and circular moves as the path for "
+      "mirror-correct, with its time: t_s, x_mm, y_mm, z_mm. " +
+          kinds_of_programs(" with its .dat"));
+  add_texts_of_others(command, program, arguments.with);
+  const Option feed = group.option("--feed-mm-s", arguments.feed_mm_s, "Speed of the tool on it")
+                          .check(above_zero())
+                          .needs(program);
+  program.needs(feed);
+  group
+      .option("--acceleration-m-s2", arguments.acceleration_m_s2,
+              "Of the tool along the path, where it starts and where the program stops")
+      .check(above_zero())
+      .default_shown()
+      .needs(program);
+  group.option("--period-ms", arguments.period_ms, "Between two samples")
+      .check(in_range(0.1, 1000.0))
+      .default_shown()
+      .needs(program);
+}
+
 }  // namespace
 
 void add_import_options(Command& command, ImportArguments& arguments) {
   command.add_input(
       "A table with joint angles and measured points, or with --pass the record of a motion");
-  command.add_output();
+  command.add_output(ProductKind::table);
   Option points = command.file(
       "--points", arguments.points,
       "Table of the instrument, or recording of ROS 2 (.mcap, .db3, its folder), instead of FILE");
@@ -136,9 +161,13 @@ void add_import_options(Command& command, ImportArguments& arguments) {
               "Topic of the joint states, where a recording of ROS 2 has several")
       .needs(joints);
   add_column_options(command, import);
+  add_program_options(command, arguments);
 }
 
 void complete(Command& command, ImportArguments& arguments) {
+  if (!arguments.program.empty() &&
+      (command.input != "-" || arguments.is_pass || !arguments.joints.empty()))
+    throw UsageError("--program is read instead of tables; leave FILE, --pass and --joints out");
   const bool has_images = !arguments.images.empty();
   if ((has_images || !arguments.points.empty()) && command.input != "-")
     throw UsageError("FILE '" + command.input + "' and " + (has_images ? "--images" : "--points") +

@@ -50,12 +50,13 @@ void add_loop_options(Command& command, LoopArguments& arguments) {
                      "Write the same robot here too: the name of an option that scripts may have",
                      ProductKind::document);
   command.add_output("--residuals", arguments.residuals,
-                     "Write the final residual of every reading here");
+                     "Write the final residual of every reading here", ProductKind::table);
   add_parameter_tables(command, arguments.parameters, arguments.correlations);
   add_report(command, arguments.page, "with verdict, causes, errors and pictures");
   command.add_output("--next-poses", arguments.next_poses,
                      "Write 15 poses here that separate the causes that these readings cannot, if "
-                     "poses can; plan-poses --separate plans others");
+                     "poses can; plan-poses --separate plans others",
+                     ProductKind::table);
   command.file("--catalogue", arguments.catalogue, "Effects to look for");
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
   command.flag("--no-priors", arguments.no_priors,

@@ -54,7 +54,7 @@ void add_places(Command& command, MapArguments& arguments) {
 }  // namespace
 
 void add_map_options(Command& command, MapArguments& arguments) {
-  command.add_output();
+  command.add_output(ProductKind::table);
   add_models(command, arguments);
   add_frames(command, arguments);
   add_places(command, arguments);

@@ -61,7 +61,7 @@ std::vector<PathFile> read_passes(Command& command, const std::vector<std::strin
 }  // namespace
 
 void add_mirror_options(Command& command, MirrorArguments& arguments) {
-  command.add_output();
+  command.add_output(ProductKind::table);
   command.file("--programmed", arguments.programmed, "The path as it should be: t_s,x_mm,y_mm,z_mm")
       .required();
   OptionGroup source = command.group("Deviation");
@@ -92,7 +92,8 @@ void add_mirror_options(Command& command, MirrorArguments& arguments) {
   of_passes(command.add_output("--poses", arguments.poses,
                                "Write the pass as measured poses for close-loop here; the joint "
                                "angles are those of the program's file or, with --robot, "
-                               "calculated"));
+                               "calculated",
+                               ProductKind::table));
   of_passes(
       command.file("--previous", arguments.previous,
                    "The corrected path that these passes ran; the new correction is added to it"));
@@ -108,7 +109,7 @@ void add_mirror_options(Command& command, MirrorArguments& arguments) {
                 .check(above_zero())
                 .default_shown());
   of_passes(command.add_output("--deviation", arguments.deviation,
-                               "Write the deviation and its trend here"));
+                               "Write the deviation and its trend here", ProductKind::table));
   for (const Option& option :
        add_report(command, arguments.page, "of the measured passes with pictures"))
     of_passes(option);

@@ -53,7 +53,7 @@ void add_recorder_options(OptionGroup recorder, PassArguments& arguments) {
 
 void add_pass_options(Command& command, PassArguments& arguments) {
   command.add_input("The programmed path: t_s, x_mm, y_mm, z_mm");
-  command.add_output();
+  command.add_output(ProductKind::table);
   command.add_seed();
   command.file("--robot", arguments.robot, "The robot that is commanded, in the path's frame")
       .required();

@@ -24,7 +24,12 @@ struct PathProgramArguments {
 /// --program, --program-out, --with, --spacing-mm.
 void add_path_program(Command& command, PathProgramArguments& arguments);
 
-/// Reads the program and checks that the corrected one can be written where it shall be.
+/// Reads a program for its positions, with what the files and folders of `with` declare. Throws
+/// InputError if it bears the mark of mirror-correct.
+RobotProgram read_original_program(Command& command, const std::string& path,
+                                   const std::vector<std::string>& with);
+
+/// The same, and checks that the corrected program can be written where it shall be.
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments);
 
 /// Displaces the program as `corrected` displaces the path, writes it and tells what was done.

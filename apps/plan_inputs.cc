@@ -9,7 +9,7 @@
 namespace armtrue::app {
 
 void add_plan_options(Command& command, PlanArguments& arguments) {
-  command.add_output();
+  command.add_output(ProductKind::table);
   command.add_seed();
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The robot that will be measured").required();

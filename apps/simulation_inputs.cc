@@ -7,7 +7,7 @@
 namespace armtrue::app {
 
 void add_simulation_options(Command& command, SimulationArguments& arguments) {
-  command.add_output();
+  command.add_output(ProductKind::table);
   command.add_seed();
   command.file("--robot", arguments.robot, "The robot that is commanded").required();
   command.file("--truth", arguments.truth, "The robot that is measured; the same if absent");

@@ -55,6 +55,7 @@ bool names_an_axis(const std::string& name) {
 }  // namespace
 
 CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
+  source_.take_json_as_table();
   std::string_view line;
   do {
     if (!source_.next_line(line))

@@ -15,6 +15,7 @@
 #include "armtrue/text/edit_distance.h"
 #include "io/file_rights.h"
 #include "io/signals_wait.h"
+#include "io/table_json.h"
 
 namespace armtrue {
 namespace {
@@ -246,6 +247,9 @@ void write_outputs(const std::vector<Product>& products) {
     if (product.path.empty() || product.path == "-" || is_device_or_pipe(product.path))
       write_to_device(product);
 }
+
+Product::Product(std::string to, const std::string& what)
+    : path(std::move(to)), text(is_json_file(path) ? table_as_json(what) : what) {}
 
 void write_output(const std::string& path, const std::string& text) {
   write_outputs({{path, text}});

@@ -11,6 +11,7 @@
 #include "armtrue/io/inputs_stay.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/utf8.h"
+#include "io/table_json.h"
 
 namespace armtrue {
 namespace {
@@ -192,6 +193,20 @@ std::string Source::next_block(size_t bytes) {
     ++line_number_;
   if (!block.empty() && block.back() != '\n') ++line_number_;
   return block;
+}
+
+void Source::take_json_as_table() {
+  if (!file_ || line_number_ > 0 || (begin_ == end_ && !fill())) return;
+  constexpr std::string_view kBlanks = " \t\r\n";
+  const std::string_view seen(buffer_.data() + begin_, end_ - begin_);
+  const size_t first = seen.find_first_not_of(kBlanks);
+  if (first == seen.npos || seen[first] != '[') return;
+  const size_t second = seen.find_first_not_of(kBlanks, first + 1);
+  if (second == seen.npos || (seen[second] != '{' && seen[second] != ']')) return;
+  const std::string table = table_from_json(as_utf8(read_all()), name_);
+  buffer_.assign(table.begin(), table.end());
+  begin_ = 0;
+  end_ = table.size();
 }
 
 std::string Source::read_all() {

@@ -89,6 +89,7 @@ Report calibration_page(const CalibrationResult& result, const Robot& nominal,
   Page page(head, result.robot.name, "Calibration");
   add_calibration_verdict(page, result, story, models.back().evaluation);
   page.add(unseen_scale_text(page, "calibration/unseen_scale/"));
+  page.add(frames_text());
   add_error_pictures(page, models, campaign, left_out, "readings of the fit",
                      upwards(result.robot));
   add_calibration_next(page, result, campaign);

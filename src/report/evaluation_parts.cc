@@ -1,5 +1,7 @@
 #include "report/evaluation_parts.h"
 
+#include "armtrue/compensation/prediction_conditions.h"
+
 namespace armtrue {
 
 std::string errors_table(const Page& page, const std::vector<TabledModel>& models) {
@@ -46,6 +48,11 @@ std::string unseen_scale_text(const Page& page, const std::string& key) {
       "100 ppm of it would cost " +
       page.value(key + "mean_mm_per_100_ppm") + " mm on average at these poses, " +
       page.value(key + "max_mm_per_100_ppm") + " mm at most.");
+}
+
+std::string frames_text() {
+  return paragraph(std::string("A program that is corrected with this robot needs ") +
+                   kFramesNeeded + ".");
 }
 
 Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::string& key) {

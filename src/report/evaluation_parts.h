@@ -30,6 +30,9 @@ bool is_at_floor(double mean, const NoiseFloor& noise);
 /// cause; empty if the product has no such value. `key`: of unseen_scale, with a slash.
 std::string unseen_scale_text(const Page& page, const std::string& key);
 
+/// A paragraph on the frames and tools that a program corrected with this robot needs.
+std::string frames_text();
+
 /// The tile of the mean error of a complete model, from its key; it says so if the noise is
 /// unknown.
 Page::Tile floor_tile(const Page& page, const NoiseFloor& noise, const std::string& key);

@@ -304,6 +304,7 @@ Report loop_page(const LoopResult& result, const std::optional<FitToAll>& to_all
   page.verdict(tone_of(result), badge_of(result.verdict), page.value("sentence"));
   add_tiles(page, result, by);
   page.add(unseen_scale_text(page, "unseen_scale/"));
+  page.add(frames_text());
   add_effects(page, result);
   add_joints(page, result);
   add_owners(page, result);

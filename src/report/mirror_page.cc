@@ -151,7 +151,7 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
   Page page(head, std::filesystem::path(program).filename().string(), "Mirror correction");
   add_mirror_verdict(page, findings);
   page.section("Deviation");
-  page.pictures({deviation_picture(result.deviation), path_picture(programmed, result),
+  page.pictures({deviation_picture(findings), path_picture(programmed, result),
                  correction_picture(programmed, findings), trend_picture(programmed, result)});
   if (const auto& force = findings.force) {
     page.section("Deviation against force");

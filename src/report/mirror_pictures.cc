@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "armtrue/kinematics/units.h"
 #include "report/residual_pictures.h"
@@ -49,20 +50,35 @@ Eigen::Matrix3Xd new_correction(const Path& programmed, const MirrorResult& resu
   return position_at(correction, result.deviation.time);
 }
 
+// "Joints turn back: q2 at 5.12 s, q3 at 5.2 s." Those of long programs are too many to name.
+std::string reversals_text(const MirrorFindings& findings) {
+  constexpr size_t kNamed = 8;
+  if (!findings.reversals || findings.reversals->empty()) return "";
+  std::string text;
+  for (const auto& [time, joint] : *findings.reversals | std::views::take(kNamed))
+    text +=
+        fmt::format("{}{} at {:.2f} s", text.empty() ? " Joints turn back: " : ", ", joint, time);
+  return text + (findings.reversals->size() > kNamed ? ", .." : ".");
+}
+
 }  // namespace
 
-Drawing deviation_picture(const PathDeviation& deviation) {
+Drawing deviation_picture(const MirrorFindings& findings) {
+  const PathDeviation& deviation = findings.result.deviation;
   auto picture = std::make_shared<Picture>(
       "deviation", "Deviation across the path",
       "Measured minus programmed, along each axis; steps at reversals and where the tool enters or "
       "leaves." +
-          thinned_samples(deviation.time.size()),
+          reversals_text(findings) + thinned_samples(deviation.time.size()),
       exact_axis(deviation.time[0], deviation.time[deviation.time.size() - 1], kTime));
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd values = deviation.normal.row(axis).transpose() / kMillimetre;
     Panel& panel = picture->panel(axis_of(values, fmt::format("{}, mm", "xyz"[axis]), 4), 80);
     for (const Eigen::Index b : deviation.breaks)
       panel.rule_x(deviation.time[b], Look::nominal, "break of the trend");
+    if (findings.reversals)
+      for (const MirrorFindings::Reversal& reversal : *findings.reversals)
+        panel.rule_x(reversal.time, Look::after, "a joint turns back");
     for (const Engagement& interval : deviation.engagement.intervals) {
       if (interval.entry)
         panel.rule_x(interval.entry->time, Look::mark, "tool enters, tool leaves");

@@ -6,7 +6,7 @@
 namespace armtrue {
 
 /// Deviation of each axis against the time of the program (figure 5).
-Drawing deviation_picture(const PathDeviation& deviation);
+Drawing deviation_picture(const MirrorFindings& findings);
 
 /// Programmed, measured and corrected path in the plane of the two longest axes (figure 7).
 Drawing path_picture(const Path& programmed, const MirrorResult& result);

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 
+#include "armtrue/compensation/prediction_conditions.h"
+
 namespace armtrue {
 
 void add_conditions(Page& page) {
   page.section("What this holds for");
   std::vector<std::string> items = page.values("assumed");
+  items.emplace_back(kFramesNeeded);
   for (const std::string& effect : page.values("not_applied"))
     items.push_back("Not applied, because it belongs to the station, or may: " + effect);
   page.list(items);

@@ -43,6 +43,8 @@ FILES_AT_ONCE = 200
 # Keys under which a name stands, which may look like a number; under NAMED each key is a name.
 NAMES = {"pose", "largest_pose", "name", "robot", "serial", "date", "calibrated_until", "date_before", "file", "link", "operator",
          "place", "type", "sessions", "outside_measured", "parameter", "figure", "instrument", "instead_of", "unit"}
+# Columns of tables under which a name stands.
+TABLE_NAMES = {"pose", "target", "session", "anchor", "split", "parameter", "unit", "notes"}
 NAMED = {"targets", "anchors", "contacts", "beams", "sessions", "points", "faces", "balls"}
 
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "config" / "schemas"
@@ -173,6 +175,28 @@ def table_mistakes(text, own):
     return [f"{len(seen)} rows for csv and {len(own['rows'])} for armtrue"]
 
 
+TABLE_SCHEMA = jsonschema.Draft202012Validator(json.loads((SCHEMAS / "table.json").read_text()))
+
+
+def rows_mistakes(text, own):
+    """Of a table as JSON; `own` has its cells as texts."""
+    try:
+        seen = read_json(text)
+    except ValueError as error:
+        return [f"cannot be read: {error}"]
+    wrong = [f"{'/'.join(map(str, error.absolute_path))}: by the schema: {error.message:.200}"
+             for error in TABLE_SCHEMA.iter_errors(seen)]
+    if len(seen) != len(own["rows"]) - 1:
+        wrong.append(f"{len(seen)} rows for json and {len(own['rows']) - 1} for armtrue")
+    for row, cells in zip(seen, own["rows"][1:]):
+        expected = dict(zip(own["rows"][0], cells))
+        for column, value in row.items():
+            cell = expected.get(column, "")
+            if not (value == cell if isinstance(value, str) else cell == "" if value is None else value == typed(cell)):
+                wrong.append(f"column {column} is {value!r} for json and {cell!r} for armtrue")
+    return wrong[:5]
+
+
 class Page(html.parser.HTMLParser):
     """A page whose tags are those that armtrue writes."""
     TAGS = set("html head meta title style link body header footer main section h1 h2 h3 h4 p span strong em b i ul ol li dl "
@@ -205,6 +229,8 @@ def kind_of(text):
         return "document"
     if re.match(r'\{\s*"format": "armtrue-', text):
         return "json"
+    if re.match(r'\[\s*(\{"|\]\s*$)', text):
+        return "rows"
     if text.startswith("<!DOCTYPE html"):
         return "page"
     if text.startswith("<"):
@@ -213,7 +239,7 @@ def kind_of(text):
     return "table" if re.match(r"[A-Za-z_]\w*[,;]\w", header) else "other"
 
 
-CHECKS = {"document": document_mistakes, "json": json_mistakes, "table": table_mistakes}
+CHECKS = {"document": document_mistakes, "json": json_mistakes, "table": table_mistakes, "rows": rows_mistakes}
 
 
 def product_mistakes(files, values):
@@ -489,6 +515,23 @@ def check_json(binaries, config, values):
                 formats.add(expected["format"])
             made.update(documents)
 
+        def of_rows(rows):
+            """Cells as JSON has them: names are texts, others numbers where they look so."""
+            return [{column: None if cell == "" else cell if column in TABLE_NAMES else typed(cell) for column, cell in row.items()}
+                    for row in rows]
+
+        def table(line, name, *inputs, codes=(0,)):
+            """`line` makes NAME.csv and, of the inputs as JSON, the same as NAME.json."""
+            run(line, codes)
+            run(re.sub(r"\b(\w+)\.csv", lambda file: f"{file[1]}.json" if file[1] in (name, *inputs) else file[0], line), codes)
+            as_csv, as_json = folder / f"{name}.csv", folder / f"{name}.json"
+            if not (as_csv.exists() and as_json.exists()):
+                wrong.append(f"{line}: makes no {name}")
+                return
+            expected = of_rows(csv.DictReader(as_csv.open(newline="")))
+            if read_json(as_json.read_text()) != expected:
+                wrong.append(f"{line}: JSON says something else: {as_json.read_text():.300}, {as_csv.read_text():.300}")
+
         made, formats = set(), set()
         (folder / "about.yaml").write_text((tests / "cli/certify/about.yaml").read_text())
         about = yaml.load((tests / "cli/certify/about.yaml").read_text(), yaml.SafeLoader)
@@ -499,8 +542,14 @@ def check_json(binaries, config, values):
         (folder / "catalogue.yaml").write_text(pathlib.Path(config, "effects/catalogue.yaml").read_text())
         made.add("catalogue")
         both("convert-robot --to yaml $CONFIG/robots/kr360-spindle.yaml -o robot.yaml", "robot")
-        run("simulate-poses --robot robot.yaml --truth $CONFIG/robots/kr360-table4.yaml --count 30 --repeats 2 --noise-mm 0.05 "
-            "--noise-mrad 0.1 -o m.csv")
+        both("check-robot robot.yaml --at 0,-90,90,0,0,0 --pose 1949.277,12.533,2289.209,90,3.6094,-90 -o check.yaml", "check")
+        table("simulate-poses --robot robot.yaml --truth $CONFIG/robots/kr360-table4.yaml --count 30 --repeats 2 --noise-mm 0.05 "
+              "--noise-mrad 0.1 -o m.csv", "m")
+        for name in ("residuals", "parameters", "correlations"):
+            table(f"calibrate -q --robot robot.yaml m.csv --{name} {name}.csv -o x.yaml", name, "m")
+            table(f"close-loop -q --robot robot.yaml --catalogue catalogue.yaml --only-catalogue m.csv --{name} {name}.csv -o x.yaml",
+                  name, "m", codes=(0, 3))
+        table("import-readings -q m.csv -o imported.csv", "imported")
         run("head -31 m.csv > other.csv")
         both("calibrate -q --robot robot.yaml m.csv -o calibrated.yaml", "calibrated")
         both("close-loop -q --robot robot.yaml --catalogue catalogue.yaml --only-catalogue m.csv --robot-out closed.yaml -o loop.yaml",
@@ -514,10 +563,18 @@ def check_json(binaries, config, values):
         both("compare-runs -q --before calibrated.yaml closed.yaml -o comparison.yaml", "comparison")
         both("map-errors -q --robot calibrated.yaml --controller robot.yaml --box-mm 1400,2200,-400,400,300,1100 "
              "--grid 2,2,2 --start 0,-60,90,0,60,0 --summary map.yaml -o map.csv", "map")
-        run("plan-poses --robot robot.yaml --count 12 -q -o targets.csv")
+        table("map-errors -q --robot calibrated.yaml --controller robot.yaml --box-mm 1400,2200,-400,400,300,1100 "
+              "--grid 2,2,2 --start 0,-60,90,0,60,0 -o errors.csv", "errors")
+        table("evaluate-poses -q --robot closed.yaml other.csv --residuals errors.csv -o x.yaml", "errors")
+        table("plan-poses --robot robot.yaml --count 12 -q -o targets.csv", "targets")
+        table("compensate -q --robot calibrated.yaml --controller robot.yaml targets.csv -o commands.csv", "commands", "targets")
         both("compensate -q --robot calibrated.yaml --controller robot.yaml targets.csv --summary compensation.yaml -o c.csv",
              "compensation")
-        run("simulate-path --robot $CONFIG/robots/kr360-roughing.yaml --noise-mm 0.095 $CONFIG/paths/line300.csv -o pass.csv")
+        table("simulate-path --robot $CONFIG/robots/kr360-roughing.yaml --noise-mm 0.095 $CONFIG/paths/line300.csv -o pass.csv", "pass")
+        table("mirror-correct -q --programmed $CONFIG/paths/line300.csv --measured pass.csv -o corrected.csv", "corrected", "pass")
+        for name in ("poses", "deviation"):
+            table("mirror-correct -q --programmed $CONFIG/paths/line300.csv --measured pass.csv --robot "
+                  f"$CONFIG/robots/kr360-roughing.yaml --{name} {name}.csv -o x.csv", name, "pass")
         both("mirror-correct -q --programmed $CONFIG/paths/line300.csv --measured pass.csv --summary mirror.yaml -o x.csv", "mirror")
         for name in ("loop", "ranking"):  # which these read
             for ending in ("yaml", "json"):

@@ -8,11 +8,14 @@ import io
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
 import unittest
 import zipfile
+
+import yaml
 
 SOURCES = pathlib.Path(__file__).resolve().parents[2]
 sys.dont_write_bytecode = True
@@ -29,6 +32,39 @@ TUTORIAL = armtrue.shipped("campaigns/tutorial.csv")
 
 def command(*words):
     return subprocess.run([str(BIN / words[0]), *map(str, words[1:])], check=True, capture_output=True, text=True).stdout
+
+
+def read(text):
+    """A product of a command by other readers than the module's."""
+    if text.startswith("format: "):
+        return yaml.safe_load(text)
+    if not re.match(r"\w+,\w", text):
+        return text
+
+    def cell(column, value):
+        if value == "" or column in ("pose", "session", "notes"):
+            return value or None
+        try:
+            return float(value)
+        except ValueError:
+            return value
+
+    return [{column: cell(column, value) for column, value in row.items()} for row in csv.DictReader(io.StringIO(text))]
+
+
+def without_provenance(product):
+    return {key: value for key, value in product.items() if key != "provenance"} if isinstance(product, dict) else product
+
+
+@contextlib.contextmanager
+def in_new_folder():
+    with tempfile.TemporaryDirectory() as folder:
+        before = os.getcwd()
+        os.chdir(folder)
+        try:
+            yield
+        finally:
+            os.chdir(before)
 
 
 class Functions(unittest.TestCase):
@@ -62,6 +98,45 @@ class Functions(unittest.TestCase):
         corrected = armtrue.compensate(by_result, targets, controller=ROBOT, max_mm=20)
         self.assertEqual([row["pose"] for row in corrected.product], ["P0", "P1", "P2"])
         self.assertEqual(corrected.summary["format"], "armtrue-compensation/1")
+
+    def test_each_function_gives_the_product_of_its_command(self):
+        """Documents as YAML and tables as CSV, as commands write them without a word of Python."""
+        soft, path = armtrue.shipped("robots/kr360-roughing.yaml"), armtrue.shipped("paths/line300.csv")
+        with in_new_folder():
+            command("simulate-poses", "--robot", ROBOT, "--truth", TRUTH, "--count", 30, "--repeats", 2, "--noise-mm", 0.05,
+                    "--noise-mrad", 0.1, "-o", "m.csv")
+            command("calibrate", "-q", "--robot", ROBOT, "m.csv", "-o", "c.yaml")
+            command("simulate-path", "--robot", soft, "--noise-mm", 0.095, path, "-o", "pass.csv")
+            about = pathlib.Path(SOURCES / "tests/cli/certify/about.yaml")
+            pathlib.Path("t.csv").write_text("pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n007,0,-80,90,5,40,10\n")
+            box, at = "1400,2200,-400,400,300,1100", [0, -60, 90, 0, 60, 0]
+            calls = {
+                "calibrate": (lambda: armtrue.calibrate(ROBOT, "m.csv"), ("--robot", ROBOT, "m.csv")),
+                "certify": (lambda: armtrue.certify("c.yaml", "m.csv", about=about, refit="base,tool"),
+                            ("--robot", "c.yaml", "--about", about, "--refit", "base,tool", "m.csv")),
+                "check-robot": (lambda: armtrue.check_robot(ROBOT, at=at), (ROBOT, "--at", "0,-60,90,0,60,0", "-o", "check.yaml")),
+                "close-loop": (lambda: armtrue.close_loop(ROBOT, "m.csv", only_catalogue=True),
+                               ("--robot", ROBOT, "--only-catalogue", "m.csv")),
+                "compare-runs": (lambda: armtrue.compare_runs(ROBOT, "c.yaml"), ("--before", ROBOT, "c.yaml")),
+                "compensate": (lambda: armtrue.compensate("c.yaml", "t.csv", controller=ROBOT),
+                               ("--robot", "c.yaml", "--controller", ROBOT, "t.csv")),
+                "convert-robot": (lambda: armtrue.convert_robot(ROBOT, to="yaml"), ("--to", "yaml", ROBOT)),
+                "evaluate-poses": (lambda: armtrue.evaluate_poses("c.yaml", "m.csv"), ("--robot", "c.yaml", "m.csv")),
+                "import-readings": (lambda: armtrue.import_readings("m.csv"), ("m.csv",)),
+                "map-errors": (lambda: armtrue.map_errors("c.yaml", controller=ROBOT, box_mm=box, grid="2,2,2", start=at),
+                               ("--robot", "c.yaml", "--controller", ROBOT, "--box-mm", box, "--grid", "2,2,2", "--start", "0,-60,90,0,60,0")),
+                "mirror-correct": (lambda: armtrue.mirror_correct(path, "pass.csv"), ("--programmed", path, "--measured", "pass.csv")),
+                "plan-poses": (lambda: armtrue.plan_poses(ROBOT, 6), ("--robot", ROBOT, "--count", "6")),
+                "simulate-path": (lambda: armtrue.simulate_path(soft, path), ("--robot", soft, path)),
+                "simulate-poses": (lambda: armtrue.simulate_poses(ROBOT, count=3), ("--robot", ROBOT, "--count", "3")),
+                "trace-residual": (lambda: armtrue.trace_residual("m.csv", ROBOT, only_catalogue=True),
+                                   ("--robot", ROBOT, "--only-catalogue", "m.csv")),
+            }
+            self.assertEqual(sorted(calls), sorted(armtrue_wheel.commands()))
+            for name, (call, words) in calls.items():
+                with self.subTest(command=name):
+                    self.assertEqual(without_provenance(call().product), without_provenance(
+                        read(command(name, *words) or pathlib.Path("check.yaml").read_text())))
 
     def test_programs_are_files(self):
         part = ["DEF part()", "$TOOL={X 0,Y 0,Z 150,A 0,B 0,C 0}", "PTP {A1 10,A2 -60,A3 80,A4 5,A5 40,A6 -10}", "END", ""]

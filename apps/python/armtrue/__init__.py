@@ -17,17 +17,23 @@ are given as paths.
 from __future__ import annotations
 
 import csv
-import io
 import json
 import os
 import pathlib
 import shutil
 import subprocess
 import tempfile
-from typing import Any, Mapping, Sequence, Union
+from typing import Any, Mapping, Protocol, Sequence, Union
+
+
+class Frame(Protocol):
+    """What is asked of a pandas frame."""
+
+    def to_csv(self, path: Any, /, *, index: bool) -> Any: ...
+
 
 Table = Sequence[Mapping[str, Any]]
-File = Union[str, "os.PathLike[str]", Mapping[str, Any], Table, "Result", Any]  # Any: a pandas frame
+File = Union[str, "os.PathLike[str]", Mapping[str, Any], Table, Frame, "Result"]
 
 _HERE = pathlib.Path(__file__).resolve().parent
 
@@ -64,7 +70,8 @@ class Result:
         return pandas.DataFrame(self.product)
 
     def __repr__(self) -> str:
-        what = {dict: "a document", list: "a table"}.get(type(self.product), "text")
+        kinds: dict[type, str] = {dict: "a document", list: "a table"}
+        what = kinds.get(type(self.product), "text")
         return f"<armtrue result: {what}, {len(self.warnings)} warnings>"
 
 
@@ -115,7 +122,8 @@ class _Run:
     """The files of one call, in a folder that is gone when it ends."""
 
     def __init__(self, folder: str) -> None:
-        self.folder, self.names = folder, {}
+        self.folder = folder
+        self.names: dict[str, str] = {}
 
     def path(self, name: str, ending: str) -> str:
         path = os.path.join(self.folder, f"{len(self.names)}{ending}")
@@ -128,7 +136,8 @@ class _Run:
             text = text.replace(path, f"<{name}>")
         return text
 
-    def file(self, name: str, value: File) -> str:
+    def file(self, name: str, given: File) -> str:
+        value: Any = given
         if isinstance(value, Result):
             value = value.robot if value.robot is not None else value.product
         if isinstance(value, Mapping):
@@ -162,33 +171,11 @@ class _Run:
         return [name, os.fspath(value) if isinstance(value, os.PathLike) else str(value)]
 
 
-def _number(text: str) -> Any:
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return None if text == "" else text
-
-
-# Columns of names, which may look like numbers.
-_NAMES = {"pose", "session", "target", "target_id", "name", "anchor", "beam", "contact", "note", "notes", "file", "group"}
-
-
-def _parsed(text: str, kind: str) -> Any:
-    if kind == "document":
-        return json.loads(text)
-    if kind == "text":
-        return text
-    return [{key: value if key in _NAMES else _number(value) for key, value in row.items()}
-            for row in csv.DictReader(io.StringIO(text))]
-
-
 def _run(name: str, file: tuple[str, File | None], kind: str | None, options: dict[str, Any], robot_out: bool = False,
          has_summary: bool = False) -> Result:
     with tempfile.TemporaryDirectory(prefix="armtrue-") as folder:
         run = _Run(folder)
-        product = run.path("product", ".json" if kind == "document" else ".out")
+        product = run.path("product", ".out" if kind == "text" else ".json")
         words = [name, *(["-o", product] if kind else [])]
         files = {}
         for what, wanted in (("robot_out", robot_out), ("summary", has_summary)):
@@ -199,18 +186,20 @@ def _run(name: str, file: tuple[str, File | None], kind: str | None, options: di
             if option in ("output", *files):
                 raise TypeError(f"{option} is what the function returns")
             words += run.words(option, value)
-        if file[1] is not None:
-            words += ["--", run.file(*file)]
+        what_file, content = file
+        if content is not None:
+            words += ["--", run.file(what_file, content)]
         done = subprocess.run(words, executable=program(name), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               text=True, encoding="utf-8", check=False)
         if done.returncode not in (0, 3):
             raise Failed(name, done.returncode, run.said(done.stderr.strip()))
 
-        def read(path: str, form: str) -> Any:
-            return _parsed(run.said(pathlib.Path(path).read_text(encoding="utf-8")), form)
+        def read(path: str) -> Any:
+            text = run.said(pathlib.Path(path).read_text(encoding="utf-8"))
+            return json.loads(text) if path.endswith(".json") else text
 
-        documents = {what: read(path, "document") for what, path in files.items() if os.path.exists(path)}
-        made = read(product, kind) if kind else None
+        documents = {what: read(path) for what, path in files.items() if os.path.exists(path)}
+        made = read(product) if kind else None
         robot = made if name == "calibrate" else documents.get("robot_out")
         return Result(made, robot, documents.get("summary"), run.said(done.stderr).splitlines(), done.returncode == 0)
 
@@ -224,7 +213,7 @@ def certify(robot: File, readings: File, *, about: File, **options: Any) -> Resu
 
 
 def check_robot(robot: File, *, at: Sequence[float], **options: Any) -> Result:
-    return _run("check-robot", ("robot", robot), "text", {"at": list(at), **options})
+    return _run("check-robot", ("robot", robot), "document", {"at": list(at), **options})
 
 
 def close_loop(robot: File, readings: File, **options: Any) -> Result:

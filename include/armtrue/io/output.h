@@ -32,7 +32,8 @@ bool same_file(const std::string& a, const std::string& b);
 void check_writable(const std::string& path);
 
 struct Product {
-  Product(std::string to, std::string what) : path(std::move(to)), text(std::move(what)) {}
+  /// A text. Under the name of a JSON file it is a CSV table, which is written as JSON.
+  Product(std::string to, const std::string& what);
   /// A document is written as JSON if is_json_file(), else as YAML.
   Product(std::string to, const Document& document)
       : path(std::move(to)), text(is_json_file(path) ? document.json() : document) {}

@@ -32,6 +32,10 @@ class Source {
   /// The next whole lines, at least `bytes` long unless the file ends before; empty at its end.
   std::string next_block(size_t bytes);
 
+  /// If the file is a list of JSON, goes on as if it were the CSV table of these rows; see
+  /// armtrue-formats(5). Call it before anything is read.
+  void take_json_as_table();
+
   /// The rest of the file.
   std::string read_all();
 

@@ -109,6 +109,8 @@ struct ProgramTarget {
   /// Distance before the target at which the arm may leave its path [m], if the program states it
   /// in mm.
   double blend = 0;
+  /// Whether the arm passes the target without a stop, however near; a blend says so, too.
+  bool is_passed = false;
   ArcTurning turning = ArcTurning::in_frame;
   /// Of a straight or circular move: why no point can be inserted before it; empty if some can.
   std::string obstacle;

@@ -164,7 +164,7 @@ YAML::Node force_node(const ForceLaw& law) {
 
 Document write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
   const auto& [result, options, files, lines, forces, accuracy, form, before, form_before,
-               deviation_before, from_executed, force, robot, goal] = findings;
+               deviation_before, from_executed, force, robot, goal, reversals] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
@@ -195,6 +195,13 @@ Document write_mirror(const MirrorFindings& findings, const Provenance& provenan
   for (const Eigen::Index b : deviation.breaks)
     breaks.push_back(number_in_form("{:.3f}", deviation.time[b]));
   root["breaks_s"] = flow(breaks);
+  if (reversals) {
+    YAML::Node list(YAML::NodeType::Sequence);
+    for (const MirrorFindings::Reversal& reversal : *reversals)
+      list.push_back(
+          flow_map({{"t_s", number_in_form("{:.3f}", reversal.time)}, {"joint", reversal.joint}}));
+    root["joint_reversals"] = list;
+  }
   root["correction"] =
       flow_map({{"gain", rounded(result.gain)},
                 {"points", whole_number(result.points.size())},

@@ -16,25 +16,6 @@ namespace {
 constexpr char32_t kFirstHalves = 0xD800, kSecondHalves = 0xDC00, kAfterHalves = 0xE000;
 constexpr char32_t kBeyond = 0x10000;  // characters from here on have two halves
 
-// A text in quotes. Unprintable characters are escaped, because readers of YAML, which read this
-// too, accept them only so. None of them needs a surrogate pair.
-std::string text_of(const std::string& text) {
-  const std::string utf8 = as_utf8(text);
-  std::string json = "\"";
-  for (size_t at = 0; at < utf8.size();) {
-    const auto [character, length] = character_at(utf8, at);
-    const std::string_view bytes = std::string_view(utf8).substr(at, length);
-    if (bytes == "\"" || bytes == "\\")
-      json += '\\', json += bytes;
-    else if (is_printable(bytes))
-      json += bytes;
-    else
-      json += fmt::format("\\u{:04x}", static_cast<unsigned>(character));
-    at += length;
-  }
-  return json + '"';
-}
-
 // Entries between brackets, each on a line of its own or all on one.
 template <typename AddEntry>
 void add_entries(const YAML::Node& node, const char* brackets, size_t indent, bool on_one_line,
@@ -55,7 +36,7 @@ void add(const YAML::Node& node, size_t indent, bool on_one_line, std::string& j
   on_one_line = on_one_line || node.Style() == YAML::EmitterStyle::Flow;
   if (node.IsMap())
     add_entries(node, "{}", indent, on_one_line, json, [&](const auto& entry) {
-      json += text_of(entry.first.Scalar()) + ": ";
+      json += json_quoted(entry.first.Scalar()) + ": ";
       add(entry.second, indent + 2, on_one_line, json);
     });
   else if (node.IsSequence())
@@ -64,7 +45,7 @@ void add(const YAML::Node& node, size_t indent, bool on_one_line, std::string& j
   else if (!node.IsScalar())
     json += "null";
   else
-    json += is_value(node) ? node.Scalar() : text_of(node.Scalar());
+    json += is_value(node) ? node.Scalar() : json_quoted(node.Scalar());
 }
 
 // Of an escape such as \ud83e.
@@ -87,6 +68,25 @@ std::string utf8_of_four_bytes(char32_t character) {
 
 }  // namespace
 
+// A text in quotes. Unprintable characters are escaped, because readers of YAML, which read this
+// too, accept them only so. None of them needs a surrogate pair.
+std::string json_quoted(const std::string& text) {
+  const std::string utf8 = as_utf8(text);
+  std::string json = "\"";
+  for (size_t at = 0; at < utf8.size();) {
+    const auto [character, length] = character_at(utf8, at);
+    const std::string_view bytes = std::string_view(utf8).substr(at, length);
+    if (bytes == "\"" || bytes == "\\")
+      json += '\\', json += bytes;
+    else if (is_printable(bytes))
+      json += bytes;
+    else
+      json += fmt::format("\\u{:04x}", static_cast<unsigned>(character));
+    at += length;
+  }
+  return json + '"';
+}
+
 std::string json_text(const YAML::Node& root) {
   std::string json;
   add(root, 0, false, json);
@@ -95,7 +95,7 @@ std::string json_text(const YAML::Node& root) {
 
 std::string with_whole_characters(std::string text) {
   const size_t first = text.find_first_not_of(" \t\r\n");
-  if (first == text.npos || text[first] != '{') return text;
+  if (first == text.npos || (text[first] != '{' && text[first] != '[')) return text;
   for (size_t at = text.find('\\'); at != text.npos; at = text.find('\\', at)) {
     const std::string_view rest = std::string_view(text).substr(at);
     const auto high = escaped(rest);

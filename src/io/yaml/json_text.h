@@ -10,8 +10,11 @@ namespace armtrue {
 /// on one line there stands on one line here.
 std::string json_text(const YAML::Node& root);
 
-/// A text of JSON, which begins with {, with surrogate pairs such as \ud83e\uddbe replaced by their
-/// characters: YAML does not know such pairs. Other texts come back unchanged.
+/// A text in quotes.
+std::string json_quoted(const std::string& text);
+
+/// A text of JSON, which begins with { or [, with surrogate pairs such as \ud83e\uddbe replaced by
+/// their characters: YAML does not know such pairs. Other texts come back unchanged.
 std::string with_whole_characters(std::string text);
 
 }  // namespace armtrue

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "armtrue/kinematics/units.h"
+#include "armtrue/path/joint_reversals.h"
 #include "armtrue/path/mirror/engagement.h"
 #include "armtrue/statistics/summary.h"
 #include "path/mirror/corners.h"
@@ -12,30 +12,9 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMinReversal = 0.01 * kDegree;  // travel that shows a direction
 constexpr Eigen::Index kMinPiece = 4;            // samples
 constexpr double kMinNoise = 1e-7;               // [m]: no instrument reads more finely
 constexpr double kJumpWindow = 0.32;  // [s], ten samples of 32 ms: noise falls to a third
-
-// Adds the times at which a joint reverses.
-void add_reversals(const Path& path, std::vector<double>& times) {
-  for (Eigen::Index joint = 0; joint < path.q.rows(); ++joint) {
-    double extreme = path.q(joint, 0);
-    Eigen::Index at = 0;
-    int direction = 0;
-    for (Eigen::Index i = 1; i < path.samples(); ++i) {
-      const double moved = path.q(joint, i) - extreme;
-      const bool goes_on = direction * moved > 0;
-      if (!goes_on && std::abs(moved) < kMinReversal) continue;
-      if (!goes_on) {
-        if (direction != 0) times.push_back(path.time[at]);
-        direction = moved > 0 ? 1 : -1;
-      }
-      extreme = path.q(joint, i);
-      at = i;
-    }
-  }
-}
 
 // Splits samples at the largest jump of the mean, as long as it is significant. With m the means of
 // up to `window` samples before and after sample i, n their numbers, the statistic of a jump at i
@@ -129,7 +108,8 @@ std::vector<double> program_breaks(const Path& programmed) {
     };
     if (moves(i) != moves(i - 1)) times.push_back(programmed.time[i]);
   }
-  if (programmed.has_joints()) add_reversals(programmed, times);
+  for (const JointReversal& reversal : joint_reversals(programmed.time, programmed.q))
+    times.push_back(reversal.time);
   std::sort(times.begin(), times.end());
   return times;
 }

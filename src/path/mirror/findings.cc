@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "armtrue/kinematics/joint_names.h"
+#include "armtrue/path/joint_path.h"
+#include "armtrue/path/joint_reversals.h"
 #include "armtrue/path/low_pass.h"
 #include "armtrue/path/mirror/pass_doubts.h"
 #include "path/mirror/frame_error.h"
@@ -47,6 +50,14 @@ void add_unseen(const std::vector<Path>& passes, MirrorFindings& findings) {
       findings.result.expected_after, mean_of_rms * std::hypot(form.faster, step / std::sqrt(6.0)));
 }
 
+void add_reversals(const Path& programmed, const KinematicChain& chain, MirrorFindings& findings) {
+  const std::vector<JointName> joints = joint_names(chain);
+  findings.reversals.emplace();
+  for (const JointReversal& reversal :
+       joint_reversals(programmed.time, joint_path(programmed, chain)))
+    findings.reversals->push_back({reversal.time, joints[reversal.joint].column});
+}
+
 }  // namespace
 
 double largest_of_noise(const MirrorFindings& findings) {
@@ -85,7 +96,9 @@ void describe_passes(MirrorFindings& findings, const Path& programmed,
   findings.force =
       force_law(deviation, programmed, position_at(programmed, deviation.time),
                 LowPass(findings.options.order, findings.result.cutoff, 1 / deviation.period));
-  if (robot) findings.robot = measured_on_predicted(deviation, programmed, *robot);
+  if (!robot) return;
+  findings.robot = measured_on_predicted(deviation, programmed, *robot);
+  add_reversals(programmed, robot->chain, findings);
 }
 
 }  // namespace armtrue

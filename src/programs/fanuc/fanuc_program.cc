@@ -207,7 +207,7 @@ class FanucReader : MoveReader {
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
     std::vector<PointOfMove> points;
     std::string other;
-    bool follows_point = false, is_any = false, is_coordinated = false;
+    bool follows_point = false, is_any = false, is_coordinated = false, is_passed = false;
     std::vector<Displacement> displacements;
     const auto is_because = [&](const std::string& reason) {
       if (other.empty()) other = reason;
@@ -220,6 +220,7 @@ class FanucReader : MoveReader {
       if (word == "INC") is_because("a relative move (INC)");
       if (word == "RTCP") is_because("its tool stands in the room (RTCP)");
       if (word == "SKIP") ends_at_target_ = false;
+      is_passed |= word.starts_with("CNT") && word != "CNT0";
       const bool is_offset = word == "OFFSET" || word == "TOOL_OFFSET" || word == "VOFFSET";
       follows_point |= is_offset && other.empty();
       is_coordinated |= word == "COORD";
@@ -280,6 +281,7 @@ class FanucReader : MoveReader {
       target.motion =
           kind == "A" || kind == "S" ? MotionKind::arc : motion_of(kind[0], !is_auxiliary);
       target.turning = ArcTurning::perhaps_through_via;
+      target.is_passed = is_passed;
       target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
       if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
     }

@@ -281,6 +281,22 @@ class KrlReader : MoveReader {
     return 'J';
   }
 
+  // Within a spline block the arm stops nowhere.
+  bool passes(size_t index) const {
+    const auto& moves = syntax_.moves;
+    const KrlMove& move = moves[index];
+    bool is_approximated = false;
+    each_word(program_.texts[0].text, {move.line, move.target.end, move.end},
+              [&](const std::string& word, size_t, const TextCursor&) {
+                is_approximated |=
+                    word == "C_DIS" || word == "C_VEL" || word == "C_ORI" || word == "C_SPL";
+              });
+    const bool is_within = move.spline_block && index + 1 < moves.size() &&
+                           moves[index + 1].spline_block &&
+                           moves[index + 1].spline_block->begin == move.spline_block->begin;
+    return is_approximated || is_within;
+  }
+
   void read_target(size_t index, bool is_auxiliary) {
     const KrlMove& move = syntax_.moves[index];
     const KrlTarget& target = is_auxiliary ? move.auxiliary : move.target;
@@ -298,6 +314,7 @@ class KrlReader : MoveReader {
     // A recorded path, along which positions alone are corrected, has its corners as they were
     // driven.
     if (parts_ == TargetParts::pose) result.blend = zones_.blend_of(move);
+    result.is_passed = passes(index);
     result.ends_elsewhere = move.circle_angle && !is_auxiliary;
     result.is_room_tool = set_up.is_external_tcp;
     if (move.in_inline_form)

@@ -51,6 +51,7 @@ struct InformMove {
   std::string station, base;   // positions of the axes that move with it
   size_t begin = 0, end = 0;   // of the name of its position
   double blend = 0;            // [m], of CR
+  bool stops = false;          // PL=0
   bool is_end_of_arc = false;  // FPT
   bool is_external = false;    // other axes than the robot's move
   bool ends_elsewhere = false;
@@ -220,7 +221,7 @@ class InformReader : MoveReader {
         move.blend = cursor.take_number().value_or(0) * kMillimetre;
       } else if (part == "PL") {
         cursor.take('=');
-        cursor.take_number();
+        move.stops = cursor.take_number().value_or(1) == 0;
       } else if (part == "FPT") {
         move.is_end_of_arc = true;
       } else if (part == "UNTIL") {
@@ -344,6 +345,7 @@ class InformReader : MoveReader {
     target.end = move.end;
     target.motion = motion;
     target.blend = move.blend;
+    target.is_passed = !move.stops;
     target.turning = ArcTurning::perhaps_through_via;
     target.never_runs = is_dead_;
     target.follows_target =

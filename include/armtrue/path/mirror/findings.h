@@ -44,6 +44,12 @@ struct MirrorFindings {
   std::optional<ForceLaw> force;   ///< of of_arm(), as `robot`
   std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
   double goal = kFormGoal;         ///< largest allowed RMS form error [m]
+  /// A joint of the robot turns back on the program.
+  struct Reversal {
+    double time;        ///< [s]
+    std::string joint;  ///< q2
+  };
+  std::optional<std::vector<Reversal>> reversals;  ///< if the robot is known
 };
 
 /// The median of the largest of n lengths of the noise alone across the path, with s of one reading
