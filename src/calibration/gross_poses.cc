@@ -160,14 +160,15 @@ Deleted deleted(const Eigen::MatrixXd& shown, const Eigen::VectorXd& residual,
                                                              root.asDiagonal());
   const Eigen::VectorXd left = 1 - eigen.eigenvalues().cwiseMax(0.0).array();
   const Eigen::Index others = (left.array() > kSmallestShareLeft).count();  // they are the first
-  const Eigen::MatrixXd axes =
-      root.cwiseInverse().asDiagonal() * eigen.eigenvectors().leftCols(others);
-  const Eigen::VectorXd kept = left.head(others);
-  const Eigen::VectorXd along = axes.transpose() * weight.asDiagonal() * residual;
-  const Eigen::VectorXd error = axes * along.cwiseQuotient(kept);
-  const Eigen::MatrixXd s =
-      Eigen::MatrixXd::Identity(gram.rows(), gram.cols()) +
-      axes * (kept.cwiseInverse().array() - 1).matrix().asDiagonal() * axes.transpose();
+  const Eigen::MatrixXd all_axes = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();
+  const Eigen::MatrixXd axes = all_axes.leftCols(others);
+  const Eigen::MatrixXd alone = all_axes.rightCols(left.size() - others);
+  const Eigen::VectorXd shared =
+      residual - alone * (alone.transpose() * (weight.asDiagonal() * residual));
+  const Eigen::VectorXd raised = left.head(others).cwiseInverse().array() - 1;
+  const Eigen::MatrixXd c = axes * raised.asDiagonal() * axes.transpose();
+  const Eigen::VectorXd error = shared + c * (weight.asDiagonal() * shared);
+  const Eigen::MatrixXd s = Eigen::MatrixXd::Identity(c.rows(), c.cols()) + c;
   return {error, error.dot(s.ldlt().solve(error))};
 }
 
