@@ -367,8 +367,9 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 }
 
 CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
-                        double tolerance, int max_rounds) {
+                        double tolerance, int max_rounds, bool robust) {
   CalibrationOptions options;
+  options.robust = robust;
   options.start_near(near);
   options.tolerance = tolerance;
   options.max_rounds = max_rounds;

@@ -142,20 +142,25 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
   const auto white = [&](int row) -> Eigen::Matrix<double, 6, 1> {
     return campaign.whitening[row] * by_noise(residuals.at(row));
   };
-  double ratio = 0, groups = 0;
+  double between = 0, within = 0, groups = 0;
+  const int numbers = turns ? 6 : 3;
   for_each_replicates(
       campaign, residuals, rows,
       [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
         const Eigen::Matrix<double, 6, 1> own = whitens ? mean_of(group, white) : by_noise(mean);
-        ratio += static_cast<double>(group.size()) * own.head(turns ? 6 : 3).squaredNorm();
+        between += static_cast<double>(group.size()) * own.head(numbers).squaredNorm();
+        for (int row : group)
+          within += (by_noise(residuals.at(row) - mean)).head(numbers).squaredNorm();
         ++groups;
       });
-  const double unknowns = determined[0] + (turns ? determined[1] : 0);
-  const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - unknowns;
+  const double axes = floor.axes + (turns ? 3 : 0);
+  const double freedom = axes * groups - determined[0] - (turns ? determined[1] : 0);
   if (freedom < 1) return std::nullopt;
-  if (floor.source == NoiseFloor::Source::instrument) return chi_squared_above(ratio, freedom);
-  return fisher_f_above(ratio / freedom, freedom * floor.even_axes / floor.axes,
-                        floor.degrees_of_freedom);
+  if (floor.source == NoiseFloor::Source::instrument) return chi_squared_above(between, freedom);
+  const double replicates = axes * (static_cast<double>(rows.size()) - groups);
+  return fisher_f_above(between / freedom / (within / replicates),
+                        freedom * floor.even_axes / floor.axes,
+                        replicates * floor.even_axes / floor.axes);
 }
 
 // Of the readings of some rows, those of which more than one coordinate is read; single ones do not

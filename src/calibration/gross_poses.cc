@@ -149,19 +149,25 @@ struct Deleted {
   double square;
 };
 
-// See find_gross_poses().
+// See find_gross_poses(). Directions that hardly any other pose shows are no evidence: what the fit
+// did not settle along them would count a thousand times.
 Deleted deleted(const Eigen::MatrixXd& shown, const Eigen::VectorXd& residual,
                 const Eigen::VectorXd& weight) {
-  constexpr double kSmallestShareLeft = 1e-6;  // of a direction that this pose alone shows
+  constexpr double kSmallestShareLeft = 1e-3;
   const Eigen::MatrixXd gram = shown * shown.transpose();
   const Eigen::VectorXd root = weight.cwiseMax(1e-12).cwiseSqrt();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root.asDiagonal() * gram *
                                                              root.asDiagonal());
-  const Eigen::VectorXd leverage = eigen.eigenvalues().cwiseMax(0.0);
-  const Eigen::VectorXd left = (1 - leverage.array()).max(kSmallestShareLeft);
-  const Eigen::MatrixXd axes = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();
-  const Eigen::MatrixXd c = axes * leverage.cwiseQuotient(left).asDiagonal() * axes.transpose();
-  const Eigen::VectorXd error = residual + c * weight.asDiagonal() * residual;
+  const Eigen::VectorXd left = 1 - eigen.eigenvalues().cwiseMax(0.0).array();
+  const Eigen::Index others = (left.array() > kSmallestShareLeft).count();  // they are the first
+  const Eigen::MatrixXd all_axes = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();
+  const Eigen::MatrixXd axes = all_axes.leftCols(others);
+  const Eigen::MatrixXd alone = all_axes.rightCols(left.size() - others);
+  const Eigen::VectorXd shared =
+      residual - alone * (alone.transpose() * (weight.asDiagonal() * residual));
+  const Eigen::VectorXd raised = left.head(others).cwiseInverse().array() - 1;
+  const Eigen::MatrixXd c = axes * raised.asDiagonal() * axes.transpose();
+  const Eigen::VectorXd error = shared + c * (weight.asDiagonal() * shared);
   const Eigen::MatrixXd s = Eigen::MatrixXd::Identity(c.rows(), c.cols()) + c;
   return {error, error.dot(s.ldlt().solve(error))};
 }

@@ -5,10 +5,13 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/selection.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
@@ -26,9 +29,22 @@ std::vector<int> rows_that_place(const Campaign& campaign) {
   return thinned_rows(campaign, std::min(campaign.rows(), kRowsThatPlace));
 }
 
+// The numbers of the cameras that the campaign identifies. They belong to the instrument, so a
+// nominal robot that is placed has its own.
+std::vector<std::string> numbers_of_cameras(const Robot& robot, const Campaign& campaign) {
+  if (!campaign.has_pixels()) return {};
+  const int contacts = first_contact_parameter(robot.chain);
+  std::vector<std::string> names;
+  for (const int parameter : choose_identifiable(robot, campaign).kept)
+    if (parameter >= contacts && (parameter - contacts) % kParametersOfContact >= kFirstIntrinsic)
+      names.push_back(parameter_name(robot.chain, parameter));
+  return names;
+}
+
 Robot placed_on(const Robot& robot, const Campaign& campaign) {
   Robot placed = robot;
   placed.identify = {"base", "tool"};
+  std::ranges::move(numbers_of_cameras(robot, campaign), std::back_inserter(placed.identify));
   placed.identify_per_session.clear();
   return calibrate(placed, campaign, {.statistics = FitStatistics::weights}).robot;
 }

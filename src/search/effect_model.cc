@@ -394,7 +394,13 @@ void EffectModel::remove(const std::vector<int>& ascending, std::vector<Effect>&
 // Refits the geometry and all effects, see start_from().
 void EffectModel::refit(const std::vector<Effect>& start) {
   start_from(start);
-  fit_ = armtrue::refit(start_, campaign_, near_, kSearchTolerance);
+  fit_ = armtrue::refit(start_, campaign_, near_, kSearchTolerance, CalibrationOptions{}.max_rounds,
+                        !by_least_squares_);
+}
+
+void EffectModel::fit_by_least_squares(bool by_least_squares) {
+  by_least_squares_ = by_least_squares;
+  refit({});
 }
 
 // Lets the next fit start from the coefficients of `start`, or of the present fit if it is empty;
@@ -433,6 +439,7 @@ void EffectModel::Fitted::forget_view() {
 
 void EffectModel::come_back(const Fitted& before) {
   chosen_ = before.chosen;
+  p_at_gate_.resize(chosen_.size());
   fit_ = before.fit;
   near_ = before.near;
   start_ = before.start;
@@ -447,6 +454,7 @@ void EffectModel::complete() {
   CalibrationOptions options;
   options.start_near(near_);
   options.tolerance = kSearchTolerance;
+  options.robust = !by_least_squares_;
   fit_ = calibrate(start_, campaign_, near_.set, options);
   significance_.reset();
 }

@@ -60,6 +60,9 @@ class EffectModel {
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
   void settle(const std::vector<Candidate>& candidates);
+  /// Refits by least squares, or again by the law of the readings: to this law the smaller part of
+  /// the readings looks like blunders as long as the model lacks what makes them differ.
+  void fit_by_least_squares(bool by_least_squares);
   /// Ends a search: coordinates of the tool that only small angles of the arm show keep the value
   /// of the file, unless BIC is against it. Returns the geometry without effects for this tool, if
   /// the search began with another one.
@@ -147,6 +150,7 @@ class EffectModel {
   CalibrationResult near_;  // the fit before, from which this one started,
   Robot start_;             // and its robot
   int declared_ = 0;        // effects that the robot came with
+  bool by_least_squares_ = false;
   std::unique_ptr<const CandidateScan> scan_;
   std::vector<Candidate> chosen_;
   std::vector<std::optional<double>> p_at_gate_;

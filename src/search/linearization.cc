@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
 
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/session_models.h"
 #include "calibration/pose_influence.h"
 #include "statistics/ordered_blocks.h"
@@ -27,51 +27,6 @@ constexpr int kNone = -1;  // no row, or no column
 // A column that moves the readings by less than this beside all others, as a multiple of the noise
 // of one of them, is not seen, though its coefficient be the largest that is possible.
 constexpr double kUnseen = 0.01;
-
-// Design effect deff = 1 + (m - 1) icc (Kish, "Survey Sampling", 1965): the number of readings that
-// are worth one independent reading. All m readings of a pose share the error of the model at that
-// pose; icc is the share of the variance that they share, from a one-way analysis of variance of
-// the position residuals:
-//     icc = (MS_between - MS_within) / (MS_between + (m - 1) MS_within).
-// The unknowns follow the means of the poses, so they reduce the degrees of freedom between poses.
-double estimate_design_effect(const Eigen::VectorXd& residual, const Replicates& replicates,
-                              const Campaign& campaign, double unknowns) {
-  const ReadingSize size = campaign.reading_size();
-  struct Group {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double squares = 0;
-    int count = 0;
-  };
-  std::map<int, Group> groups;
-  for (int row = 0; row < replicates.rows(); ++row)
-    for (int k = replicates.first[row]; k < replicates.first[row + 1]; ++k) {
-      Eigen::Vector3d r = Eigen::Vector3d::Zero();
-      r.head(size.position) =
-          replicates.share[k] * residual.segment(row * size.all(), size.position) +
-          replicates.rest.col(k).head(size.position);
-      Group& group = groups[campaign.pose_by_quantity(replicates.reading[k])];
-      group.sum += r;
-      group.squares += r.squaredNorm();
-      ++group.count;
-    }
-  double between = 0, within = 0, within_freedom = 0, sum_of_sizes_squared = 0;
-  for (const auto& [id, group] : groups) {
-    const double m = group.count;
-    between += group.sum.squaredNorm() / m;
-    within += group.squares - group.sum.squaredNorm() / m;
-    within_freedom += size.position * (m - 1);
-    sum_of_sizes_squared += m * m;
-  }
-  const double poses = static_cast<double>(groups.size());
-  const double between_freedom = size.position * poses - size.share_of_position() * unknowns;
-  if (within_freedom < 1 || between_freedom < 1 || within <= 0) return 1.0;
-  const double mean_square_between = between / between_freedom;
-  const double mean_square_within = within / within_freedom;
-  const double group_size = sum_of_sizes_squared / campaign.rows();
-  const double icc = (mean_square_between - mean_square_within) /
-                     (mean_square_between + (group_size - 1) * mean_square_within);
-  return 1.0 + (group_size - 1) * std::max(0.0, icc);
-}
 
 // Scales each column to unit length; a zero column stays zero.
 Eigen::MatrixXd normalized(Eigen::MatrixXd columns) {
@@ -260,6 +215,44 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
   return problem;
 }
 
+// Design effect deff (Kish, "Survey Sampling", 1965): the number of readings that are worth one
+// independent reading. All readings of a pose share the error of the model at that pose, which is a
+// small motion of the measured frame: d numbers, of which a point shows three, an image six, and a
+// touch one. Of n equations in all, D = sum d are shared and n - D are not. With the mean squares
+// MS of both, by an analysis of variance of the position residuals,
+//     deff = MS_shared / mean square of all = n MS_shared / (D MS_shared + (n - D) MS_others).
+// The unknowns follow the shared parts, so they reduce their degrees of freedom.
+double estimate_design_effect(const Linearization& problem, Eigen::Index tool,
+                              const ReadingSize& size) {
+  const GroupedRows poses = grouped_rows(problem.pose());
+  double of_shared = 0, shared = 0;
+  for (int pose = 0; pose < poses.groups(); ++pose) {
+    const int first = poses.first[pose], count = poses.first[pose + 1] - first;
+    Eigen::MatrixXd motion(count * size.position, kParametersPerPose);
+    Eigen::VectorXd residual(count * size.position);
+    for (int k = 0; k < count; ++k) {
+      const int from = poses.row[first + k] * problem.row_size(), to = k * size.position;
+      motion.middleRows(to, size.position) =
+          problem.jacobian().block(from, tool, size.position, kParametersPerPose);
+      residual.segment(to, size.position) = problem.residual().segment(from, size.position);
+    }
+    const Eigen::MatrixXd span =
+        basis_by_reflections(motion / std::max(motion.norm(), kMinPivot)).vectors;
+    of_shared += (span.transpose() * residual).squaredNorm();
+    shared += static_cast<double>(span.cols());
+  }
+  double squares = problem.replicates().rest.topRows(size.position).squaredNorm();
+  for (int row = 0; row < problem.rows(); ++row)
+    squares += problem.residual().segment(row * problem.row_size(), size.position).squaredNorm();
+  const double others = size.position * problem.replicates().readings() - shared;
+  const double freedom =
+      shared - size.share_of_position() * static_cast<double>(problem.basis().cols());
+  if (others < 1 || freedom < 1 || !(squares > of_shared)) return 1.0;
+  const double mean_shared = of_shared / freedom, mean_others = (squares - of_shared) / others;
+  return std::max(
+      1.0, (shared + others) * mean_shared / (shared * mean_shared + others * mean_others));
+}
+
 }  // namespace
 
 Linearization::Linearization(LinearProblem problem)
@@ -305,7 +298,7 @@ Linearization::Linearization(LinearProblem problem)
 Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
     : Linearization(linear_problem(fit, campaign)) {
   design_effect_ =
-      estimate_design_effect(residual_, replicates_, campaign, static_cast<double>(fitted_.cols()));
+      estimate_design_effect(*this, layout_of(fit.robot.chain).tool, campaign.reading_size());
 }
 
 // With the decomposition fitted^T = turn * triangle the duals are triangle^-1 turn^T. Where no

@@ -81,6 +81,7 @@ void ModelSearch::run() {
   do {
     find_effects();
     if (add_event()) find_effects();
+    if (add_by_least_squares()) find_effects();
     const int found = model_.chosen_count();
     settle_inner_values();
     drop_idle();
@@ -206,6 +207,31 @@ bool ModelSearch::add_event() {
     }
     model_.come_back(before);
   }
+  return false;
+}
+
+// An effect that moves a minority of the readings, such as those under a load, has heavy tails as
+// long as it is not in the model: under Student's law these readings hardly count, and the effect
+// does not show. Where readings lack something and no effect could be added, one enters by least
+// squares if it shows under the law of the readings, too, once it is in the model.
+bool ModelSearch::add_by_least_squares() {
+  if (options_.max_effects == 0 || model_.fit().degrees_of_freedom <= 0) return false;
+  if (assess(model_.fit(), campaign_).leaves_noise() != false) return false;
+  const EffectModel::Fitted before = model_.fitted();
+  const double p = result_.remaining_p;
+  const bool failed_at_gate = failed_at_gate_;
+  model_.fit_by_least_squares(true);
+  const bool added = step();
+  model_.fit_by_least_squares(false);
+  if (added && model_.score_of({model_.chosen_count() - 1}).score > 0) {
+    result_.stages.push_back(model_.fit());
+    return true;
+  }
+  model_.come_back(before);
+  const std::vector<CandidateScore> scores = model_.view().projected.scores();
+  rank(scores, best_first(scores));
+  result_.remaining_p = p;
+  failed_at_gate_ = failed_at_gate;
   return false;
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "armtrue/campaign/sessions.h"
 #include "armtrue/effects/gravity.h"
@@ -241,7 +242,11 @@ class OpenSearch {
   void add_conditions(const Parameter& parameter) {
     for (const std::string& where : campaign_.temperature_names)
       add(parameter, {DriverKind::temperature, -1, -1, where}, Shape{});
-    add(parameter, {DriverKind::payload, -1, -1, ""}, Shape{});
+    const Driver payload{DriverKind::payload, -1, -1, ""};
+    add(parameter, payload, Shape{});
+    // Free play that any load takes up.
+    const std::set<double> loads(campaign_.payload_kg.begin(), campaign_.payload_kg.end());
+    if (loads.contains(0) && loads.size() > 2) add(parameter, payload, sign_shape());
   }
 
   // A nonlinear effect of a torque: free play, stiffening, saturation.

@@ -43,6 +43,7 @@ class ModelSearch {
   // Forward (model_search.cc).
   bool step();
   bool add_event();
+  bool add_by_least_squares();
   void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order);
   void note_rest();
   void judge_rest();

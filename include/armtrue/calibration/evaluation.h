@@ -125,9 +125,11 @@ double mean_error(const NoiseFloor& noise, const Campaign& campaign);
 /// Compares the residual of a fit with the noise of its readings; blunders are left out. The
 /// lack-of-fit p is the probability of a Q this large if the model were complete (Draper, Smith,
 /// "Applied regression analysis", 1998, 2.1):
-///     Q = sum over groups of replicates of m |mean residual|^2 / floor^2,
-/// with f = axes x groups - unknowns. Q / f is F-distributed with f even_axes / axes and the
-/// replicates' degrees of freedom. Against a stated floor, Q is chi-squared with f; residuals of
+///     Q = sum over groups of replicates of m |mean residual|^2 / noise^2,
+/// with f = axes x groups - unknowns. Against replicates, `noise` is the root mean square of their
+/// deviations: a robust one would take the tails of the noise, which are in Q as well, for a lack.
+/// Q / f is F-distributed with f even_axes / axes and the replicates' degrees of freedom, times
+/// even_axes / axes. Against a stated floor, Q is chi-squared with f; residuals of
 /// rows that state covariances are white there (Campaign::whitening). Empty without a floor.
 struct FitQuality {
   std::vector<int> blunders;  ///< rows with a weight below 0.05: some 14 standard deviations

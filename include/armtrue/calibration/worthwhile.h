@@ -9,8 +9,9 @@
 
 namespace armtrue {
 
-/// The nominal robot with only base and tool fitted to the readings, at most 100,000 at equal
-/// steps; no standard deviations. `blunders`: rows that are left out, in ascending order.
+/// The nominal robot with only base and tool, and the numbers of cameras that it identifies, fitted
+/// to the readings, at most 100,000 at equal steps; no standard deviations. `blunders`: rows that
+/// are left out, in ascending order.
 Robot placed_nominal(const Robot& robot, const Campaign& campaign,
                      const std::vector<int>& blunders = {});
 
