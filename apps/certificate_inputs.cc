@@ -98,8 +98,13 @@ std::optional<PathFigures> certified_path(Command& command, const CertificateArg
   for (const PathFile& pass : passes) paths.push_back(pass.path);
   ClockOptions clock;
   clock.fit_frame = arguments.fit_frame;
-  const PathFigures figures =
-      about_file(commanded.source, [&] { return path_figures(commanded.path, paths, clock); });
+  const PathFigures figures = about_file(commanded.source, [&] {
+    try {
+      return path_figures(commanded.path, paths, clock);
+    } catch (const UnusablePass& error) {
+      throw InputError(passes[error.pass].source + ": " + error.what());
+    }
+  });
   for (const PathFile& pass : passes)
     warn_of_bad_kept(command, pass, find_bad_samples(commanded.path, pass.path));
   if (!figures.is_whole())

@@ -41,6 +41,10 @@ void check_time(const PathFile& programmed, const PathFile& record, const TimeLa
            !is_straight(programmed.path, along);
   };
   const double spread = lag.latest - lag.earliest;
+  const auto aside = is_of_time(spread) ? find_aside(programmed.path, record.path) : std::nullopt;
+  if (aside && !options.fit_frame &&
+      (aside->explains(lag.spread()) || aside->explains(-lag.spread())))
+    throw InputError(record.source + ": " + in_words(*aside));
   if (is_of_time(spread))
     throw InputError(fmt::format(
         "{}: does not keep the time of {}: along the path it is {:.3g} s later in one quarter of "
@@ -63,6 +67,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
   const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
   if (doubts.lag) check_time(programmed, record, *doubts.lag, options);
   if (doubts.feed) command.warn(record.source + ": the measured path " + *doubts.feed);
+  if (doubts.aside) command.warn(record.source + ": " + in_words(*doubts.aside));
   if (doubts.step)
     command.warn(fmt::format(
         "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
@@ -317,7 +322,8 @@ void warn_of_force_law(Command& command, const PathFile& pass, const ForceLaw& m
 
 void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
                     const MirrorOptions& options) {
-  constexpr double kNoBending = 1e-6, kMostBending = 0.02;  // m: no arm bends so under a cut
+  // m: no arm is corrected so finely, and none bends so far under a cut.
+  constexpr double kNoBending = 0.01e-3, kMostBending = 0.02;
   const double most = deviation.colwise().norm().maxCoeff();
   const std::string found = fmt::format(
       "{}: the forces, {:.3g} N at most, make the tool deviate by up to {:.3g} mm",

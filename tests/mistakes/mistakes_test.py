@@ -224,6 +224,10 @@ def lengths_in_metres():
         r"([dr]_mm: )([-0-9.]+)", lambda length: f"{length[1]}{float(length[2]) / 1000:.7f}", found[0]))
 
 
+def with_contacts(contacts):
+    return robot_with(r"(\ntool:.*)", lambda found: f"{found[1]}\ncontacts: {{{contacts}}}")
+
+
 def centres_in_metres():
     return robot_with(r"(?s)\nmasses:.*", lambda found: re.sub(
         r"com_mm: \[(.*?)\]", lambda c: f"com_mm: [{', '.join(str(float(x) / 1000) for x in c[1].split(','))}]", found[0]))
@@ -268,8 +272,8 @@ def ur(*lines, tool="set_tcp(p[0,0,0.15,0,0,0])"):
                        "end")
 
 
-def about_with(old, new):
-    text = ABOUT.read_text()
+def about_with(old, new, calibrated="2026-12-31"):
+    text = ABOUT.read_text().replace("calibrated_until: 2026-12-31", f"calibrated_until: {calibrated}")
     assert old in text, old
     (FOLDER / "about.yaml").write_text(text.replace(old, new))
     return lambda: ("certify", "--robot", "calibrated.yaml", "--about", "about.yaml", "visits.csv")
@@ -345,6 +349,33 @@ def about_the_part(degrees):
         s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
         row.update(x_mm=repr(CENTRE[0] + c * x - s * y), y_mm=repr(CENTRE[1] + s * x + c * y))
     return changed("round-pass.csv", each(turn), "turned.csv")
+
+
+def beside_the_part(left, faster=1.0):
+    """The pass over the round part with the edge of a tool, to the left of travel: inside of the circle."""
+    def change(row):
+        x, y = (float(row[c]) - at for c, at in zip(POINT, CENTRE))
+        shorter = 1 - left / math.hypot(x, y)
+        row.update(x_mm=repr(CENTRE[0] + shorter * x), y_mm=repr(CENTRE[1] + shorter * y),
+                   t_s=repr(2 + (float(row["t_s"]) - 2) * faster))
+    return changed("round-pass.csv", each(change), "beside.csv")
+
+
+def mapped(*more):
+    return lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm",
+                    "1400,2200,-400,400,800,1600", "--grid", "2,2,2", "--summary", "summary.yaml", "-o", "map.csv", *more)
+
+
+def root_times(factor):
+    """A certificate by a robot file whose uncertainty was changed by hand."""
+    def arguments():
+        text = (FOLDER / "calibrated.yaml").read_text()
+        changed_text = re.sub(r"(?s)(\n  root: \[)(.*?)(\])", lambda found: found[1] + ", ".join(
+            repr(factor * float(number)) for number in found[2].split(",")) + found[3], text, count=1)
+        assert changed_text != text
+        (FOLDER / "changed.yaml").write_text(changed_text)
+        return "certify", "--robot", "changed.yaml", "--about", ABOUT, "visits.csv"
+    return arguments
 
 
 def from_force(change, robot=ROUGHING):
@@ -659,10 +690,31 @@ TABLE = {
     "URScript with rotation vectors in deg": (
         ur(UR_START, "movel(p[2.18,-0.47,1.44,40,-23,-57])"), 0,
         "the rotation vector is 73.33 rad long, more than a turn: are these degrees? A UR counts rad"),
-    "orientation of a map in rad": (
-        lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm", "1400,2200,-400,400,800,1600",
-                 "--grid", "2,2,2", "--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0", "--summary", "summary.yaml", "-o",
-                 "map.csv"), 0, "which is 90 deg in rad"),
+    "orientation of a map in rad": (mapped("--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0"), 0,
+                                    "which is 90 deg in rad"),
+    "branch of a map in rad": (mapped("--start=0,-1.0472,1.5708,0,1.0472,0"), 0,
+                               "--start: all joint angles lie within 1.57 deg of zero: are these radians?"),
+    "part of a map in m": (mapped("--start=0,-90,90,0,60,0", "--part-mm", "0.4,0.4,0.2"), 0, "longer than 0.4 mm: is it in m?"),
+    "branch of a simulated pass in rad": (
+        lambda: ("simulate-path", "--robot", ROBOT, "--start-deg=-1.5708,-1.0472,1.3963,0,1.0472,0", LINE, "-o", "simulated.csv"),
+        0, "--start-deg: all joint angles lie within 1.57 deg of zero"),
+    "joint angles of a pendant in rad": (
+        lambda: ("check-robot", ROBOT, "--at=0.1745,-1.0472,1.3963,0,1.0472,0", "-o", "shown.txt"), 0,
+        "--at: all joint angles lie within 1.4 deg of zero"),
+    "poses of an arm in m": (lambda: ("plan-poses", "--robot", lengths_in_metres(), "--count", 20, "-o", "planned.csv"), 0,
+                             "are d_mm and r_mm in m?"),
+    "readings of an arm in m": (lambda: ("simulate-poses", "--robot", lengths_in_metres(), "--count", 20, "-o", "simulated.csv"),
+                                0, "are d_mm and r_mm in m?"),
+    "flange of an arm in m": (
+        lambda: ("check-robot", lengths_in_metres(), "--at", "0,-90,90,0,60,0", "-o", "shown.txt"), 0, "are d_mm and r_mm in m?"),
+    "cube in m": (lambda: ("check-robot", with_contacts("cube: {kind: cube, edge_mm: 0.1}"), "--at", "0,-90,90,0,60,0", "-o",
+                           "shown.txt"), 0, "contact 'cube': its points, faces and balls lie within 0.1 mm"),
+    "tip in m": (lambda: ("check-robot", with_contacts("cube: {kind: cube, edge_mm: 100, tip_radius_mm: 0.003}"), "--at",
+                          "0,-90,90,0,60,0", "-o", "shown.txt"), 0, "the tip that touches it has a radius of 0.003 mm: is it in m?"),
+    "ball in m": (lambda: ("check-robot", with_contacts("ball: {kind: sphere, x_mm: 0, y_mm: 0, z_mm: 0, radius_mm: 0.0125}"),
+                           "--at", "0,-90,90,0,60,0", "-o", "shown.txt"), 0, "contact 'ball': the sphere has a radius of 0.0125 mm"),
+    "largest change in um": (lambda: ("compare-runs", "--before", ROBOT, "calibrated.yaml", "--max-change-mm", 200), 0,
+                             "--max-change-mm 200: no arm changes by 20 mm"),
     # certificates
     "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
@@ -672,6 +724,13 @@ TABLE = {
     "certificate compared with that of another type": (
         lambda: against_certificate_with("type: KR 360", "type: KR 210"), 0,
         "other.yaml: robot: type is KR 210, and that of --robot"),
+    "certificate of a day to come": (
+        lambda: about_with("date: 2026-03-31", "date: 2099-03-31", calibrated="2099-12-31")(), 0, "is not yet, by the clock of this computer"),
+    "uncertainty of the arm times 1000": (root_times(1000), 1, "times the one under 'std'"),
+    "uncertainty of the arm times 0": (root_times(0), 1, "that is 0 times the one under 'std'"),
+    "second pass of a certificate in m": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", "pass.csv", "--pass", lambda: changed(
+            "pass.csv", scale(POINT, 0.001), "metres.csv"))), 1, "metres.csv: the measured path is 0.001"),
     "MPE in mm": (lambda: about_with("constant: 15", "constant: 0.015")(), 0, "mpe_um: constant is 0.015 um"),
     "certificate of another type": (lambda: about_with("type: KR 360", "type: KR 210")(), 0,
                                     "robot: type is KR 210, and that of --robot"),
@@ -698,6 +757,10 @@ TABLE = {
     "corrected path as that of a certificate": (
         certificate("visits.csv", more=("--path", "first.csv", "--pass", "pass.csv")), 1, "it is a corrected path"),
     "record turned about a round part": (mirror(lambda: [about_the_part(1)], "round.csv"), 0, "is turned by 1.0"),
+    "edge of the tool in place of its centre": (mirror(lambda: [beside_the_part(5)], "round.csv"), 0,
+                                                "runs 5.78 mm to the left of travel all along"),
+    "edge of the tool at the programmed feed": (mirror(lambda: [beside_the_part(20, 0.8)], "round.csv"), 1,
+                                                "beside.csv: the measured path runs 20.8 mm to the left of travel"),
     "frame fitted to a round part": (mirror(lambda: [about_the_part(1)], "round.csv", ("--fit-frame",)), 0,
                                      "takes up a part of the deviation"),
     "z of the record is the program's": (mirror(record(each(lambda r: r.update(z_mm="850")))), 0,
@@ -732,6 +795,7 @@ TABLE = {
     "forces in kN, without a robot": (mirror(record(scale(FORCE, 1e-3))), 0, "are fx_n, fy_n and fz_n in N?"),
     "forces in uN, without a robot": (mirror(record(scale(FORCE, 1e6))), 0, "are fx_n, fy_n and fz_n in N?"),
     "forces of the cut in kN": (from_force(scale(FORCE, 1e-6)), 0, "which is nothing: are they in N"),
+    "forces of the cut in kN, of a stiff robot": (from_force(scale(FORCE, 1e-3)), 0, "which is nothing: are they in N"),
     "forces of the cut in mN": (from_force(scale(FORCE, 1e3)), 0, "are they in N?"),
     "cut with a robot that does not yield": (from_force(each(lambda r: None), ROBOT), 0, "which is nothing"),
     "record in steps of 1 mm": (mirror(record(rounded(1))), 0, "have steps of 1 mm"),

@@ -409,12 +409,17 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const Eigen::VectorXd time = joined.time(good);
   const Eigen::Matrix3Xd deviation = position - wanted, velocity = velocity_at(programmed, time);
   const std::vector<bool> straight = straight_on(programmed, time);
-  const auto step = find_step(deviation, velocity, time, good);
-  const auto rigid = step ? std::nullopt : find_rigid(position, wanted);
-  const auto turned = step || rigid ? std::nullopt : find_turn(wanted, deviation, velocity);
-  const auto open =
-      step || turned ? std::nullopt : find_open(programmed, deviation, velocity, straight, good);
-  return {step,
+  auto aside = find_aside(programmed, without(joined, bad));
+  if (aside && std::abs(aside->left) < kLargeDeviation) aside.reset();
+  const auto step = aside ? std::nullopt : find_step(deviation, velocity, time, good);
+  const auto rigid = aside || step ? std::nullopt : find_rigid(position, wanted);
+  const auto turned =
+      aside || step || rigid ? std::nullopt : find_turn(wanted, deviation, velocity);
+  const auto open = aside || step || turned
+                        ? std::nullopt
+                        : find_open(programmed, deviation, velocity, straight, good);
+  return {aside,
+          step,
           rigid,
           turned,
           open,

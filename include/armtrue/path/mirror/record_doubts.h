@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/path/path.h"
+#include "armtrue/path/registration/aside.h"
 #include "armtrue/path/registration/clock.h"
 #include "armtrue/path/samples/bad_samples.h"
 
@@ -60,6 +61,9 @@ struct TurnedRecord {
 /// Deviations that are more likely errors of the instrument, or of another program, than of the
 /// arm. A correction would copy them into the part.
 struct RecordDoubts {
+  /// Present if the record runs beside the program by more than 2 mm, see find_aside(): a cut bends
+  /// no arm so far all along. `step`, `rigid`, `turned` and `open` are empty then.
+  std::optional<Aside> aside;
   /// A jump above 1.5 mm and above 6 times the median change from sample to sample. At least 70 %
   /// of it remain over ten samples, while the program keeps its velocity. An arm that a cut bends
   /// moves more slowly.
