@@ -343,6 +343,21 @@ def round_part():
     return table
 
 
+def with_corners():
+    """A rectangle of 200 x 120 mm about the centre, at 25 mm/s, from rest to rest."""
+    corners, table, way = [(-100, -60), (100, -60), (100, 60), (-100, 60), (-100, -60)], [], [0]
+    for (x, y), (u, v) in zip(corners, corners[1:]):
+        way.append(way[-1] + math.hypot(u - x, v - y))
+    for k in range(int((way[-1] / 25 + 2) / 0.016) + 1):
+        s = min(max(25 * (0.016 * k - 1), 0), way[-1])
+        side = max(i for i in range(4) if way[i] <= s)
+        share = (s - way[side]) / (way[side + 1] - way[side])
+        x, y = (a + share * (b - a) for a, b in zip(corners[side], corners[side + 1]))
+        table.append({"t_s": f"{0.016 * k:.3f}", "x_mm": f"{CENTRE[0] + x:.6f}", "y_mm": f"{CENTRE[1] + y:.6f}",
+                      "z_mm": "850", "a_deg": "0", "b_deg": "0", "c_deg": "0"})
+    return table
+
+
 def about_the_part(degrees):
     def turn(row):
         x, y = (float(row[c]) - at for c, at in zip(POINT, CENTRE))
@@ -351,14 +366,32 @@ def about_the_part(degrees):
     return changed("round-pass.csv", each(turn), "turned.csv")
 
 
-def beside_the_part(left, faster=1.0):
+def beside_the_part(left):
     """The pass over the round part with the edge of a tool, to the left of travel: inside of the circle."""
     def change(row):
         x, y = (float(row[c]) - at for c, at in zip(POINT, CENTRE))
         shorter = 1 - left / math.hypot(x, y)
-        row.update(x_mm=repr(CENTRE[0] + shorter * x), y_mm=repr(CENTRE[1] + shorter * y),
-                   t_s=repr(2 + (float(row["t_s"]) - 2) * faster))
+        row.update(x_mm=repr(CENTRE[0] + shorter * x), y_mm=repr(CENTRE[1] + shorter * y))
     return changed("round-pass.csv", each(change), "beside.csv")
+
+
+def of_size(factor):
+    """The pass over the round part, of a part of another size."""
+    def change(row):
+        row.update({c: repr(at + factor * (float(row[c]) - at)) for c, at in zip(POINT, CENTRE)})
+    return changed("corners-pass.csv", each(change), "sized.csv")
+
+
+def between(table):
+    """Four samples in the place of one, on straight lines."""
+    columns = ("t_s",) + POINT
+    numbers = [[float(row[c]) for c in columns] for row in table]
+    return [{c: f"{a + (b - a) * k / 4:.6f}" for c, a, b in zip(columns, one, other)}
+            for one, other in zip(numbers, numbers[1:]) for k in range(4)]
+
+
+def trimmed(table):
+    return [dict(row, t_s=repr(float(row["t_s"]) + 7)) for row in table[8:-8]]
 
 
 def mapped(*more):
@@ -421,6 +454,8 @@ def prepare():
     written("round.csv", round_part())
     make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.05, "--seed", 5, "--clock-offset-s", 1, "round.csv", "-o",
          "round-pass.csv")
+    written("corners.csv", with_corners())
+    make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.03, "corners.csv", "-o", "corners-pass.csv")
     written("line.csv", [dict(row, pose=k) for k, row in enumerate(rows(LINE))])
     make("compensate", "-q", "--robot", UNDECLARED, "--controller", ROBOT, "--start=-90,-90,90,0,0,0", "line.csv", "-o",
          "line-commands.csv")
@@ -759,8 +794,19 @@ TABLE = {
     "record turned about a round part": (mirror(lambda: [about_the_part(1)], "round.csv"), 0, "is turned by 1.0"),
     "edge of the tool in place of its centre": (mirror(lambda: [beside_the_part(5)], "round.csv"), 0,
                                                 "runs 5.78 mm to the left of travel all along"),
-    "edge of the tool at the programmed feed": (mirror(lambda: [beside_the_part(20, 0.8)], "round.csv"), 1,
-                                                "beside.csv: the measured path runs 20.8 mm to the left of travel"),
+    "part of another size": (mirror(lambda: [of_size(0.99)], "corners.csv"), 0, "smaller than the program, along its way"),
+    "record interpolated": (mirror(record(between)), 0, "the record was interpolated"),
+    "a pass once more, trimmed": (mirror(lambda: ["pass.csv", changed("pass.csv", trimmed, "copy.csv")]), 1,
+                                  "it holds the readings of pass.csv from line 10 on"),
+    "a pass once more, rounded and moved": (
+        mirror(lambda: ["pass.csv", changed("pass.csv", in_turn(rounded(0.001), add("y_mm", 0.1)), "copy.csv")]), 1,
+        "it holds the readings of pass.csv from line 2 on"),
+    "a pass of a certificate once more, trimmed": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", "pass.csv", "--pass", lambda: changed(
+            "pass.csv", trimmed, "copy.csv"))), 1, "it holds the readings of pass.csv from line 10 on"),
+    "half a pass of a certificate in another frame": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", lambda: changed(
+            "pass.csv", cut_from(206, "y_mm", 2), "knocked.csv"))), 0, "was the instrument knocked"),
     "frame fitted to a round part": (mirror(lambda: [about_the_part(1)], "round.csv", ("--fit-frame",)), 0,
                                      "takes up a part of the deviation"),
     "z of the record is the program's": (mirror(record(each(lambda r: r.update(z_mm="850")))), 0,
@@ -776,6 +822,9 @@ TABLE = {
     "record mirrored": (mirror(record(scale(("y_mm",), -1))), 1, "on it with y of the other sign"),
     "record mirrored, frame fitted": (mirror(record(scale(("y_mm",), -1)), more=("--fit-frame",)), 0,
                                       "nor whether an axis has the wrong sign"),
+    "z of a flat part of the other sign, frame fitted": (
+        mirror(lambda: [changed("round-pass.csv", scale(("z_mm",), -1))], "round.csv", ("--fit-frame",)), 1,
+        "lies on round.csv with z of the other sign, without any frame"),
     "record mirrored at the line": (mirror(record(each(lambda r: r.update(y_mm=repr(-3300 - float(r["y_mm"])))))), 0,
                                     "deviates against the force"),
     "second pass without --previous": (mirror("second.csv"), 0, "name that as --previous"),
@@ -846,6 +895,8 @@ SOUND = {
     "certificate, arm that warms up": certificate("visits.csv", change=each(
         lambda r: r.update(z_mm=repr(float(r["z_mm"]) + 0.3 * (1 - math.exp(-float(r["t_s"]) / 400)))))),
     "certificate, one gross reading": certificate("visits.csv", change=add("x_mm", 3, lambda r: r["t_s"] == "700")),
+    "rectangle": mirror("corners-pass.csv", "corners.csv"),
+    "rectangle, 0.3 % smaller": mirror(lambda: [of_size(0.997)], "corners.csv"),
     "round part": mirror("round-pass.csv", "round.csv"),
     "round part, turned by a tenth of a degree": mirror(lambda: [about_the_part(0.1)], "round.csv"),
     "unchanged": since("visits.csv"),

@@ -89,8 +89,8 @@ void check_feed(const Path& programmed, const Path& measured, bool fit_frame) {
   throw std::invalid_argument("the measured path " + in_words(*feed));
 }
 
-// What is wrong with the columns of a record that lies on the program with two of them exchanged or
-// one of the other sign; empty if none of these makes it so.
+}  // namespace
+
 std::string mistaken_columns(const Path& programmed, const Path& measured) {
   const auto lies_on_program = [&](const Path& record) {
     return mean_square_distance(programmed, record, first_offset(programmed, record)) <
@@ -109,6 +109,8 @@ std::string mistaken_columns(const Path& programmed, const Path& measured) {
   }
   return "";
 }
+
+namespace {
 
 [[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
   check_feed(programmed, measured, false);

@@ -74,6 +74,11 @@ struct UnusablePass : std::invalid_argument {
   size_t pass;  ///< index of the record
 };
 
+/// What is wrong with the columns of a record that lies on the program, where it stands, with two
+/// of them exchanged or one of the other sign: "z of the other sign"; empty if none of these makes
+/// it so.
+std::string mistaken_columns(const Path& programmed, const Path& measured);
+
 /// The clocks of passes that an instrument recorded in one set-up, each as by fit_clock(). A fitted
 /// frame is one for all of them, see share_frame(). Throws UnusablePass.
 std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
