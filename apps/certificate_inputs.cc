@@ -92,14 +92,22 @@ std::optional<PathFigures> certified_path(Command& command, const CertificateArg
   for (const PathFile& pass : passes) all.push_back(&pass);
   for (const PathFile& pass : passes) refuse_corrected(pass, "what the instrument recorded");
   refuse_the_same(command, all);
+  refuse_copies(passes);
+  warn_of_interpolated(command, passes);
   warn_of_computed(command, commanded, passes);
   warn_of_copied(command, commanded, passes);
   std::vector<Path> paths;
   for (const PathFile& pass : passes) paths.push_back(pass.path);
   ClockOptions clock;
   clock.fit_frame = arguments.fit_frame;
-  const PathFigures figures =
-      about_file(commanded.source, [&] { return path_figures(commanded.path, paths, clock); });
+  const PathFigures figures = about_file(commanded.source, [&] {
+    try {
+      return path_figures(commanded.path, paths, clock);
+    } catch (const UnusablePass& error) {
+      throw InputError(passes[error.pass].source + ": " + error.what());
+    }
+  });
+  warn_of_certified(command, commanded, passes, figures.clocks, clock);
   for (const PathFile& pass : passes)
     warn_of_bad_kept(command, pass, find_bad_samples(commanded.path, pass.path));
   if (!figures.is_whole())

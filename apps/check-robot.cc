@@ -96,7 +96,7 @@ int run(app::Command& command, const Arguments& arguments) {
     return app::kSuccess;
   }
   const Robot robot = command.read_robot(command.input).robot;
-  const JointVector q = app::joints_of(arguments.at, robot, "--at");
+  const JointVector q = app::joints_of(command, arguments.at, robot, "--at");
   app::warn_of_all(command, joints_beyond_travel(robot.chain, q));
   if (!robot.effects.empty()) command.warn("the effects of the robot file are not counted");
   PoseCheck check{q, shown_frames(robot, q), {}, {}};

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -12,11 +13,13 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/without_rows.h"
+#include "armtrue/compensation/target_doubts.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/mistakes.h"
 #include "armtrue/diagnosis/other_arm.h"
 #include "armtrue/diagnosis/renumbered_images.h"
+#include "armtrue/diagnosis/size_check.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/effects/identify.h"
 #include "armtrue/io/catalogue_io.h"
@@ -32,6 +35,17 @@
 #include "option_text.h"
 
 namespace armtrue::app {
+namespace {
+
+// Wherever the readings were taken: no place is more than 14 hours ahead of UTC.
+std::string latest_date_now() {
+  using namespace std::chrono;
+  const year_month_day date{floor<days>(system_clock::now() + 14h)};
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
+
+}  // namespace
 
 RobotFile Command::read_robot(const std::string& path) {
   RobotFile file = armtrue::read_robot(path);
@@ -41,6 +55,7 @@ RobotFile Command::read_robot(const std::string& path) {
 
 void Command::add_robot_to_inputs(const RobotFile& file) {
   inputs_.emplace_back(file.name, file.sha256);
+  for (const std::string& doubt : doubts_of_sizes(file.robot.chain)) warn(file.name + ": " + doubt);
 }
 
 Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
@@ -146,6 +161,11 @@ ProgramFile Command::read_program(const std::string& path, const Robot& robot) {
 About Command::read_about(const std::string& path) {
   AboutFile file = armtrue::read_about(path);
   inputs_.emplace_back(file.name, file.sha256);
+  if (const std::string latest = latest_date_now(); file.about.date > latest)
+    warn(
+        fmt::format("{}: date: {} is not yet, by the clock of this computer (now at most {}): "
+                    "correct the date of the readings",
+                    path, file.about.date, latest));
   return std::move(file.about);
 }
 
@@ -283,6 +303,17 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
   command.angles_read_early |= !found.early_angles.empty();
   command.sensor_error = found.sensor;
   command.arm_in_doubt = !found.other_arm.empty() || !shipped.empty();
+}
+
+JointVector joints_of(Command& command, const std::vector<double>& numbers, const Robot& robot,
+                      const std::string& option) {
+  JointVector q = joints_of(numbers, robot, option);
+  const std::vector<JointName> joints = joint_names(robot.chain);
+  std::vector<double> degrees;
+  for (size_t j = 0; j < joints.size(); ++j)
+    if (!joints[j].is_length) degrees.push_back(numbers[j]);
+  warn_of_all(command, {doubt_of_joints(option, degrees)});
+  return q;
 }
 
 void warn_of_all(Command& command, const std::vector<std::string>& doubts) {

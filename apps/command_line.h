@@ -100,7 +100,7 @@ class Command : public OptionGroup {
   void add_to_inputs(const std::string& name, const std::string& sha256) {
     inputs_.emplace_back(name, sha256);
   }
-  /// Of a robot that was read before the other inputs.
+  /// Of a robot that was read before the other inputs; warns of its sizes.
   void add_robot_to_inputs(const RobotFile& file);
   /// Contradictions between columns are errors or warnings (see check_log()). Sessions begin at the
   /// times of --new-session-at-s. Call refuse_mistakes() on the result.
@@ -170,6 +170,10 @@ class Command : public OptionGroup {
 /// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs, and
 /// warns of possible ones. The diagnosis calibrates the robot.
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign);
+
+/// The encoder values of an option, see joints_of(). Warns if its angles look like radians.
+JointVector joints_of(Command& command, const std::vector<double>& numbers, const Robot& robot,
+                      const std::string& option);
 
 /// Warns of all sentences that are not empty.
 void warn_of_all(Command& command, const std::vector<std::string>& doubts);

@@ -167,6 +167,12 @@ int run(app::Command& command, const app::ComparisonArguments& arguments) {
   if (!before.robot && (arguments.max_change_mm || !arguments.poses.empty()))
     throw InputError(before.name + ": is " + kind_in_words(before.kind) +
                      ", which has no arm; --poses and --max-change-mm are for robot files");
+  constexpr double kFarthest = 20;  // mm: no two models of an arm are as far apart
+  if (arguments.max_change_mm && *arguments.max_change_mm > kFarthest)
+    command.warn(fmt::format(
+        "--max-change-mm {:g}: no arm changes by {:g} mm, so that every one meets it: is it in um? "
+        "Give mm",
+        *arguments.max_change_mm, kFarthest));
   add_loops(command, arguments, before, after);
   const std::optional<About> about = app::read_about(command, arguments.page);
   ComparedRun one = compared_run(before), other = compared_run(after);

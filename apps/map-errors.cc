@@ -3,6 +3,7 @@
 #include "armtrue/compensation/target_doubts.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/error_map_io.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/report/error_map_page.h"
 #include "armtrue/text/number_text.h"
 #include "map_inputs.h"
@@ -80,6 +81,8 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   return mapped;
 }
 
+constexpr double kSmallestPart = 3e-3;  // m: a part of 3 m in m
+
 // The grid of a box is one of places beside the foot of the arm.
 void refuse_positioner(const Robot& controller, const app::MapArguments& arguments) {
   if (!controller.ground_link || arguments.box_mm.empty()) return;
@@ -92,12 +95,16 @@ int run(app::Command& command, app::MapArguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   app::refuse_other_files(robot, controller, arguments);
   refuse_positioner(controller, arguments);
-  app::warn_of_tool(command, arguments);
+  app::warn_of_units(command, controller, arguments);
   if (const auto turn = app::stated_orientation(arguments))
     app::warn_of_all(command,
                      {doubt_of_frame("of --orientation", Pose{*turn, Eigen::Vector3d::Zero()})});
   const std::optional<About> about = app::read_about(command, arguments.page);
   const std::optional<Eigen::Vector3d> part = app::part_of(arguments);
+  if (part && part->maxCoeff() > 0 && part->maxCoeff() < kSmallestPart)
+    command.warn(fmt::format(
+        "--part-mm: no side of the part is longer than {:g} mm: is it in m? Give it in mm",
+        part->maxCoeff() / kMillimetre));
   const Mapped mapped = map_all(command, robot, controller, arguments);
   const ErrorMap& map = mapped.map;
   const ErrorMapSummary summary = summarize(map, part);

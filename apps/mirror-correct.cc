@@ -126,10 +126,14 @@ void write_findings(app::Command& command, const app::MirrorArguments& arguments
   if (command.reports() || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
     const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);
-    app::on_samples_of(inputs.programmed, [&] {
-      describe_passes(findings, inputs.programmed.path, paths(inputs.passes), earlier,
-                      inputs.robot);
-    });
+    try {
+      app::on_samples_of(inputs.programmed, [&] {
+        describe_passes(findings, inputs.programmed.path, paths(inputs.passes), earlier,
+                        inputs.robot);
+      });
+    } catch (const UnusablePass& error) {
+      throw InputError(inputs.earlier[error.pass].source + ": " + error.what());
+    }
     if (findings.robot)
       app::warn_of_prediction(command, inputs.passes.front(), *findings.robot);
     else if (findings.force)

@@ -158,6 +158,9 @@ MirrorInputs read_mirror_inputs(Command& command, const MirrorArguments& argumen
   for (const PathFile& pass : inputs.passes) all.push_back(&pass);
   for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
   refuse_the_same(command, all);
+  refuse_copies(inputs.passes);
+  refuse_copies(inputs.earlier);
+  warn_of_interpolated(command, inputs.passes);
   warn_of_computed(command, inputs.programmed, inputs.passes);
   warn_of_computed(command, inputs.programmed, inputs.earlier);
   warn_of_copied(command, inputs.programmed, inputs.passes);

@@ -28,10 +28,11 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
-// A correction that belongs elsewhere on the path is wrong at corners by as much as it is off. An
+// Why a record does not show the places of the program at their times; empty if it does. A
+// correction that belongs elsewhere on the path is wrong at corners by as much as it is off. An
 // arm that errs along the path errs across it too, unless the path is straight.
-void check_time(const PathFile& programmed, const PathFile& record, const TimeLag& lag,
-                const ClockOptions& options) {
+std::string why_out_of_time(const PathFile& programmed, const PathFile& record, const TimeLag& lag,
+                            const ClockOptions& options) {
   constexpr double kMaxByArm = 0.02;  // [s], by which it lags more or less in fast motion
   constexpr double kMaxAlong = 2e-3;  // [m]
   constexpr double kMaxTimesAcross = 4;
@@ -41,60 +42,71 @@ void check_time(const PathFile& programmed, const PathFile& record, const TimeLa
            !is_straight(programmed.path, along);
   };
   const double spread = lag.latest - lag.earliest;
+  const auto aside = is_of_time(spread) ? find_aside(programmed.path, record.path) : std::nullopt;
+  if (aside && !options.fit_frame &&
+      (aside->explains(lag.spread()) || aside->explains(-lag.spread())))
+    return record.source + ": " + in_words(*aside);
   if (is_of_time(spread))
-    throw InputError(fmt::format(
+    return fmt::format(
         "{}: does not keep the time of {}: along the path it is {:.3g} s later in one quarter of "
         "the pass than in another, {:.3g} mm at its speed. Was the override not 100 %, did the "
         "pass pause, or are the times of the program not those of the controller? Record the pass "
         "at the programmed speed, or give the program with the times at which it ran",
-        record.source, programmed.source, spread, lag.spread() / kMillimetre));
+        record.source, programmed.source, spread, lag.spread() / kMillimetre);
   const double late = std::abs(lag.median);
   if (options.offset && is_of_time(late))
-    throw InputError(fmt::format(
+    return fmt::format(
         "{}: with --offset-s {:.6g} the pass is {:.3g} s {} the program, {:.3g} mm along the path; "
         "correct it, or leave it out: then it is fitted",
         record.source, *options.offset, late, lag.median > 0 ? "behind" : "ahead of",
-        late * lag.speed / kMillimetre));
+        late * lag.speed / kMillimetre);
+  return "";
 }
 
 // None is certain: an arm may have the same error all along a path.
-void warn_of_record(Command& command, const PathFile& programmed, const PathFile& record,
-                    const Pass& pass, const ClockOptions& options) {
-  const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
-  if (doubts.lag) check_time(programmed, record, *doubts.lag, options);
+void warn_of_record(Command& command, const PathFile& record, const RecordDoubts& doubts,
+                    bool frame_is_fitted, const std::string& consequence) {
   if (doubts.feed) command.warn(record.source + ": the measured path " + *doubts.feed);
+  if (doubts.aside) command.warn(record.source + ": " + in_words(*doubts.aside));
   if (doubts.step)
     command.warn(fmt::format(
         "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
-        "knocked, or does another frame begin? The correction carries that into the part; measure "
-        "the pass again",
-        record.source, record.line[doubts.step->sample], doubts.step->moved / kMillimetre));
+        "knocked, or does another frame begin? {}; measure the pass again",
+        record.source, record.line[doubts.step->sample], doubts.step->moved / kMillimetre,
+        consequence));
   // A fitted frame leaves no other motion of the record: what looks like one is the arm's.
-  if (doubts.rigid && !options.fit_frame)
+  if (doubts.rigid && !frame_is_fitted)
     command.warn(fmt::format(
         "{}: most of the deviation, {:.3g} of {:.3g} mm (rms), is a motion of the whole record by "
-        "{:.3g} mm and {:.3g} deg: if the frame of the instrument is not that certain, give "
-        "--fit-frame; else the correction carries it into the part",
+        "{:.3g} mm and {:.3g} deg: give --fit-frame, unless the frame of the instrument is that "
+        "certain. {}",
         record.source, (doubts.rigid->before - doubts.rigid->after) / kMillimetre,
         doubts.rigid->before / kMillimetre, doubts.rigid->moved / kMillimetre,
-        doubts.rigid->turned / kDegree));
-  if (doubts.turned && !options.fit_frame)
+        doubts.rigid->turned / kDegree, consequence));
+  if (doubts.turned && !frame_is_fitted)
     command.warn(fmt::format(
         "{}: the record is turned by {:.3g} deg about the part: along the path it lies {:.3g} mm "
         "(median) {}, where the tool stands too, as neither its clock nor a lag of the arm leaves "
-        "it. Each correction stands as far from its place; give --fit-frame, or measure the frame "
+        "it. Each deviation stands as far from its place; give --fit-frame, or measure the frame "
         "of the instrument again",
         record.source, doubts.turned->turned / kDegree,
         std::abs(doubts.turned->along) / kMillimetre,
         doubts.turned->along > 0 ? "ahead" : "behind"));
+  if (doubts.scaled)
+    command.warn(fmt::format(
+        "{}: the record is {:.3g} % {} than the program, along its way, too, where neither a force "
+        "nor a lag of the arm makes it so: is it of a part of another size, or is a scale wrong? "
+        "{}",
+        record.source, 100 * std::abs(*doubts.scaled), *doubts.scaled > 0 ? "larger" : "smaller",
+        consequence));
   if (doubts.open)
     command.warn(fmt::format(
         "{}:{}: the program ends where it starts, and the record from here to line {} ends {:.3g} "
         "mm beside its start; where the tool starts, stops and turns, its deviation changes by "
-        "{:.3g} mm in all. Did the instrument drift, or was it or the part moved? The correction "
-        "carries that into the part; measure the pass again",
+        "{:.3g} mm in all. Did the instrument drift, or was it or the part moved? {}; measure the "
+        "pass again",
         record.source, record.line[doubts.open->first], record.line[doubts.open->last],
-        doubts.open->apart / kMillimetre, doubts.open->changes / kMillimetre));
+        doubts.open->apart / kMillimetre, doubts.open->changes / kMillimetre, consequence));
   if (doubts.unfollowed)
     command.warn(fmt::format(
         "{}:{}: from here to line {} the program bends by {:.3g} mm (rms), and the record follows "
@@ -157,7 +169,17 @@ void check_frame(Command& command, const PathFile& programmed, const std::vector
   for (size_t p = 0; p < passes.size(); ++p) {
     const Eigen::Matrix3d& frame = result.passes[p].clock.program_from_instrument.rotation;
     const double turned = rotation_log(frame).norm();
-    if (turned <= kMuchTurned) continue;
+    if (turned <= kMuchTurned) {
+      // A frame that happens to be moved by just twice the height of the path is none.
+      const std::string mistake = mistaken_columns(programmed.path, passes[p].path);
+      if (!mistake.empty())
+        throw InputError(fmt::format(
+            "{}: lies on {} with {}, without any frame: check the columns of the record and their "
+            "signs, and correct them. A fitted frame hides this on a flat path, and the correction "
+            "would double the deviation across its plane",
+            passes[p].source, programmed.source, mistake));
+      continue;
+    }
     const std::string found = fmt::format("{}: the fitted frame is turned by {:.3g} deg",
                                           passes[p].source, turned / kDegree);
     if (straight)
@@ -196,6 +218,27 @@ void refuse_the_same(Command& command, const std::vector<const PathFile*>& files
       if (k > 0 || files[i]->sha256 == files[k]->sha256) throw InputError(same);
       command.warn(same);  // a simulated arm may be as exact
     }
+}
+
+void refuse_copies(const std::vector<PathFile>& records) {
+  for (size_t i = 0; i < records.size(); ++i)
+    for (size_t k = 0; k < i; ++k)
+      if (const auto first = find_copy(records[i].path, records[k].path))
+        throw InputError(fmt::format(
+            "{}:{}: from here on it holds the readings of {} from line {} on, noise and all: a "
+            "pass that counts twice shows no scatter; name each record once",
+            records[i].source, records[i].line[first->first], records[k].source,
+            records[k].line[first->second]));
+}
+
+void warn_of_interpolated(Command& command, const std::vector<PathFile>& records) {
+  for (const PathFile& record : records)
+    if (const double share = interpolated_share(record.path); share > 0)
+      command.warn(fmt::format(
+          "{}: {:.0f} % of the samples lie just on the straight line between their neighbours, and "
+          "the others have noise: the record was interpolated, and its noise looks like a motion "
+          "of the tool; give the samples that the instrument read",
+          record.source, 100 * share));
 }
 
 void warn_of_copied(Command& command, const PathFile& programmed,
@@ -262,8 +305,16 @@ void warn_of_bad_kept(Command& command, const PathFile& pass, const std::vector<
 void warn_of_doubts(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result,
                     const MirrorOptions& options) {
-  for (size_t p = 0; p < passes.size(); ++p)
-    warn_of_record(command, programmed, passes[p], result.passes[p], options.clock);
+  for (size_t p = 0; p < passes.size(); ++p) {
+    const RecordDoubts doubts = record_doubts(programmed.path, passes[p].path,
+                                              result.passes[p].clock, result.passes[p].bad);
+    if (doubts.lag) {
+      const std::string why = why_out_of_time(programmed, passes[p], *doubts.lag, options.clock);
+      if (!why.empty()) throw InputError(why);
+    }
+    warn_of_record(command, passes[p], doubts, options.clock.fit_frame,
+                   "The correction carries that into the part");
+  }
   warn_of_steps(command, passes, result);
   warn_of_unlike(command, programmed, passes, result);
   if (options.clock.fit_frame) {
@@ -287,6 +338,18 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
         "pass run a corrected path? Then name that as --previous, or its correction is lost",
         passes.front().source, result.before.rms / kMillimetre,
         result.deviation.noise / kMillimetre));
+}
+
+void warn_of_certified(Command& command, const PathFile& commanded,
+                       const std::vector<PathFile>& passes, const std::vector<ClockFit>& clocks,
+                       const ClockOptions& options) {
+  for (size_t p = 0; p < passes.size(); ++p) {
+    const RecordDoubts doubts = record_doubts(commanded.path, passes[p].path, clocks[p],
+                                              find_bad_samples(commanded.path, passes[p].path));
+    if (doubts.lag)
+      warn_of_all(command, {why_out_of_time(commanded, passes[p], *doubts.lag, options)});
+    warn_of_record(command, passes[p], doubts, options.fit_frame, "AT contains that");
+  }
 }
 
 void warn_of_prediction(Command& command, const PathFile& pass, const ForceLine& measured) {
@@ -317,7 +380,8 @@ void warn_of_force_law(Command& command, const PathFile& pass, const ForceLaw& m
 
 void warn_of_forces(Command& command, const PathFile& programmed, const Eigen::Matrix3Xd& deviation,
                     const MirrorOptions& options) {
-  constexpr double kNoBending = 1e-6, kMostBending = 0.02;  // m: no arm bends so under a cut
+  // m: no arm is corrected so finely, and none bends so far under a cut.
+  constexpr double kNoBending = 0.01e-3, kMostBending = 0.02;
   const double most = deviation.colwise().norm().maxCoeff();
   const std::string found = fmt::format(
       "{}: the forces, {:.3g} N at most, make the tool deviate by up to {:.3g} mm",

@@ -23,6 +23,17 @@ void refuse_the_same(Command& command, const std::vector<const PathFile*>& files
 void refuse_corrected(const PathFile& path, const std::string& instead,
                       const std::string& of_mirror = "");
 
+/// Throws InputError if a pass holds the readings of another one, trimmed, shifted or rounded.
+void refuse_copies(const std::vector<PathFile>& records);
+
+/// Of records with samples between the readings.
+void warn_of_interpolated(Command& command, const std::vector<PathFile>& records);
+
+/// Of passes of a certificate, what their records leave in doubt. `clocks`: of the passes.
+void warn_of_certified(Command& command, const PathFile& commanded,
+                       const std::vector<PathFile>& passes, const std::vector<ClockFit>& clocks,
+                       const ClockOptions& options);
+
 /// Of records that no instrument made, such as a corrected path.
 void warn_of_computed(Command& command, const PathFile& programmed,
                       const std::vector<PathFile>& records);

@@ -63,13 +63,14 @@ void add_frames(Command& command, ProgramArguments& arguments) {
                   "itself if absent");
 }
 
-void warn_of_tool(Command& command, const ProgramArguments& arguments) {
+void warn_of_units(Command& command, const Robot& controller, const ProgramArguments& arguments) {
   if (const std::string doubt = doubt_of_tool("of --tool", pose_from_numbers(arguments.tool));
       !doubt.empty())
     command.warn(doubt);
   if (const std::string doubt = doubt_of_frame("of --base", pose_from_numbers(arguments.base));
       !doubt.empty())
     command.warn(doubt);
+  if (!arguments.start.empty()) joints_of(command, arguments.start, controller, "--start");
 }
 
 void add_conditions(Command& command, ProgramArguments& arguments) {

@@ -39,8 +39,8 @@ struct Models {
 Models read_models(Command& command, ProgramArguments& arguments);
 /// --tool, --tool-is-measured, --flange and --base.
 void add_frames(Command& command, ProgramArguments& arguments);
-/// Warns of a --tool that looks as if it were in m.
-void warn_of_tool(Command& command, const ProgramArguments& arguments);
+/// Warns of a --tool or --base that looks as if it were in m, and of a --start in rad.
+void warn_of_units(Command& command, const Robot& controller, const ProgramArguments& arguments);
 /// --session, --payload-kg, --t-s and --temp-c.
 void add_conditions(Command& command, ProgramArguments& arguments);
 

@@ -35,7 +35,7 @@ int run(app::Command& command, const app::PassArguments& arguments) {
   pass.joints.orientation_option = "--orientation-deg";
   pass.joints.start_option = "--start-deg";
   if (!arguments.start_deg.empty())
-    pass.joints.start = app::joints_of(arguments.start_deg, robot, "--start-deg");
+    pass.joints.start = app::joints_of(command, arguments.start_deg, robot, "--start-deg");
   const PathFile programmed = command.read_path(command.input, KeepRows::yes, robot);
   if (!arguments.part.empty()) pass.part = read_part(command, arguments.part, programmed, robot);
   if (arguments.depth_mm > 0 && !gives_way(truth))

@@ -41,7 +41,7 @@ auto with_warnings(Command& command, const RobotProgram* program, Work work) {
 void warn_of_targets(Command& command, const CorrectionArguments& arguments,
                      const Robot& controller, const RobotProgram* program,
                      const ProgramFile& file) {
-  warn_of_tool(command, arguments);
+  warn_of_units(command, controller, arguments);
   if (!program) {
     if (const std::string doubt = doubt_of_table(file.source, file.program); !doubt.empty())
       command.warn(doubt);

@@ -38,6 +38,7 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   const auto n = static_cast<int>(passes.size());
   PathFigures figures;
   figures.passes = n;
+  figures.clocks = clocks;
   figures.planes = found.planes;
   figures.of_path = cross_normal_planes(commanded, commanded).sample.size();
   figures.at = found.at;

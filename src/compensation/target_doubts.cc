@@ -163,6 +163,13 @@ std::string doubt_of_turn(const std::string& name, const Pose& pose) {
 
 }  // namespace
 
+std::string doubt_of_joints(const std::string& option, const std::vector<double>& degrees) {
+  if (!looks_like_radians(degrees)) return "";
+  return fmt::format(
+      "{}: all joint angles lie within {:.3g} deg of zero: are these radians? Give degrees", option,
+      largest_of(degrees));
+}
+
 std::string doubt_of_tool(const std::string& name, const Pose& tool) {
   if (std::string doubt = doubt_of_turn("the tool " + name, tool); !doubt.empty()) return doubt;
   const double length = tool.translation.norm();

@@ -380,7 +380,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
     robot.effects.push_back(read_effect(entry, robot.chain));
   if (document.has("uncertainty"))
     robot.uncertainty =
-        read_uncertainty(document.map("uncertainty"), robot.chain, robot.effects);
+        read_uncertainty(document.map("uncertainty"), robot.chain, robot.effects, robot.std);
   if (document.has("calibration")) {
     YamlMap calibration = document.map("calibration");
     read_residual_spread(calibration, result);

@@ -224,6 +224,10 @@ def lengths_in_metres():
         r"([dr]_mm: )([-0-9.]+)", lambda length: f"{length[1]}{float(length[2]) / 1000:.7f}", found[0]))
 
 
+def with_contacts(contacts):
+    return robot_with(r"(\ntool:.*)", lambda found: f"{found[1]}\ncontacts: {{{contacts}}}")
+
+
 def centres_in_metres():
     return robot_with(r"(?s)\nmasses:.*", lambda found: re.sub(
         r"com_mm: \[(.*?)\]", lambda c: f"com_mm: [{', '.join(str(float(x) / 1000) for x in c[1].split(','))}]", found[0]))
@@ -268,8 +272,8 @@ def ur(*lines, tool="set_tcp(p[0,0,0.15,0,0,0])"):
                        "end")
 
 
-def about_with(old, new):
-    text = ABOUT.read_text()
+def about_with(old, new, calibrated="2026-12-31"):
+    text = ABOUT.read_text().replace("calibrated_until: 2026-12-31", f"calibrated_until: {calibrated}")
     assert old in text, old
     (FOLDER / "about.yaml").write_text(text.replace(old, new))
     return lambda: ("certify", "--robot", "calibrated.yaml", "--about", "about.yaml", "visits.csv")
@@ -339,12 +343,72 @@ def round_part():
     return table
 
 
+def with_corners():
+    """A rectangle of 200 x 120 mm about the centre, at 25 mm/s, from rest to rest."""
+    corners, table, way = [(-100, -60), (100, -60), (100, 60), (-100, 60), (-100, -60)], [], [0]
+    for (x, y), (u, v) in zip(corners, corners[1:]):
+        way.append(way[-1] + math.hypot(u - x, v - y))
+    for k in range(int((way[-1] / 25 + 2) / 0.016) + 1):
+        s = min(max(25 * (0.016 * k - 1), 0), way[-1])
+        side = max(i for i in range(4) if way[i] <= s)
+        share = (s - way[side]) / (way[side + 1] - way[side])
+        x, y = (a + share * (b - a) for a, b in zip(corners[side], corners[side + 1]))
+        table.append({"t_s": f"{0.016 * k:.3f}", "x_mm": f"{CENTRE[0] + x:.6f}", "y_mm": f"{CENTRE[1] + y:.6f}",
+                      "z_mm": "850", "a_deg": "0", "b_deg": "0", "c_deg": "0"})
+    return table
+
+
 def about_the_part(degrees):
     def turn(row):
         x, y = (float(row[c]) - at for c, at in zip(POINT, CENTRE))
         s, c = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
         row.update(x_mm=repr(CENTRE[0] + c * x - s * y), y_mm=repr(CENTRE[1] + s * x + c * y))
     return changed("round-pass.csv", each(turn), "turned.csv")
+
+
+def beside_the_part(left):
+    """The pass over the round part with the edge of a tool, to the left of travel: inside of the circle."""
+    def change(row):
+        x, y = (float(row[c]) - at for c, at in zip(POINT, CENTRE))
+        shorter = 1 - left / math.hypot(x, y)
+        row.update(x_mm=repr(CENTRE[0] + shorter * x), y_mm=repr(CENTRE[1] + shorter * y))
+    return changed("round-pass.csv", each(change), "beside.csv")
+
+
+def of_size(factor):
+    """The pass over the round part, of a part of another size."""
+    def change(row):
+        row.update({c: repr(at + factor * (float(row[c]) - at)) for c, at in zip(POINT, CENTRE)})
+    return changed("corners-pass.csv", each(change), "sized.csv")
+
+
+def between(table):
+    """Four samples in the place of one, on straight lines."""
+    columns = ("t_s",) + POINT
+    numbers = [[float(row[c]) for c in columns] for row in table]
+    return [{c: f"{a + (b - a) * k / 4:.6f}" for c, a, b in zip(columns, one, other)}
+            for one, other in zip(numbers, numbers[1:]) for k in range(4)]
+
+
+def trimmed(table):
+    return [dict(row, t_s=repr(float(row["t_s"]) + 7)) for row in table[8:-8]]
+
+
+def mapped(*more):
+    return lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm",
+                    "1400,2200,-400,400,800,1600", "--grid", "2,2,2", "--summary", "summary.yaml", "-o", "map.csv", *more)
+
+
+def root_times(factor):
+    """A certificate by a robot file whose uncertainty was changed by hand."""
+    def arguments():
+        text = (FOLDER / "calibrated.yaml").read_text()
+        changed_text = re.sub(r"(?s)(\n  root: \[)(.*?)(\])", lambda found: found[1] + ", ".join(
+            repr(factor * float(number)) for number in found[2].split(",")) + found[3], text, count=1)
+        assert changed_text != text
+        (FOLDER / "changed.yaml").write_text(changed_text)
+        return "certify", "--robot", "changed.yaml", "--about", ABOUT, "visits.csv"
+    return arguments
 
 
 def from_force(change, robot=ROUGHING):
@@ -390,6 +454,8 @@ def prepare():
     written("round.csv", round_part())
     make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.05, "--seed", 5, "--clock-offset-s", 1, "round.csv", "-o",
          "round-pass.csv")
+    written("corners.csv", with_corners())
+    make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.03, "corners.csv", "-o", "corners-pass.csv")
     written("line.csv", [dict(row, pose=k) for k, row in enumerate(rows(LINE))])
     make("compensate", "-q", "--robot", UNDECLARED, "--controller", ROBOT, "--start=-90,-90,90,0,0,0", "line.csv", "-o",
          "line-commands.csv")
@@ -659,10 +725,31 @@ TABLE = {
     "URScript with rotation vectors in deg": (
         ur(UR_START, "movel(p[2.18,-0.47,1.44,40,-23,-57])"), 0,
         "the rotation vector is 73.33 rad long, more than a turn: are these degrees? A UR counts rad"),
-    "orientation of a map in rad": (
-        lambda: ("map-errors", "--robot", "calibrated.yaml", "--controller", ROBOT, "--box-mm", "1400,2200,-400,400,800,1600",
-                 "--grid", "2,2,2", "--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0", "--summary", "summary.yaml", "-o",
-                 "map.csv"), 0, "which is 90 deg in rad"),
+    "orientation of a map in rad": (mapped("--orientation", "0,1.5708,0", "--start=0,-90,90,0,60,0"), 0,
+                                    "which is 90 deg in rad"),
+    "branch of a map in rad": (mapped("--start=0,-1.0472,1.5708,0,1.0472,0"), 0,
+                               "--start: all joint angles lie within 1.57 deg of zero: are these radians?"),
+    "part of a map in m": (mapped("--start=0,-90,90,0,60,0", "--part-mm", "0.4,0.4,0.2"), 0, "longer than 0.4 mm: is it in m?"),
+    "branch of a simulated pass in rad": (
+        lambda: ("simulate-path", "--robot", ROBOT, "--start-deg=-1.5708,-1.0472,1.3963,0,1.0472,0", LINE, "-o", "simulated.csv"),
+        0, "--start-deg: all joint angles lie within 1.57 deg of zero"),
+    "joint angles of a pendant in rad": (
+        lambda: ("check-robot", ROBOT, "--at=0.1745,-1.0472,1.3963,0,1.0472,0", "-o", "shown.txt"), 0,
+        "--at: all joint angles lie within 1.4 deg of zero"),
+    "poses of an arm in m": (lambda: ("plan-poses", "--robot", lengths_in_metres(), "--count", 20, "-o", "planned.csv"), 0,
+                             "are d_mm and r_mm in m?"),
+    "readings of an arm in m": (lambda: ("simulate-poses", "--robot", lengths_in_metres(), "--count", 20, "-o", "simulated.csv"),
+                                0, "are d_mm and r_mm in m?"),
+    "flange of an arm in m": (
+        lambda: ("check-robot", lengths_in_metres(), "--at", "0,-90,90,0,60,0", "-o", "shown.txt"), 0, "are d_mm and r_mm in m?"),
+    "cube in m": (lambda: ("check-robot", with_contacts("cube: {kind: cube, edge_mm: 0.1}"), "--at", "0,-90,90,0,60,0", "-o",
+                           "shown.txt"), 0, "contact 'cube': its points, faces and balls lie within 0.1 mm"),
+    "tip in m": (lambda: ("check-robot", with_contacts("cube: {kind: cube, edge_mm: 100, tip_radius_mm: 0.003}"), "--at",
+                          "0,-90,90,0,60,0", "-o", "shown.txt"), 0, "the tip that touches it has a radius of 0.003 mm: is it in m?"),
+    "ball in m": (lambda: ("check-robot", with_contacts("ball: {kind: sphere, x_mm: 0, y_mm: 0, z_mm: 0, radius_mm: 0.0125}"),
+                           "--at", "0,-90,90,0,60,0", "-o", "shown.txt"), 0, "contact 'ball': the sphere has a radius of 0.0125 mm"),
+    "largest change in um": (lambda: ("compare-runs", "--before", ROBOT, "calibrated.yaml", "--max-change-mm", 200), 0,
+                             "--max-change-mm 200: no arm changes by 20 mm"),
     # certificates
     "tolerance in um": (certificate("visits.csv", more=("--tolerance-mm", 400)), 0, "is it in um?"),
     "certificate compared with itself": (certificate("visits.csv", more=("--against", "certificate.yaml")), 0,
@@ -672,6 +759,13 @@ TABLE = {
     "certificate compared with that of another type": (
         lambda: against_certificate_with("type: KR 360", "type: KR 210"), 0,
         "other.yaml: robot: type is KR 210, and that of --robot"),
+    "certificate of a day to come": (
+        lambda: about_with("date: 2026-03-31", "date: 2099-03-31", calibrated="2099-12-31")(), 0, "is not yet, by the clock of this computer"),
+    "uncertainty of the arm times 1000": (root_times(1000), 1, "times the one under 'std'"),
+    "uncertainty of the arm times 0": (root_times(0), 1, "that is 0 times the one under 'std'"),
+    "second pass of a certificate in m": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", "pass.csv", "--pass", lambda: changed(
+            "pass.csv", scale(POINT, 0.001), "metres.csv"))), 1, "metres.csv: the measured path is 0.001"),
     "MPE in mm": (lambda: about_with("constant: 15", "constant: 0.015")(), 0, "mpe_um: constant is 0.015 um"),
     "certificate of another type": (lambda: about_with("type: KR 360", "type: KR 210")(), 0,
                                     "robot: type is KR 210, and that of --robot"),
@@ -698,6 +792,21 @@ TABLE = {
     "corrected path as that of a certificate": (
         certificate("visits.csv", more=("--path", "first.csv", "--pass", "pass.csv")), 1, "it is a corrected path"),
     "record turned about a round part": (mirror(lambda: [about_the_part(1)], "round.csv"), 0, "is turned by 1.0"),
+    "edge of the tool in place of its centre": (mirror(lambda: [beside_the_part(5)], "round.csv"), 0,
+                                                "runs 5.78 mm to the left of travel all along"),
+    "part of another size": (mirror(lambda: [of_size(0.99)], "corners.csv"), 0, "smaller than the program, along its way"),
+    "record interpolated": (mirror(record(between)), 0, "the record was interpolated"),
+    "a pass once more, trimmed": (mirror(lambda: ["pass.csv", changed("pass.csv", trimmed, "copy.csv")]), 1,
+                                  "it holds the readings of pass.csv from line 10 on"),
+    "a pass once more, rounded and moved": (
+        mirror(lambda: ["pass.csv", changed("pass.csv", in_turn(rounded(0.001), add("y_mm", 0.1)), "copy.csv")]), 1,
+        "it holds the readings of pass.csv from line 2 on"),
+    "a pass of a certificate once more, trimmed": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", "pass.csv", "--pass", lambda: changed(
+            "pass.csv", trimmed, "copy.csv"))), 1, "it holds the readings of pass.csv from line 10 on"),
+    "half a pass of a certificate in another frame": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", lambda: changed(
+            "pass.csv", cut_from(206, "y_mm", 2), "knocked.csv"))), 0, "was the instrument knocked"),
     "frame fitted to a round part": (mirror(lambda: [about_the_part(1)], "round.csv", ("--fit-frame",)), 0,
                                      "takes up a part of the deviation"),
     "z of the record is the program's": (mirror(record(each(lambda r: r.update(z_mm="850")))), 0,
@@ -713,6 +822,9 @@ TABLE = {
     "record mirrored": (mirror(record(scale(("y_mm",), -1))), 1, "on it with y of the other sign"),
     "record mirrored, frame fitted": (mirror(record(scale(("y_mm",), -1)), more=("--fit-frame",)), 0,
                                       "nor whether an axis has the wrong sign"),
+    "z of a flat part of the other sign, frame fitted": (
+        mirror(lambda: [changed("round-pass.csv", scale(("z_mm",), -1))], "round.csv", ("--fit-frame",)), 1,
+        "lies on round.csv with z of the other sign, without any frame"),
     "record mirrored at the line": (mirror(record(each(lambda r: r.update(y_mm=repr(-3300 - float(r["y_mm"])))))), 0,
                                     "deviates against the force"),
     "second pass without --previous": (mirror("second.csv"), 0, "name that as --previous"),
@@ -732,6 +844,7 @@ TABLE = {
     "forces in kN, without a robot": (mirror(record(scale(FORCE, 1e-3))), 0, "are fx_n, fy_n and fz_n in N?"),
     "forces in uN, without a robot": (mirror(record(scale(FORCE, 1e6))), 0, "are fx_n, fy_n and fz_n in N?"),
     "forces of the cut in kN": (from_force(scale(FORCE, 1e-6)), 0, "which is nothing: are they in N"),
+    "forces of the cut in kN, of a stiff robot": (from_force(scale(FORCE, 1e-3)), 0, "which is nothing: are they in N"),
     "forces of the cut in mN": (from_force(scale(FORCE, 1e3)), 0, "are they in N?"),
     "cut with a robot that does not yield": (from_force(each(lambda r: None), ROBOT), 0, "which is nothing"),
     "record in steps of 1 mm": (mirror(record(rounded(1))), 0, "have steps of 1 mm"),
@@ -782,6 +895,8 @@ SOUND = {
     "certificate, arm that warms up": certificate("visits.csv", change=each(
         lambda r: r.update(z_mm=repr(float(r["z_mm"]) + 0.3 * (1 - math.exp(-float(r["t_s"]) / 400)))))),
     "certificate, one gross reading": certificate("visits.csv", change=add("x_mm", 3, lambda r: r["t_s"] == "700")),
+    "rectangle": mirror("corners-pass.csv", "corners.csv"),
+    "rectangle, 0.3 % smaller": mirror(lambda: [of_size(0.997)], "corners.csv"),
     "round part": mirror("round-pass.csv", "round.csv"),
     "round part, turned by a tenth of a degree": mirror(lambda: [about_the_part(0.1)], "round.csv"),
     "unchanged": since("visits.csv"),

@@ -99,6 +99,66 @@ TEST(FormError, IsUnbiasedAndItsIntervalCovers) {
   EXPECT_NEAR(all.coverage(), 0.95, 0.01);
 }
 
+// A path through these corners at 27 mm/s, which stands for a second at both ends.
+Path through(const std::vector<Eigen::Vector3d>& corners) {
+  constexpr double kPeriod = 0.016, kFeed = 0.027;
+  std::vector<double> length{0};
+  for (size_t k = 1; k < corners.size(); ++k)
+    length.push_back(length.back() + (corners[k] - corners[k - 1]).norm());
+  const auto samples = static_cast<Eigen::Index>((length.back() / kFeed + 2) / kPeriod) + 1;
+  Path path;
+  path.time = Eigen::VectorXd::LinSpaced(samples, 0, kPeriod * static_cast<double>(samples - 1));
+  path.position.resize(3, samples);
+  size_t k = 1;
+  for (Eigen::Index i = 0; i < samples; ++i) {
+    const double at = std::clamp(kFeed * (path.time[i] - 1), 0.0, length.back());
+    while (k + 1 < corners.size() && at > length[k]) ++k;
+    const double share = (at - length[k - 1]) / (length[k] - length[k - 1]);
+    path.position.col(i) = corners[k - 1] + share * (corners[k] - corners[k - 1]);
+  }
+  return path;
+}
+
+Path record_aside(std::mt19937_64& random, const Path& path, const Eigen::Vector3d& offset,
+                  double noise, double period) {
+  std::normal_distribution<double> normal(0, noise);
+  Path record;
+  const double end = path.time[path.samples() - 1];
+  const auto samples = static_cast<Eigen::Index>(end / period);
+  record.time = Eigen::VectorXd::LinSpaced(samples, 0, period * static_cast<double>(samples - 1));
+  record.position = position_at(path, record.time).colwise() + offset;
+  for (double& value : record.position.reshaped()) value += normal(random);
+  return record;
+}
+
+// An offset in x, y and z on a circle, and on sides along x and y of equal length: across the path
+// lies half of the square of x and y, and that of z. At each corner the deviation jumps.
+TEST(FormError, IntervalCoversOnCurvesAndBetweenCorners) {
+  std::vector<Eigen::Vector3d> circle, stairs;
+  for (int k = 0; k <= 720; ++k)
+    circle.emplace_back(0.06 * std::cos(k * std::numbers::pi / 360),
+                        0.06 * std::sin(k * std::numbers::pi / 360), 0);
+  for (int k = 0; k <= 18; ++k) stairs.emplace_back(0.02 * ((k + 1) / 2), 0.02 * (k / 2), 0);
+  const Eigen::Vector3d offset(0.12e-3, -0.09e-3, 0.05e-3);
+  const double truth = std::sqrt(offset.head<2>().squaredNorm() / 2 + offset.z() * offset.z());
+  std::mt19937_64 random(7);
+  for (const Path& path : {through(circle), through(stairs)})
+    for (const double noise : {0.02e-3, 0.05e-3, 0.1e-3})
+      for (const double period : {0.016, 0.032}) {
+        Runs runs;
+        int shaken = 0;
+        for (int k = 0; k < 400; ++k) {
+          const FormError form =
+              form_error(path, {record_aside(random, path, offset, noise, period)});
+          runs.add(form, truth);
+          shaken += form.faster > 0;
+        }
+        EXPECT_LT(std::abs(runs.bias()), 0.01) << noise << " " << period;
+        EXPECT_NEAR(runs.coverage(), 0.95, 0.03) << noise << " " << period;
+        EXPECT_LE(shaken, 4) << noise << " " << period;
+      }
+}
+
 // The same through clocks that differ and are fitted.
 TEST(FormError, HoldsWithFittedClocksAndLostSamples) {
   const plant::Program program = plant::program(plant::Shape::line);

@@ -16,6 +16,7 @@ inline constexpr int kStandardPathCycles = 10;
 /// ISO 9283:1998, 8.2 and 8.3, of one commanded path, position: see PathAccuracy.
 struct PathFigures {
   int passes = 0;
+  std::vector<ClockFit> clocks;  ///< of the passes
   Eigen::Index planes = 0;   ///< normal to the path, met by all passes
   Eigen::Index of_path = 0;  ///< those of the whole path
   double at = 0;             ///< [m]

@@ -21,6 +21,10 @@ std::string doubt_of_tool(const std::string& name, const Pose& tool);
 /// The same for a frame in R_0.
 std::string doubt_of_frame(const std::string& name, const Pose& frame);
 
+/// Whether joint angles that an option states in deg look like radians, as a sentence; empty if
+/// not.
+std::string doubt_of_joints(const std::string& option, const std::vector<double>& degrees);
+
 /// Whether the poses of a table of targets look as if they were given in m, as a sentence with the
 /// name of its file; empty if not.
 std::string doubt_of_table(const std::string& file, const Program& program);

@@ -25,10 +25,28 @@ Eigen::Index rows_of_root(size_t numbers, size_t parameters, const std::vector<E
   return 0;
 }
 
+// `std` states the root of the diagonal of the covariance, or more where a calibration widened it.
+void check_root(const YamlMap& map, const Uncertainty& uncertainty,
+                const std::map<std::string, double>& deviations) {
+  constexpr double kRounding = 1.01;
+  for (size_t k = 0; k < uncertainty.parameters.size(); ++k) {
+    const std::string& name = uncertainty.parameters[k];
+    const auto stated = deviations.find(name);
+    if (stated == deviations.end()) continue;
+    const double times = uncertainty.root.row(static_cast<Eigen::Index>(k)).norm() / stated->second;
+    if (times == 0 || times > kRounding)
+      map.fail("root",
+               fmt::format("has a standard deviation of '{}' that is {:.4g} times the one under "
+                           "'std': one of them was changed by hand; calibrate again",
+                           name, times));
+  }
+}
+
 }  // namespace
 
 Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
-                             const std::vector<Effect>& effects) {
+                             const std::vector<Effect>& effects,
+                             const std::map<std::string, double>& deviations) {
   Uncertainty result;
   result.parameters = map.texts("parameters");
   for (const std::string& name : result.parameters)
@@ -51,6 +69,7 @@ Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
   auto next = numbers.begin();
   for (Eigen::Index row = 0; row < result.root.rows(); ++row)
     for (Eigen::Index column = 0; column <= row; ++column) result.root(row, column) = *next++;
+  check_root(map, result, deviations);
   result.reading.position = map.number("reading_mm") * kMillimetre;
   result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;
   result.rest = map.number("rest_mm", 0) * kMillimetre;

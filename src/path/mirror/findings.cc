@@ -9,6 +9,7 @@
 #include "armtrue/path/joint_reversals.h"
 #include "armtrue/path/low_pass.h"
 #include "armtrue/path/mirror/pass_doubts.h"
+#include "path/mirror/corners.h"
 #include "path/mirror/frame_error.h"
 #include "path/mirror/mean_deviation.h"
 
@@ -24,7 +25,10 @@ std::vector<Path> all_registered(const std::vector<Path>& passes, const std::vec
 }
 
 PassAccuracy pass_accuracy(const Path& programmed, const std::vector<Path>& passes) {
-  const std::vector<Eigen::Matrix3Xd> across = across_in_motion(programmed, passes);
+  const Eigen::Matrix3Xd tangent = side_tangents(programmed, find_corners(programmed));
+  std::vector<Eigen::Matrix3Xd> across;
+  for (const Path& pass : passes)
+    across.push_back(across_in_motion(programmed, tangent, pass).deviation);
   Eigen::Index count = 0;
   for (const Eigen::Matrix3Xd& of_pass : across) count += of_pass.cols();
   Eigen::Matrix3Xd all(3, count);

@@ -1,6 +1,6 @@
 #include "armtrue/path/mirror/form_error.h"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,6 +9,7 @@
 #include "armtrue/path/mirror/mirror_options.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/intervals.h"
+#include "path/mirror/corners.h"
 #include "path/mirror/mean_deviation.h"
 
 namespace armtrue {
@@ -26,10 +27,10 @@ constexpr double kEfficiencyOfDifferences = 0.514;
 constexpr double kHardlyUncertain = 0.1;  // of the square of the bands below
 
 // The first `count` coefficients of the orthonormal cosine transform of each row.
-Eigen::Matrix3Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix3Xd>& samples,
+Eigen::Matrix2Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix2Xd>& samples,
                                   Eigen::Index count) {
   const auto n = static_cast<double>(samples.cols());
-  Eigen::MatrixX3d sum = Eigen::MatrixX3d::Zero(count, 3);
+  Eigen::MatrixX2d sum = Eigen::MatrixX2d::Zero(count, 2);
   for (int i = 0; i < samples.cols(); ++i) {
     const double angle = std::numbers::pi * (i + 0.5) / n;
     const double twice = 2 * std::cos(angle);
@@ -54,7 +55,8 @@ struct Band {
 
 class FormSpectrum {
  public:
-  void add(const Eigen::Matrix3Xd& across, double period) {
+  // A deviation across the path in one piece.
+  void add(const Eigen::Ref<const Eigen::Matrix2Xd>& across, double period) {
     const double duration = period * static_cast<double>(across.cols());
     const auto stretches =
         std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(duration / kLongestStretch)));
@@ -68,7 +70,7 @@ class FormSpectrum {
   FormError form() const {
     if (noise_count_ == 0)
       throw std::invalid_argument("form error: fewer than two samples in motion");
-    const Eigen::Matrix3d noise = noise_ / noise_count_;
+    const Eigen::Matrix2d noise = noise_ / noise_count_;
     const double squares = noise.squaredNorm(), variance = noise.trace();
     // The square of the form in `count` coefficients, and its standard deviation from noise alone.
     const auto square = [&](const Band& band) {
@@ -79,7 +81,7 @@ class FormSpectrum {
     };
     Band all;
     double least_biased = 0;
-    // Numbers of a coefficient that vary: two across a straight path, if the noise is the same.
+    // Numbers of a coefficient that vary: two, if the noise is the same along both axes.
     const double axes = squares > 0 ? variance * variance / squares : 1;
     const auto stands_out = [&](const Band& band) {
       if (variance == 0) return band.power > 0;
@@ -126,14 +128,14 @@ class FormSpectrum {
     return std::sqrt((above_.power - above_.count * of_sample) / samples_);
   }
 
-  void add_stretch(const Eigen::Ref<const Eigen::Matrix3Xd>& across, double period) {
+  void add_stretch(const Eigen::Ref<const Eigen::Matrix2Xd>& across, double period) {
     const auto n = static_cast<int>(across.cols());
     if (n < 2) return;
     // Coefficient k has the frequency k / (2 n period).
     const double highest = 2 * kHighest * period * n;
     const int of_form = std::clamp(static_cast<int>(highest) + 1, 1, n / 2);
     const int of_noise = std::min(kNoiseBand * of_form, n) - of_form;
-    const Eigen::Matrix3Xd z = cosine_transform(across, of_form + of_noise);
+    const Eigen::Matrix2Xd z = cosine_transform(across, of_form + of_noise);
     noise_ += z.rightCols(of_noise) * z.rightCols(of_noise).transpose();
     noise_count_ += of_noise;
     form_ += z.leftCols(of_form) * z.leftCols(of_form).transpose();
@@ -152,19 +154,65 @@ class FormSpectrum {
     }
   }
 
-  Eigen::Matrix3d noise_ = Eigen::Matrix3d::Zero(), form_ = Eigen::Matrix3d::Zero();  // of z z'
+  Eigen::Matrix2d noise_ = Eigen::Matrix2d::Zero(), form_ = Eigen::Matrix2d::Zero();  // of z z'
   double noise_count_ = 0, samples_ = 0;
   Band above_;                                     // all that the form does not have
   double differences_ = 0, difference_count_ = 0;  // squares of second differences, as of a sample
   std::vector<Band> bands_;
 };
 
+using AxesAcross = Eigen::Matrix<double, 3, 2>;
+
+// Two unit vectors across the path at each sample, which turn with it and not about it: noise that
+// is the same along x, y and z is the same along both, wherever the path leads.
+std::vector<AxesAcross> axes_across(const Eigen::Matrix3Xd& tangent) {
+  constexpr double kReversal = 1e-9;  // 1 + cosine: which way it turns is rounding
+  const Eigen::Vector3d first = tangent.col(0).unitOrthogonal();
+  AxesAcross axes;
+  axes << first, tangent.col(0).cross(first);
+  std::vector<AxesAcross> all{axes};
+  for (Eigen::Index i = 1; i < tangent.cols(); ++i) {
+    const Eigen::Vector3d turn = tangent.col(i - 1).cross(tangent.col(i));
+    const double cosine = tangent.col(i - 1).dot(tangent.col(i));
+    for (auto axis : axes.colwise())
+      if (1 + cosine > kReversal)
+        axis = (cosine * axis + turn.cross(axis) + turn.dot(axis) / (1 + cosine) * turn).eval();
+    all.push_back(axes);
+  }
+  return all;
+}
+
+// Adds a pass. A corner begins a piece: there a deviation jumps from side to side, and a jump has
+// power above the form. A side with one sample stays with the next one.
+void add_pass(const Path& programmed, const Eigen::Matrix3Xd& tangent,
+              const std::vector<Corner>& corners, const std::vector<AxesAcross>& axes,
+              const Path& pass, FormSpectrum& spectrum) {
+  const AcrossInMotion across = across_in_motion(programmed, tangent, pass);
+  const double period = median_period(pass);
+  Eigen::Matrix2Xd moving(2, across.deviation.cols());
+  Eigen::Index begin = 0;
+  size_t corner = 0;
+  for (Eigen::Index i = 0; i < moving.cols(); ++i) {
+    const auto nearest = across.nearest[static_cast<size_t>(i)];
+    bool turned = false;
+    for (; corner < corners.size() && corners[corner].last < nearest; ++corner) turned = true;
+    if (turned && i - begin > 1) {
+      spectrum.add(moving.middleCols(begin, i - begin), period);
+      begin = i;
+    }
+    moving.col(i) = axes[static_cast<size_t>(nearest)].transpose() * across.deviation.col(i);
+  }
+  spectrum.add(moving.rightCols(moving.cols() - begin), period);
+}
+
 }  // namespace
 
 FormError form_error(const Path& programmed, const std::vector<Path>& passes) {
-  const std::vector<Eigen::Matrix3Xd> across = across_in_motion(programmed, passes);
+  const std::vector<Corner> corners = find_corners(programmed);
+  const Eigen::Matrix3Xd tangent = side_tangents(programmed, corners);
+  const std::vector<AxesAcross> axes = axes_across(tangent);
   FormSpectrum spectrum;
-  for (size_t p = 0; p < passes.size(); ++p) spectrum.add(across[p], median_period(passes[p]));
+  for (const Path& pass : passes) add_pass(programmed, tangent, corners, axes, pass, spectrum);
   return spectrum.form();
 }
 

@@ -177,28 +177,23 @@ PathDeviation mean_of(const Path& programmed, const std::vector<Path>& measured,
   return grid.mean();
 }
 
-Eigen::Matrix3Xd across_in_motion(const Path& programmed, const Eigen::Matrix3Xd& tangent,
-                                  const Path& pass) {
+}  // namespace
+
+AcrossInMotion across_in_motion(const Path& programmed, const Eigen::Matrix3Xd& tangent,
+                                const Path& pass) {
   const Eigen::Matrix3Xd velocity = velocity_at(programmed, pass.time);
   const Eigen::Matrix3Xd wanted = position_at(programmed, pass.time);
-  Eigen::Matrix3Xd across(3, pass.samples());
+  AcrossInMotion across{Eigen::Matrix3Xd(3, pass.samples()), {}};
   Eigen::Index count = 0, nearest = 0;
   for (Eigen::Index i = 0; i < pass.samples(); ++i) {
     nearest = nearest_sample(programmed, pass.time[i], nearest);
     if (velocity.col(i).isZero(0)) continue;
     const Eigen::Vector3d deviation = pass.position.col(i) - wanted.col(i);
-    across.col(count++) = deviation - tangent.col(nearest).dot(deviation) * tangent.col(nearest);
+    across.deviation.col(count++) =
+        deviation - tangent.col(nearest).dot(deviation) * tangent.col(nearest);
+    across.nearest.push_back(nearest);
   }
-  return across.leftCols(count);
-}
-
-}  // namespace
-
-std::vector<Eigen::Matrix3Xd> across_in_motion(const Path& programmed,
-                                               const std::vector<Path>& passes) {
-  const Eigen::Matrix3Xd tangent = side_tangents(programmed, find_corners(programmed));
-  std::vector<Eigen::Matrix3Xd> across;
-  for (const Path& pass : passes) across.push_back(across_in_motion(programmed, tangent, pass));
+  across.deviation.conservativeResize(3, count);
   return across;
 }
 

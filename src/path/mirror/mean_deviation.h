@@ -9,9 +9,15 @@ namespace armtrue {
 /// The sample nearest in time, at `from` or after it.
 Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from);
 
-/// Deviations across the path of registered passes, of the samples at which the program moves [m].
-std::vector<Eigen::Matrix3Xd> across_in_motion(const Path& programmed,
-                                               const std::vector<Path>& passes);
+/// What a registered pass deviates by while the program moves.
+struct AcrossInMotion {
+  Eigen::Matrix3Xd deviation;         ///< across the path [m]
+  std::vector<Eigen::Index> nearest;  ///< the sample of the program nearest in time
+};
+
+/// `tangent`: of the program, side_tangents().
+AcrossInMotion across_in_motion(const Path& programmed, const Eigen::Matrix3Xd& tangent,
+                                const Path& pass);
 
 /// Registers the records, each by itself but for a fitted frame, which they share, and removes
 /// their bad samples: first those that could mislead the clock, then those that only the deviations

@@ -60,8 +60,16 @@ std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::ve
   std::optional<UnlikePass> found;
   for (size_t p = 0; p < passes.size(); ++p) {
     // Its distance from the mean of all is (count - 1) / count of that from the others.
+    const ClockFit& clock = result.passes[p].clock;
+    const auto at = [&](double time) {
+      return std::lround((clock.program_time(time) - all.time[0]) / all.period);
+    };
+    const Index first = std::clamp<Index>(at(good[p].time[0]), 0, all.time.size()),
+                last = std::clamp<Index>(at(good[p].time[good[p].samples() - 1]), first,
+                                         all.time.size());
     const Eigen::Matrix3Xd off =
-        deviation_of_pass(programmed, good, result.passes, p).normal - all.normal;
+        (deviation_of_pass(programmed, good, result.passes, p).normal - all.normal)
+            .middleCols(first, last - first);
     const double apart = count / (count - 1) * rms_of_blocks(off, second);
     if (apart <= std::max(kUnlike * mean, kTimesNoise * all.noise)) continue;
     constexpr double kFarther = 1 + 1e-9;  // of two passes both are as far

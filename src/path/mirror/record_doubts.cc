@@ -217,6 +217,33 @@ std::optional<TurnedRecord> find_turn(const Eigen::Matrix3Xd& position,
   return TurnedRecord{turned, median({in_motion.along.begin(), in_motion.along.end()})};
 }
 
+std::optional<double> find_scale(const Eigen::Matrix3Xd& position,
+                                 const Eigen::Matrix3Xd& deviation,
+                                 const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time) {
+  constexpr double kLeastScale = 5e-3, kMostLeft = 1.0 / 3;
+  std::vector<Index> moving;
+  for (Index k = 0; k < velocity.cols(); ++k)
+    if (!velocity.col(k).isZero(0)) moving.push_back(k);
+  if (std::ssize(moving) < kFewestOfShape) return std::nullopt;
+  const AlongPath path = along_path(position, deviation, velocity.colwise().normalized(), moving);
+  const Eigen::Vector3d middle = position.rowwise().mean();
+  Eigen::MatrixXd columns(path.along.size(), 9);
+  for (Index row = 0; row < path.along.size(); ++row) {
+    const Index k = moving[row];
+    const double speed = velocity.col(k).norm();
+    columns.row(row) << path.columns.row(row), speed, speed * (time[k] - time.mean()),
+        velocity.col(k).dot(position.col(k) - middle) / speed;
+  }
+  const auto left_by = [&](const Eigen::MatrixXd& some) {
+    return rms_along(path.along - some * solved(some, path.along));
+  };
+  const double scale = solved(columns, path.along)[8];
+  if (std::abs(scale) < kLeastScale ||
+      left_by(columns) > kMostLeft * left_by(columns.leftCols<8>()))
+    return std::nullopt;
+  return scale;
+}
+
 std::optional<OpenRecord> find_open(const Path& programmed, const Eigen::Matrix3Xd& deviation,
                                     const Eigen::Matrix3Xd& velocity,
                                     const std::vector<bool>& straight_on,
@@ -341,6 +368,66 @@ std::vector<Index> find_copied_coordinates(const Path& programmed, const Path& r
   return copied;
 }
 
+std::optional<std::pair<Index, Index>> find_copy(const Path& record, const Path& other) {
+  constexpr Index kWindow = 20, kPlaces = 4;
+  constexpr double kStepsOfNoise = 10;
+  const std::optional<double> noise = noise_of_samples(record);
+  double step = 0;
+  for (Index axis = 0; axis < 3; ++axis)
+    for (const Path* path : {&record, &other})
+      step = std::max(step, step_of(path->position.row(axis)));
+  if (!noise || *noise < kStepsOfNoise * step) return std::nullopt;
+  // Whether both have moved alike from one sample of each to another.
+  const auto alike = [&](Index i, Index k, Index steps) {
+    return i + steps >= 0 && k + steps >= 0 && i + steps < record.samples() &&
+           k + steps < other.samples() &&
+           ((record.position.col(i + steps) - record.position.col(i)) -
+            (other.position.col(k + steps) - other.position.col(k)))
+                   .cwiseAbs()
+                   .maxCoeff() <= 2 * step;
+  };
+  for (Index place = 1; place < kPlaces; ++place) {
+    const Index i = record.samples() * place / kPlaces;
+    for (Index k = 0; k + kWindow < other.samples(); ++k) {
+      Index after = 0;
+      while (alike(i, k, after + 1)) ++after;
+      if (after < kWindow) continue;
+      Index before = 0;
+      while (alike(i, k, -before - 1)) ++before;
+      if (2 * (before + after) >= std::min(record.samples(), other.samples()))
+        return std::pair(i - before, k - before);
+    }
+  }
+  return std::nullopt;
+}
+
+double interpolated_share(const Path& record) {
+  constexpr double kFewestKnots = 0.05, kStepsOfNoise = 10;
+  double step = 0;
+  for (Index axis = 0; axis < 3; ++axis) step = std::max(step, step_of(record.position.row(axis)));
+  Index between = 0, knots = 0;
+  double square = 0, with_next = 0;
+  Eigen::Vector3d last = Eigen::Vector3d::Zero();
+  for (Index i = 1; i + 1 < record.samples(); ++i) {
+    const Eigen::Vector3d bend =
+        record.position.col(i - 1) - 2 * record.position.col(i) + record.position.col(i + 1);
+    if (bend.cwiseAbs().maxCoeff() <= 2 * step) {
+      ++between;
+      continue;
+    }
+    knots += bend.norm() > kStepsOfNoise * step;
+    square += bend.squaredNorm();
+    with_next += bend.dot(last);
+    last = bend;
+  }
+  const auto samples = static_cast<double>(record.samples());
+  // Bends of a curve have one sign, those of noise alternate.
+  if (2 * between <= record.samples() || static_cast<double>(knots) < kFewestKnots * samples ||
+      with_next >= -0.25 * square)
+    return 0;
+  return static_cast<double>(between) / samples;
+}
+
 std::optional<FrozenCoordinate> find_frozen_coordinate(const Path& record) {
   constexpr double kNoChance = 1e-6, kLeastShare = 0.1, kStepsOfNoise = 10;
   const Index samples = record.samples();
@@ -409,14 +496,21 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const Eigen::VectorXd time = joined.time(good);
   const Eigen::Matrix3Xd deviation = position - wanted, velocity = velocity_at(programmed, time);
   const std::vector<bool> straight = straight_on(programmed, time);
-  const auto step = find_step(deviation, velocity, time, good);
-  const auto rigid = step ? std::nullopt : find_rigid(position, wanted);
-  const auto turned = step || rigid ? std::nullopt : find_turn(wanted, deviation, velocity);
-  const auto open =
-      step || turned ? std::nullopt : find_open(programmed, deviation, velocity, straight, good);
-  return {step,
+  auto aside = find_aside(programmed, without(joined, bad));
+  if (aside && std::abs(aside->left) < kLargeDeviation) aside.reset();
+  const auto step = aside ? std::nullopt : find_step(deviation, velocity, time, good);
+  const auto rigid = aside || step ? std::nullopt : find_rigid(position, wanted);
+  const auto turned =
+      aside || step || rigid ? std::nullopt : find_turn(wanted, deviation, velocity);
+  const auto open = aside || step || turned
+                        ? std::nullopt
+                        : find_open(programmed, deviation, velocity, straight, good);
+  const auto scaled = aside || step ? std::nullopt : find_scale(wanted, deviation, velocity, time);
+  return {aside,
+          step,
           rigid,
           turned,
+          scaled,
           open,
           find_unfollowed(position, wanted, time, good),
           find_lag(deviation, velocity),

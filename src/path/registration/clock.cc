@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/path/registration/aside.h"
 #include "linear_algebra/decompositions.h"
 #include "path/registration/clock_estimator.h"
 #include "path/registration/feed.h"
@@ -79,12 +80,17 @@ Eigen::VectorXd distances(const Path& programmed, const Path& measured, const Cl
 // A record of another feed lies far from the program, in whatever frame, and is of this pass.
 void check_feed(const Path& programmed, const Path& measured, bool fit_frame) {
   const auto feed = find_other_feed(programmed, measured);
-  if (feed && joins(programmed, measured, *feed, fit_frame))
-    throw std::invalid_argument("the measured path " + in_words(*feed));
+  if (!feed || !joins(programmed, measured, *feed, fit_frame)) return;
+  // A radius inside of the curves makes the way shorter, at the same feed.
+  const auto aside = fit_frame ? std::nullopt : find_aside(programmed, measured);
+  const Eigen::VectorXd length = arc_length(programmed);
+  if (aside && aside->explains((1 - feed->ratio) * length[length.size() - 1]))
+    throw std::invalid_argument("the measured path " + in_words(*aside));
+  throw std::invalid_argument("the measured path " + in_words(*feed));
 }
 
-// What is wrong with the columns of a record that lies on the program with two of them exchanged or
-// one of the other sign; empty if none of these makes it so.
+}  // namespace
+
 std::string mistaken_columns(const Path& programmed, const Path& measured) {
   const auto lies_on_program = [&](const Path& record) {
     return mean_square_distance(programmed, record, first_offset(programmed, record)) <
@@ -103,6 +109,8 @@ std::string mistaken_columns(const Path& programmed, const Path& measured) {
   }
   return "";
 }
+
+namespace {
 
 [[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
   check_feed(programmed, measured, false);
@@ -197,7 +205,11 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
 std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
                                  const ClockOptions& options) {
   std::vector<ClockFit> clocks;
-  for (const Path& pass : passes) clocks.push_back(fit_clock(programmed, pass, options));
+  for (size_t p = 0; p < passes.size(); ++p) try {
+      clocks.push_back(fit_clock(programmed, passes[p], options));
+    } catch (const std::invalid_argument& error) {
+      throw UnusablePass(p, error.what());
+    }
   if (options.fit_frame) share_frame(programmed, passes, clocks);
   return clocks;
 }
@@ -225,11 +237,11 @@ void share_frame(const Path& programmed, const std::vector<Path>& passes,
         placed(passes[p], common).position - placed(passes[p], own).position;
     const double apart = std::sqrt(off.colwise().squaredNorm().mean());
     if (!(apart <= kMaxApart))
-      throw std::invalid_argument(
-          "in the frame that all passes have in common, pass " + std::to_string(p + 1) + " of " +
-          std::to_string(passes.size()) + " lies " + formatted("%.3g", apart / kMillimetre) +
-          " mm (rms) from where its own frame has it: was the instrument moved between the "
-          "passes? Give the passes of one set-up of the instrument");
+      throw UnusablePass(
+          p, "in the frame that all passes have in common, pass " + std::to_string(p + 1) + " of " +
+                 std::to_string(passes.size()) + " lies " + formatted("%.3g", apart / kMillimetre) +
+                 " mm (rms) from where its own frame has it: was the instrument moved between the "
+                 "passes? Give the passes of one set-up of the instrument");
     place_in(programmed, passes[p], common, clocks[p]);
     clocks[p].frame_covariance = covariance;
     clocks[p].frame_pivot = pivot;

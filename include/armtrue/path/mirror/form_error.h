@@ -31,9 +31,12 @@ struct FormError {
 /// The form error of some passes together, from their samples. `passes` are in the clock and the
 /// frame of `programmed`; each has the noise of its own record.
 ///
-/// Cosine transforms of stretches of a pass separate form and noise by frequency. With z the n
-/// coefficients of a stretch, K of them up to 3.125 Hz (or half of the highest frequency that the
-/// samples show, if that is lower) and S the mean of z z' from there to twice the frequency,
+/// Cosine transforms of stretches of a pass separate form and noise by frequency. A stretch ends at
+/// a corner of the program, where the deviation jumps, and its two components are along axes that
+/// turn with the path: noise that is the same along x, y and z is the same along both, on curves,
+/// too. With z the n coefficients of a stretch, K of them up to 3.125 Hz (or half of the highest
+/// frequency that the samples show, if that is lower) and S the mean of z z' from there to twice
+/// the frequency,
 ///     form^2 = (sum over the K of |z|^2 - K tr S) / n,
 /// all stretches together. So noise counts with its power near the frequencies of the form,
 /// whatever its spectrum above; noise that changes more slowly cannot be distinguished from the

@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "armtrue/path/mirror/engagement.h"
@@ -20,12 +18,6 @@ struct Pass {
   int lost = 0;                ///< samples missing between the first and the last
   std::vector<BadSample> bad;  ///< of the record; they are left out
   double longest_gap = 0;      ///< between the samples that are left [s]
-};
-
-/// A record that cannot be registered; the message says why, as that of fit_clock().
-struct UnusablePass : std::invalid_argument {
-  UnusablePass(size_t which, const std::string& why) : std::invalid_argument(why), pass(which) {}
-  size_t pass;  ///< index of the record
 };
 
 /// Mean deviation (measured minus programmed) of the passes, on a uniform grid of program times.

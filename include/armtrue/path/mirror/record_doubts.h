@@ -2,9 +2,11 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/path/path.h"
+#include "armtrue/path/registration/aside.h"
 #include "armtrue/path/registration/clock.h"
 #include "armtrue/path/samples/bad_samples.h"
 
@@ -60,6 +62,9 @@ struct TurnedRecord {
 /// Deviations that are more likely errors of the instrument, or of another program, than of the
 /// arm. A correction would copy them into the part.
 struct RecordDoubts {
+  /// Present if the record runs beside the program by more than 2 mm, see find_aside(): a cut bends
+  /// no arm so far all along. `step`, `rigid`, `turned` and `open` are empty then.
+  std::optional<Aside> aside;
   /// A jump above 1.5 mm and above 6 times the median change from sample to sample. At least 70 %
   /// of it remain over ten samples, while the program keeps its velocity. An arm that a cut bends
   /// moves more slowly.
@@ -72,6 +77,10 @@ struct RecordDoubts {
   /// standing ends, where neither clock nor lag moves it. Arms err by 1 to 2 mm in a metre, which
   /// turns a part by 0.1 deg. Empty if `rigid` is present.
   std::optional<TurnedRecord> turned;
+  /// Present if one factor about the middle, beyond 1 +- 0.005, leaves a third of the deviation
+  /// along the path that motions of the record, a lag and the rate of a clock leave: arms err by 1
+  /// to 2 mm in a metre, and forces bend them across the path. The factor less 1.
+  std::optional<double> scaled;
   /// Present if the program ends where it starts, with ten samples of the record at least in which
   /// it stands, there and here, and these are farther apart than the changes of the deviation where
   /// the tool starts, where it stops, and the largest at a corner (elsewhere, 19 of 20 are below
@@ -111,6 +120,16 @@ std::optional<FrozenCoordinate> find_frozen_coordinate(const Path& record);
 /// Whether a record is no reading of an instrument but a product of mirror-correct, such as the
 /// corrected path: it has the times of the program and less noise than 0.1 um.
 bool looks_computed(const Path& programmed, const Path& record);
+
+/// Where a record begins to hold the readings of another one: the first samples of both that are
+/// the same, but for one displacement and the rounding of the coarser record. At least half of the
+/// shorter record, with noise of ten digits: no two passes share their noise.
+std::optional<std::pair<Eigen::Index, Eigen::Index>> find_copy(const Path& record,
+                                                               const Path& other);
+
+/// Share of the samples that lie just between their neighbours, if they are more than half, and the
+/// others have noise: their second differences change their sign. 0 if not.
+double interpolated_share(const Path& record);
 
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -66,8 +68,19 @@ struct ClockOptions {
 /// if the standard deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
+/// A record that cannot be registered; the message says why, as that of fit_clock().
+struct UnusablePass : std::invalid_argument {
+  UnusablePass(size_t which, const std::string& why) : std::invalid_argument(why), pass(which) {}
+  size_t pass;  ///< index of the record
+};
+
+/// What is wrong with the columns of a record that lies on the program, where it stands, with two
+/// of them exchanged or one of the other sign: "z of the other sign"; empty if none of these makes
+/// it so.
+std::string mistaken_columns(const Path& programmed, const Path& measured);
+
 /// The clocks of passes that an instrument recorded in one set-up, each as by fit_clock(). A fitted
-/// frame is one for all of them, see share_frame().
+/// frame is one for all of them, see share_frame(). Throws UnusablePass.
 std::vector<ClockFit> fit_clocks(const Path& programmed, const std::vector<Path>& passes,
                                  const ClockOptions& options = {});
 
