@@ -37,7 +37,8 @@ class PosturesInClosedForm {
       : arm_(arm), joints_(arm.program_joints()), context_(context), wanted_(wanted) {}
 
   std::optional<std::vector<JointVector>> find() {
-    if (!arm_.robot().chain.couplings.empty() || !is_built_so()) return std::nullopt;
+    if (!joints_.is_six() || !arm_.robot().chain.couplings.empty() || !is_built_so())
+      return std::nullopt;
     place_shoulder();
     if (!is_clear_) return std::nullopt;
     return found_;

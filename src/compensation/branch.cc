@@ -28,6 +28,22 @@ Branch branch_of(const ChainEvaluator& arm, const JointVector& q, int first) {
   return branch;
 }
 
+Branch branch_of_few(const KinematicChain& chain, const ChainEvaluator& arm, const JointVector& q,
+                     const std::array<int, 3>& links) {
+  const LinkFrames frames = arm.link_frames(q);
+  const Eigen::Vector3d place = frames[static_cast<size_t>(links[2]) + 1].translation;
+  Eigen::Matrix3d motion;
+  for (size_t j = 0; j < links.size(); ++j) {
+    const Pose& frame = frames[links[j]];
+    const Eigen::Vector3d axis = frame.rotation.col(2);
+    motion.col(j) = axis;
+    if (!is_prismatic(chain.links[links[j]])) motion.col(j) = axis.cross(place - frame.translation);
+  }
+  Branch branch;
+  branch.elbow = sign_of(motion.determinant());
+  return branch;
+}
+
 bool is_same(const Branch& a, const Branch& b) {
   return a.shoulder * b.shoulder >= 0 && a.elbow * b.elbow >= 0 && a.wrist * b.wrist >= 0;
 }

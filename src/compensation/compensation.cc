@@ -272,6 +272,10 @@ class Compensation {
         context, before.value_or(controller().program_joints().whole(stated.reference, context.q)));
     const Pose wanted = wanted_at(row);
     const PostureSearch search(controller(), context, wanted, stated, before);
+    if (search.is_one_of_several())
+      throw OutOfReach(row,
+                       "the controller's model reaches it with its elbow on either side, and which "
+                       "one the arm takes is not known; teach the point as joint angles");
     if (const auto q = search.find()) return q;
     if (search.is_reached() && stated.is_weak && previous) return std::nullopt;
     throw OutOfReach(

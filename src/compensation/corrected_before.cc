@@ -136,9 +136,15 @@ std::optional<RoundWhereReached> find_round_where_reached(
     const RobotProgram& program, const std::vector<CorrectedTarget>& targets,
     const ProgramJoints& joints) {
   std::vector<ProgramCommand> reached;
-  for (const CorrectedTarget& target : targets)
-    reached.push_back({true, joints.arm_of(target.programmed), joints.arm_of(target.reached_q),
-                       target.reached, {}});
+  for (size_t k = 0; k < targets.size(); ++k) {
+    const CorrectedTarget& target = targets[k];
+    const JointVector& written = program.targets[k].q;
+    reached.push_back({true,
+                       joints.arm_of(target.programmed, written),
+                       joints.arm_of(target.reached_q, written),
+                       target.reached,
+                       {}});
+  }
   return find_round(numbers_beside(program, reached), 0);
 }
 

@@ -34,23 +34,41 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
       wanted_(wanted),
       stated_(stated),
       before_(before),
-      reference_(arm.branch_at(joints_.whole(stated.reference, context.q))) {
+      reference_(joints_.is_six() ? arm.branch_at(joints_.whole(stated.reference, context.q))
+                                  : Branch{}) {
   if (before) try_from(joints_.whole(joints_.arm_of(*before), context.q));
   if (!found_) try_from(joints_.whole(stated.reference, context.q));
   const bool is_done = found_.has_value() || look_at_all();
-  const KinematicChain& chain = arm.robot().chain;
   for (int k = 1; k <= kStarts && !found_ && !is_done; ++k) {
-    JointVector start(kProgramAxes);
-    for (int j = 0; j < kProgramAxes; ++j) {
-      const auto [min, max] = travel(joint_link(chain, joint(j)));
-      const double low = std::max(min, stated.low[j]), high = std::min(max, stated.high[j]);
-      const double share = share_of_start(k, j);
-      start[j] = low < high ? low + share * (high - low) : min + share * (max - min);
-    }
-    try_from(joints_.whole(start, context.q));
+    try_from(start(k));
   }
   if (!found_ && stated.sides_are_weak) found_ = in_ranges_only_;
   if (!found_ && !stated.is_weak) found_ = beyond_travel_;
+  if (found_ && !joints_.is_six()) look_for_another();
+}
+
+JointVector PostureSearch::start(int k) const {
+  JointVector q = context_.q;
+  for (int j = 0; j < kProgramAxes; ++j) {
+    if (joint(j) < 0) continue;
+    const auto [min, max] = travel(joint_link(arm_.robot().chain, joint(j)));
+    const double low = std::max(min, lowest(j)), high = std::min(max, highest(j));
+    const double share = share_of_start(k, j);
+    q[joint(j)] = low < high ? low + share * (high - low) : min + share * (max - min);
+  }
+  return q;
+}
+
+// What the makers state of the elbow of such an arm is not known.
+void PostureSearch::look_for_another() {
+  constexpr int kFew = 40;
+  const Branch branch = arm_.branch_at(*found_);
+  for (int k = 1; k <= kFew && !is_one_of_several_; ++k) {
+    const JointCorrection solution = joints_of_pose(arm_, context_, wanted_, start(k));
+    if (!solution.is_reached) continue;
+    const auto q = in_ranges(solution.q, true);
+    is_one_of_several_ = q && !is_same(branch, arm_.branch_at(*q));
+  }
 }
 
 void PostureSearch::try_from(const JointVector& start) {
@@ -89,11 +107,17 @@ bool PostureSearch::look_at_all() {
 std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_travel) const {
   const KinematicChain& chain = arm_.robot().chain;
   for (int j = 0; j < kProgramAxes; ++j) {
-    double low = stated_.low[j], high = stated_.high[j];
+    if (joint(j) < 0) continue;
+    const Link& link = joint_link(chain, joint(j));
+    double low = lowest(j), high = highest(j);
     if (in_travel) {
-      const auto [min, max] = travel(joint_link(chain, joint(j)));
+      const auto [min, max] = travel(link);
       low = std::max(min, low);
       high = std::min(max, high);
+    }
+    if (is_prismatic(link)) {
+      if (q[joint(j)] < low || q[joint(j)] > high) return std::nullopt;
+      continue;
     }
     const auto turned = turned_into(q[joint(j)], low, high, before_ ? (*before_)[joint(j)] : 0);
     if (!turned) return std::nullopt;

@@ -37,15 +37,23 @@ ProgramArm::ProgramArm(const Robot& robot, const CompensationOptions& options, c
 
 const ProgramJoints& ProgramArm::program_joints() const {
   if (program_joints_) return *program_joints_;
-  throw std::invalid_argument("the arm has not six axes beside external ones");
+  throw std::invalid_argument("which axes of a program the joints of the arm are is not known");
 }
 
 Branch ProgramArm::branch_at(const JointVector& q) const {
-  return program_joints_ ? branch_of(chain(), q, program_joints_->first_link) : Branch{};
+  if (!program_joints_) return {};
+  if (program_joints_->is_six()) return branch_of(chain(), q, program_joints_->first_link);
+  std::array<int, 3> links{};
+  for (size_t j = 0; j < links.size(); ++j) {
+    if (program_joints_->arm[j] < 0) return {};
+    links[j] = link_of_joint(robot_.chain, program_joints_->arm[j]);
+  }
+  return branch_of_few(robot_.chain, chain(), q, links);
 }
 
 double ProgramArm::wrist_sine_at(const JointVector& q) const {
-  return program_joints_ ? wrist_sine(chain(), q, program_joints_->first_link) : 1.0;
+  if (!program_joints_ || !program_joints_->is_six()) return 1;
+  return wrist_sine(chain(), q, program_joints_->first_link);
 }
 
 Context ProgramArm::in_station(Context context) const {

@@ -36,11 +36,12 @@ class ProgramArm {
   const ChainEvaluator& chain() const { return model_.chain(); }
   /// Joints that stay: the external axes, unless the options say that they may move.
   const std::vector<int>& held() const { return held_; }
-  /// Throws std::invalid_argument if the arm has not six axes beside external ones.
+  /// Throws std::invalid_argument if program_joints() of the chain is nothing.
   const ProgramJoints& program_joints() const;
-  /// Of an arm with six axes beside external ones; of any other, without sides.
+  /// Of an arm with fewer than six axes the elbow alone; of one whose axes are not known, or that
+  /// has more, without sides.
   Branch branch_at(const JointVector& q) const;
-  /// wrist_sine() of such an arm; 1 of any other.
+  /// wrist_sine() of an arm with six axes beside external ones; 1 of any other.
   double wrist_sine_at(const JointVector& q) const;
 
  private:

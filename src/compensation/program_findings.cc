@@ -77,14 +77,16 @@ ProgramJoints joints_of_program(const RobotProgram& program, const Robot& contro
   const std::optional<ProgramJoints> joints =
       program_joints(controller.chain, facts.counts_axis_3_from_arm);
   if (joints && (facts.has_external_axes || !joints->has_external())) return *joints;
-  throw InputError(fmt::format(
-      "{}: {} is about an arm of six revolute axes{}, and {} has the joints {}; give its targets "
-      "as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
-      program.texts[0].name,
-      facts.has_external_axes ? fmt::format("a {} program", facts.maker)
-                              : std::string("a program of this controller"),
-      facts.has_external_axes ? " and external axes E1 to E6" : "", name,
-      encoder_columns(controller.chain)));
+  throw InputError(
+      fmt::format("{}: {} is about an arm of six revolute axes{}, or of fewer whose links are "
+                  "named by them, such "
+                  "as A1, A2, A3 and A6, and {} has the joints {}; give its targets as a table "
+                  "(pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
+                  program.texts[0].name,
+                  facts.has_external_axes ? fmt::format("a {} program", facts.maker)
+                                          : std::string("a program of this controller"),
+                  facts.has_external_axes ? " and external axes E1 to E6" : "", name,
+                  encoder_columns(controller.chain)));
 }
 
 std::string doubt_of_stated_arm(const RobotProgram& program, const Robot& controller,

@@ -102,6 +102,42 @@ JointVector external_axes(const RobotProgram& program, const ProgramTarget& targ
   return q;
 }
 
+// The numbers of the arm's axes in a target [rad], where the robot file has an axis.
+JointVector arm_numbers(const RobotProgram& program, const ProgramTarget& target,
+                        const ProgramJoints& joints) {
+  if (target.kind == TargetKind::cartesian)
+    return target.near.value_or(JointVector::Zero(kProgramAxes));
+  const std::vector<ProgramNumber>& numbers = program.points[target.point].numbers;
+  for (int j = 0; j < kProgramAxes; ++j)
+    if (joints.arm[j] >= 0 && numbers[j].end == 0)  // it has no place in the text
+      throw InputError(fmt::format(
+          "{}:{}: the robot file has axis {}, and the point of this move has no angle of it; give "
+          "the model of the arm that the program is for",
+          program.texts[0].name, target.line, j + 1));
+  return target.q;
+}
+
+// Axes of the arm that the robot file does not have, and that move. Axis 5 of a palletiser moves
+// with its rods.
+void warn_of_axes_of_another_arm(const RobotProgram& program, const ProgramJoints& joints,
+                                 std::vector<std::string>& warnings) {
+  const ProgramTarget* first = nullptr;
+  for (const ProgramTarget& target : program.targets) {
+    if (target.kind != TargetKind::joints) continue;
+    if (!first) first = &target;
+    for (int j = 0; j < kProgramAxes; ++j) {
+      const bool is_moved = joints.arm[j] < 0 && j != joints.passive &&
+                            std::abs(target.q[j] - first->q[j]) > kRangeSlack;
+      if (!is_moved) continue;
+      warnings.push_back(fmt::format(
+          "{}:{}: axis {} moves, and the robot file does not have it; is the program one of "
+          "another arm?",
+          program.texts[0].name, target.line, j + 1));
+      return;
+    }
+  }
+}
+
 // External axes that the robot file does not have, and that move.
 void warn_of_other_axes(const RobotProgram& program, const ProgramJoints& joints,
                         std::vector<std::string>& warnings) {
@@ -140,9 +176,8 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     visits.pose.push_back(visits.rows());
     visits.pose_ids.push_back(fmt::format("line {}", target.line));
     visits.line.push_back(target.line);
-    const JointVector arm =
-        is_joints ? target.q : target.near.value_or(JointVector::Zero(kProgramAxes));
-    visits.q.push_back(joints.whole(arm, external_axes(program, target, joints)));
+    visits.q.push_back(
+        joints.whole(arm_numbers(program, target, joints), external_axes(program, target, joints)));
     const ProgramSetUp set_up{
         base_of(program, target, options.base),
         target.tool < 0 ? options.tool : options.flange * frame_of(program, target.tool)};
@@ -164,6 +199,7 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
                                  const ProgramJoints& joints) {
   ProgramCommands commands;
   warn_of_other_axes(program, joints, commands.warnings);
+  warn_of_axes_of_another_arm(program, joints, commands.warnings);
   const DialectFacts& facts = program.dialect->facts();
   if (program.own_model_line > 0)
     commands.warnings.push_back(
@@ -177,7 +213,7 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
     if (!states_turn(program, row)) std::erase(target.notes, CommandNote::turn);
     if (!facts.fixed_turns.empty() && target.is_corrected &&
         of_program.kind == TargetKind::cartesian &&
-        !is_in_ranges(of_program.configuration, target.q)) {
+        !is_in_ranges(of_program.configuration, joints.arm_of(target.q))) {
       target.is_corrected = false;
       target.q = target.programmed;
       target.pose = target.intended;
@@ -187,8 +223,8 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
                       "which {} states; teach the point with another turn",
                       program.texts[0].name, of_program.line, facts.fixed_turns));
     }
-    commands.list.push_back({target.is_corrected, joints.arm_of(target.programmed),
-                             joints.arm_of(target.q), target.pose,
+    commands.list.push_back({target.is_corrected, joints.arm_of(target.programmed, of_program.q),
+                             joints.arm_of(target.q, of_program.q), target.pose,
                              joints.external_numbers(target.q, of_program.external)});
   }
   return commands;

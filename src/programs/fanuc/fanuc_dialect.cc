@@ -36,18 +36,18 @@ class FanucDialect : public Dialect {
     return {0, Dialect::check(kind, component).rounded};  // an LS file has no more decimals
   }
 
-  // 'N U T, 0, 0, 0': the letters stay, the turns are those of the joints.
+  // 'N U T, 0, 0, 0': the letters stay, the turns are those of the joints, of an arm of four axes
+  // J4 alone.
   std::vector<TextEdit> configuration_edits(const RobotProgram& program, const ProgramPoint& point,
                                             const JointVector& q) const override {
     if (point.configuration.empty()) return {};
     const ProgramNumber& place = point.configuration[0];
     const std::string text = program.texts[0].text.substr(place.begin, place.end - place.begin);
-    const auto turn = [&](int joint) { return static_cast<int>(std::lround(q[joint] / kTurn)); };
-    const size_t comma = text.find(',');
-    return {{0, place.begin, place.end,
-             comma == std::string::npos ? text
-                                        : fmt::format("{}, {}, {}, {}", text.substr(0, comma),
-                                                      turn(3), turn(4), turn(5))}};
+    std::string edited = text.substr(0, text.find(','));
+    const auto stated = 3 + std::min<std::ptrdiff_t>(3, std::ranges::count(text, ','));
+    for (Eigen::Index joint = 3; joint < stated; ++joint)
+      edited += fmt::format(", {}", std::lround(q[joint] / kTurn));
+    return {{0, place.begin, place.end, edited}};
   }
 
   // Of a register: a position of /POS.
@@ -55,7 +55,9 @@ class FanucDialect : public Dialect {
                           const WrittenPoint& texts) const override {
     const bool is_joints = point.kind == TargetKind::joints;
     std::string text = "{\n   GP1:\n\t" + point.name;
-    for (size_t i = 0; i < texts.numbers.size(); ++i)
+    const auto has_place = [](const ProgramNumber& number) { return number.end > 0; };
+    const auto count = std::ranges::count_if(point.numbers, has_place);  // of fewer axes fewer
+    for (size_t i = 0; i < static_cast<size_t>(count); ++i)
       text += fmt::format("{}\t{} = {:>9} {}",
                           i == 0   ? ""
                           : i == 3 ? ",\n"

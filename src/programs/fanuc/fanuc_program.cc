@@ -459,8 +459,11 @@ class FanucReader : MoveReader {
     point.kind = is_joints ? TargetKind::joints : TargetKind::cartesian;
     for (int i = 0; i < 6; ++i) {
       const auto number = position.numbers.find(is_joints ? kFanucJoints[i] : kFanucPose[i]);
-      if (number == position.numbers.end()) return;
-      point.numbers.push_back(number->second);
+      if (number == position.numbers.end() && !is_joints) return;
+      if (number == position.numbers.end())
+        point.numbers.emplace_back();  // of an arm of fewer axes: it has no place in the text
+      else
+        point.numbers.push_back(number->second);
     }
     point.begin = position.begin;
     point.end = position.end;
