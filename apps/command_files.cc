@@ -2,15 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <numbers>
-#include <set>
-#include <tuple>
 #include <unordered_set>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
