@@ -35,19 +35,23 @@ class Arithmetic {
     return value;
   }
 
+  // Signs are no recursion: a damaged file has any number of them.
   std::optional<double> take_factor(int depth) {
-    if (const auto number = cursor_.take_number()) return number;
+    double sign = 1;
+    for (;; sign = -sign) {
+      if (const auto number = cursor_.take_number()) return sign * *number;
+      if (!cursor_.take('-')) break;
+    }
     if (depth > kMostBrackets) return std::nullopt;
-    if (cursor_.take('-')) {
-      const auto value = take_factor(depth + 1);
-      return value ? std::optional(-*value) : std::nullopt;
-    }
+    std::optional<double> value;
     if (cursor_.take('(')) {
-      const auto value = take_sum(depth + 1);
-      return cursor_.take(')') ? value : std::nullopt;
+      value = take_sum(depth + 1);
+      if (!cursor_.take(')')) return std::nullopt;
+    } else {
+      cursor_.next();
+      value = named_(cursor_);
     }
-    cursor_.next();
-    return named_(cursor_);
+    return value ? std::optional(sign * *value) : std::nullopt;
   }
 
   TextCursor& cursor_;

@@ -83,7 +83,9 @@ class FanucReader : MoveReader {
 
   void read_moves(size_t begin, size_t end) {
     std::string part = text_.substr(0, std::min(end, text_.size()));
-    part.replace(0, begin, begin, ' ');
+    std::replace_if(
+        part.begin(), part.begin() + static_cast<long>(begin), [](char c) { return c != '\n'; },
+        ' ');
     std::vector<Statement> statements;
     for (const Statement& line : joined_lines(part, begin)) {
       TextCursor cursor(part, line.begin, line.end);
