@@ -6,12 +6,9 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <set>
-#include <tuple>
 #include <unordered_set>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/without_rows.h"
 #include "armtrue/compensation/target_doubts.h"
 #include "armtrue/diagnosis/diagnosis.h"

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "armtrue/compensation/program_findings.h"
-#include "armtrue/compensation/target_doubts.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/products/compensation_io.h"
 #include "armtrue/report/compensation_page.h"
@@ -80,8 +79,7 @@ int run(app::Command& command, app::CorrectionArguments& arguments) {
     is_whole = conditions.all_moves = moves.corrected == moves.all;
     conditions.moves = moves.sentence;
   }
-  for (const std::string& note : sentences_of_notes(targets, file.program.visits, file.source))
-    command.warn(note);
+  app::warn_of_all(command, sentences_of_notes(targets, file.program.visits, file.source));
   for (const std::string& left :
        sentences_of_moves(divided.between, file.program.visits, file.source)) {
     command.warn(left);

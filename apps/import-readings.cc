@@ -68,7 +68,7 @@ int run_pass(app::Command& command, const app::ImportArguments& arguments) {
   const ImportedPass pass = import_pass(command.input, arguments.import);
   write_output(command.output, write_path(pass.path, pass.joints));
   if (!command.quiet) app::print_error(pass.mapping);
-  for (const std::string& warning : pass.warnings) command.warn(warning);
+  app::warn_of_all(command, pass.warnings);
   return app::kSuccess;
 }
 
@@ -99,7 +99,7 @@ int run(app::Command& command, app::ImportArguments arguments) {
           : import_readings(arguments.points, arguments.joints, arguments.import);
   write_output(command.output, write_campaign(readings.campaign, readings.joints));
   if (!command.quiet) app::print_error(readings.mapping);
-  for (const std::string& warning : readings.warnings) command.warn(warning);
+  app::warn_of_all(command, readings.warnings);
   for (const std::string& doubt : doubts_of(readings, arguments.import.robot))
     command.warn((command.output == "-" ? "" : command.output + ": ") + doubt);
   return app::kSuccess;

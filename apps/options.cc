@@ -8,7 +8,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "armtrue/campaign/heaviest_payload.h"
 #include "armtrue/text/number_text.h"

@@ -2,7 +2,6 @@
 
 #include "armtrue/kinematics/units.h"
 #include "columns.h"
-#include "option_text.h"
 
 namespace armtrue::app {
 namespace {

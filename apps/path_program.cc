@@ -7,10 +7,8 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
-#include "armtrue/kinematics/units.h"
 #include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
-#include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "robot_program_files.h"
@@ -110,7 +108,7 @@ void write_path_program(Command& command, const PathProgramArguments& arguments,
   mark_corrected(program, Corrector::mirror, texts);
   const std::string out = program_out(arguments);
   rename_as_file(program, out, texts);
-  for (const std::string& warning : displaced.warnings) command.warn(warning);
+  warn_of_all(command, displaced.warnings);
   command.tell(fmt::format("{}: {} corrected, {} inserted, {} left alone\n", program.texts[0].name,
                            counted(displaced.corrected, "point"),
                            counted(displaced.text.inserted, "move"),

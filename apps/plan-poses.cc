@@ -10,9 +10,7 @@
 #include "armtrue/planning/separation.h"
 #include "armtrue/report/plan_tables.h"
 #include "armtrue/text/number_text.h"
-#include "armtrue/tracing/loop.h"
 #include "command_line.h"
-#include "option_text.h"
 #include "plan_inputs.h"
 
 using namespace armtrue;

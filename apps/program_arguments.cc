@@ -64,12 +64,8 @@ void add_frames(Command& command, ProgramArguments& arguments) {
 }
 
 void warn_of_units(Command& command, const Robot& controller, const ProgramArguments& arguments) {
-  if (const std::string doubt = doubt_of_tool("of --tool", pose_from_numbers(arguments.tool));
-      !doubt.empty())
-    command.warn(doubt);
-  if (const std::string doubt = doubt_of_frame("of --base", pose_from_numbers(arguments.base));
-      !doubt.empty())
-    command.warn(doubt);
+  warn_of_all(command, {doubt_of_tool("of --tool", pose_from_numbers(arguments.tool)),
+                        doubt_of_frame("of --base", pose_from_numbers(arguments.base))});
   if (!arguments.start.empty()) joints_of(command, arguments.start, controller, "--start");
 }
 

@@ -7,7 +7,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <string>
 #include <utility>
 
 #include "armtrue/io/archive.h"
@@ -110,12 +109,12 @@ class Project {
     }
     try {
       leave_frames_of_callers(program);
-      for (const std::string& warning : program.warnings) command_.warn(warning);
+      warn_of_all(command_, program.warnings);
       program.warnings.clear();
       refuse_corrected_points(program);
       ProjectCommands found = commands_for(program);
-      for (const std::string& warning : program.warnings) command_.warn(warning);
-      for (const std::string& warning : found.commands.warnings) command_.warn(warning);
+      warn_of_all(command_, program.warnings);
+      warn_of_all(command_, found.commands.warnings);
       rows_.push_back({text.name, found.moves});
       programs_.push_back({std::move(program), std::move(found.commands.list)});
     } catch (const CorrectedAlready&) {
@@ -192,7 +191,7 @@ class Project {
     const RewrittenProject rewritten =
         rewrite_project(std::move(programs_), texts_, Corrector::compensate);
     for (const RewrittenProgram& program : rewritten.programs)
-      for (const std::string& warning : program.warnings) command_.warn(warning);
+      warn_of_all(command_, program.warnings);
     for (const SharedPoint& point : rewritten.shared) tell(point);
     std::map<std::string, std::string> changed;
     for (const ProgramText& text : texts_)

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "armtrue/kinematics/units.h"
-#include "option_text.h"
 
 namespace armtrue::app {
 namespace {

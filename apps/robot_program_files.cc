@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <initializer_list>
 #include <iterator>
 #include <utility>
 
@@ -263,14 +262,10 @@ bool write_robot_program(Command& command, const RobotProgram& program,
   RewrittenProgram rewritten = rewrite(program, commands.list, between, Corrector::compensate);
   mark_corrected(program, Corrector::compensate, rewritten.texts);
   rename_as_file(program, files.out, rewritten.texts);
-  bool is_followed = true;
-  for (const std::vector<std::string>* list :
-       std::initializer_list<const std::vector<std::string>*>{&program.warnings, &commands.warnings,
-                                                              &rewritten.warnings})
-    for (const std::string& warning : *list) {
-      command.warn(warning);
-      is_followed = false;
-    }
+  for (const auto& list : {program.warnings, commands.warnings, rewritten.warnings})
+    warn_of_all(command, list);
+  bool is_followed =
+      program.warnings.empty() && commands.warnings.empty() && rewritten.warnings.empty();
   if (const auto lost = moves_of(between) - rewritten.inserted; lost > 0) {
     command.warn(
         fmt::format("{}: {} not inserted, because an end of their move stays as "

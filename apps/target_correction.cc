@@ -32,8 +32,7 @@ auto with_warnings(Command& command, const RobotProgram* program, Work work) {
   try {
     return work();
   } catch (const InputError&) {
-    if (program)
-      for (const std::string& warning : program->warnings) command.warn(warning);
+    if (program) warn_of_all(command, program->warnings);
     throw;
   }
 }
@@ -42,14 +41,9 @@ void warn_of_targets(Command& command, const CorrectionArguments& arguments,
                      const Robot& controller, const RobotProgram* program,
                      const ProgramFile& file) {
   warn_of_units(command, controller, arguments);
-  if (!program) {
-    if (const std::string doubt = doubt_of_table(file.source, file.program); !doubt.empty())
-      command.warn(doubt);
-    return;
-  }
-  for (const std::string& doubt : doubts_of_program(
-           *program, compensation_options(arguments, controller), !arguments.tool.empty()))
-    command.warn(doubt);
+  if (!program) return warn_of_all(command, {doubt_of_table(file.source, file.program)});
+  warn_of_all(command, doubts_of_program(*program, compensation_options(arguments, controller),
+                                         !arguments.tool.empty()));
 }
 
 void warn_of_hints(Command& command, const CorrectionArguments& arguments, const Robot& controller,
@@ -79,10 +73,8 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
     fill_conditions(file.program.visits, arguments, {&robot, &controller});
   };
   if (program)
-    for (const std::string& doubt :
-         {doubt_of_stated_arm(*program, controller, joints, arguments.controller),
-          doubt_of_arm_name(*program, controller, arguments.controller)})
-      if (!doubt.empty()) command.warn(doubt);
+    warn_of_all(command, {doubt_of_stated_arm(*program, controller, joints, arguments.controller),
+                          doubt_of_arm_name(*program, controller, arguments.controller)});
   read();
   warn_of_targets(command, arguments, controller, program, file);
   if (file.program.is_cartesian() ||
@@ -99,8 +91,7 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
         read();
         continue;
       }
-      if (program)
-        for (const std::string& warning : program->warnings) command.warn(warning);
+      if (program) warn_of_all(command, program->warnings);
       warn_of_hints(command, arguments, controller, file);
       const size_t row = error.row;
       throw InputError(fmt::format("{}:{}: target '{}': {}", file.source,
@@ -158,9 +149,7 @@ int correct_folder(Command& command, const Models& models, CorrectionArguments& 
         add_new(doubts_of_commands(models, targets, file.program.visits, arguments), in_doubt);
         ProjectCommands found{program_commands(program, targets, joints), {}};
         found.moves = corrected_moves(program, targets);
-        for (const std::string& note :
-             sentences_of_notes(targets, file.program.visits, file.source))
-          command.warn(note);
+        warn_of_all(command, sentences_of_notes(targets, file.program.visits, file.source));
         is_reached &= !is_noted(targets) && found.commands.warnings.empty();
         return found;
       });

@@ -1,13 +1,10 @@
 #include "armtrue/campaign/campaign.h"
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/effects/arrival.h"
 #include "armtrue/kinematics/names.h"
 
 namespace armtrue {

@@ -4,17 +4,14 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
-#include <utility>
 
 #include "armtrue/campaign/beam_sights.h"
-#include "armtrue/campaign/profile_sights.h"
 #include "armtrue/campaign/views.h"
 #include "armtrue/kinematics/approach.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/statistics/random.h"
 #include "campaign/random_joints.h"
 
 namespace armtrue {

@@ -1,6 +1,5 @@
 #include "armtrue/effects/robot_model.h"
 
-#include <algorithm>
 #include <optional>
 #include <stdexcept>
 #include <utility>

@@ -8,7 +8,6 @@
 #include <map>
 #include <optional>
 #include <string_view>
-#include <vector>
 
 #include "import/column_names.h"
 

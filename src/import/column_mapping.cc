@@ -3,17 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/text/edit_distance.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "import/column_units.h"
 #include "import/covariance_columns.h"
 #include "import/matrix_columns.h"
 #include "import/orientation_columns.h"
-#include "import/plain_cell.h"
 
 namespace armtrue {
 namespace {

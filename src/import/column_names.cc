@@ -26,60 +26,39 @@ std::string plain_stem(std::string_view stem) {
 }
 
 const std::map<std::string, ColumnUnit, std::less<>>& units() {
-  static const std::map<std::string, ColumnUnit, std::less<>> kUnits{
-      {"mm", {UnitKind::length, kMillimetre}},
-      {"millimeter", {UnitKind::length, kMillimetre}},
-      {"millimeters", {UnitKind::length, kMillimetre}},
-      {"millimetre", {UnitKind::length, kMillimetre}},
-      {"millimetres", {UnitKind::length, kMillimetre}},
-      {"cm", {UnitKind::length, 1e-2}},
-      {"centimeter", {UnitKind::length, 1e-2}},
-      {"centimeters", {UnitKind::length, 1e-2}},
-      {"centimetre", {UnitKind::length, 1e-2}},
-      {"centimetres", {UnitKind::length, 1e-2}},
-      {"m", {UnitKind::length, 1}},
-      {"meter", {UnitKind::length, 1}},
-      {"meters", {UnitKind::length, 1}},
-      {"metre", {UnitKind::length, 1}},
-      {"metres", {UnitKind::length, 1}},
-      {"um", {UnitKind::length, 1e-6}},
-      {"\xC2\xB5m", {UnitKind::length, 1e-6}},
-      {"in", {UnitKind::length, 25.4 * kMillimetre}},
-      {"inch", {UnitKind::length, 25.4 * kMillimetre}},
-      {"inches", {UnitKind::length, 25.4 * kMillimetre}},
-      {"deg", {UnitKind::angle, kDegree}},
-      {"degs", {UnitKind::angle, kDegree}},
-      {"degree", {UnitKind::angle, kDegree}},
-      {"degrees", {UnitKind::angle, kDegree}},
-      {"\xC2\xB0", {UnitKind::angle, kDegree}},
-      {"\xB0", {UnitKind::angle, kDegree}},  // the same in Latin-1
-      {"rad", {UnitKind::angle, 1}},
-      {"rads", {UnitKind::angle, 1}},
-      {"radian", {UnitKind::angle, 1}},
-      {"radians", {UnitKind::angle, 1}},
-      {"mrad", {UnitKind::angle, kMilliradian}},
-      {"s", {UnitKind::time, 1}},
-      {"sec", {UnitKind::time, 1}},
-      {"second", {UnitKind::time, 1}},
-      {"seconds", {UnitKind::time, 1}},
-      {"ms", {UnitKind::time, 1e-3}},
-      {"us", {UnitKind::time, 1e-6}},
-      {"ns", {UnitKind::time, 1e-9}},
-      {"min", {UnitKind::time, 60}},
-      {"h", {UnitKind::time, 3600}},
-      {"kg", {UnitKind::mass, 1}},
-      {"g", {UnitKind::mass, 1e-3}},
-      {"c", {UnitKind::temperature, 1}},
-      {"\xC2\xB0"
-       "c",
-       {UnitKind::temperature, 1}},
-      {"degc", {UnitKind::temperature, 1}},
-      {"n", {UnitKind::force, 1}},
-      {"newton", {UnitKind::force, 1}},
-      {"newtons", {UnitKind::force, 1}},
-      {"kn", {UnitKind::force, 1e3}},
-      {"lbf", {UnitKind::force, 4.4482216152605}},
-  };
+  static const auto kUnits = [] {
+    std::map<std::string, ColumnUnit, std::less<>> units;
+    const auto add = [&](UnitKind kind, double factor, const std::vector<std::string>& written) {
+      for (const std::string& name : written) units[name] = {kind, factor};
+    };
+    add(UnitKind::length, kMillimetre,
+        {"mm", "millimeter", "millimeters", "millimetre", "millimetres"});
+    add(UnitKind::length, 1e-2, {"cm", "centimeter", "centimeters", "centimetre", "centimetres"});
+    add(UnitKind::length, 1, {"m", "meter", "meters", "metre", "metres"});
+    add(UnitKind::length, 1e-6, {"um", "\xC2\xB5m"});
+    add(UnitKind::length, 25.4 * kMillimetre, {"in", "inch", "inches"});
+    add(UnitKind::angle, kDegree,
+        {"deg", "degs", "degree", "degrees", "\xC2\xB0", "\xB0"});  // the last in Latin-1
+    add(UnitKind::angle, 1, {"rad", "rads", "radian", "radians"});
+    add(UnitKind::angle, kMilliradian, {"mrad"});
+    add(UnitKind::time, 1, {"s", "sec", "second", "seconds"});
+    add(UnitKind::time, 1e-3, {"ms"});
+    add(UnitKind::time, 1e-6, {"us"});
+    add(UnitKind::time, 1e-9, {"ns"});
+    add(UnitKind::time, 60, {"min"});
+    add(UnitKind::time, 3600, {"h"});
+    add(UnitKind::mass, 1, {"kg"});
+    add(UnitKind::mass, 1e-3, {"g"});
+    add(UnitKind::temperature, 1,
+        {"c",
+         "\xC2\xB0"
+         "c",
+         "degc"});
+    add(UnitKind::force, 1, {"n", "newton", "newtons"});
+    add(UnitKind::force, 1e3, {"kn"});
+    add(UnitKind::force, 4.4482216152605, {"lbf"});
+    return units;
+  }();
   return kUnits;
 }
 
@@ -148,8 +127,8 @@ ColumnName in_brackets(std::string_view header) {
   if (header.empty() || (header.back() != ']' && header.back() != ')')) return {};
   const size_t open = header.find_last_of(header.back() == ']' ? "[" : "(");
   if (open == std::string_view::npos || open == 0) return {};
-  const std::string_view unit = trim_blanks(header.substr(open + 1, header.size() - open - 2));
-  std::string_view stem = trim_blanks(header.substr(0, open));
+  const std::string_view unit = trimmed(header.substr(open + 1, header.size() - open - 2));
+  std::string_view stem = trimmed(header.substr(0, open));
   while (!stem.empty() && stem.back() == '_') stem.remove_suffix(1);
   return {std::string(stem), std::string(unit)};
 }
@@ -184,7 +163,7 @@ std::optional<ColumnUnit> find_unit(std::string_view text) {
 }
 
 ColumnName column_name(std::string_view header) {
-  header = trim_blanks(header);
+  header = trimmed(header);
   ColumnName name = unit_in_brackets(header);
   if (name.stem.empty() && !known_names().contains(plain_stem(header)))
     name = unit_behind_sign(header);
@@ -193,7 +172,7 @@ ColumnName column_name(std::string_view header) {
 }
 
 std::optional<ColumnName> unknown_unit(std::string_view header) {
-  const ColumnName name = in_brackets(trim_blanks(header));
+  const ColumnName name = in_brackets(trimmed(header));
   if (name.stem.empty() || name.unit.empty() || find_unit(name.unit)) return std::nullopt;
   const auto quantity = quantity_of_stem(name.stem);
   if (!quantity || quantity->kind == UnitKind::none) return std::nullopt;

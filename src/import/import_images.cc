@@ -7,7 +7,6 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
-#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>

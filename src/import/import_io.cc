@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "armtrue/campaign/scattered_poses.h"
 #include "armtrue/kinematics/chain.h"

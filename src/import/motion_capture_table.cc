@@ -37,6 +37,16 @@ std::string chosen_body(const PlainTable& table, const std::string& stated,
                   fmt::join(names, ", ")));
 }
 
+// Drops the columns of all bodies but the chosen one, which it returns.
+std::string keep_one_body(PlainTable& table, const std::string& stated,
+                          const std::vector<std::string>& rigid,
+                          const std::vector<std::string>& all, std::vector<BodyColumn>& columns) {
+  std::string chosen = chosen_body(table, stated, rigid, all);
+  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  note_body(table, chosen, all);
+  return chosen;
+}
+
 void add_name(std::vector<std::string>& names, const std::string& name) {
   if (std::ranges::find(names, name) == names.end()) names.push_back(name);
 }
@@ -121,8 +131,7 @@ ViconHeader read_vicon_header(TableLines& lines, std::string_view separators) {
     if (header.is_trajectories || section("Objects") || section("Segments")) break;
   }
   if (!lines.next()) lines.fail("the file ends where the rate of the frames should stand");
-  const std::string rate(
-      trim_blanks(lines.text().substr(0, lines.text().find_first_of(separators))));
+  const std::string rate(trimmed(lines.text().substr(0, lines.text().find_first_of(separators))));
   const auto number = plain_number(rate, '.');
   if (!number || !(number->value > 0))
     lines.fail("'" + rate + "' is no rate of frames; expected a number such as 100");
@@ -229,7 +238,7 @@ QualisysHeader read_qualisys_header(TableLines& lines) {
   std::string body;
   for (const std::string& cell : cells) {
     const size_t blank = cell.rfind(' ');
-    if (blank != cell.npos) body = trim_blanks(cell.substr(0, blank));
+    if (blank != cell.npos) body = trimmed(cell.substr(0, blank));
     const bool is_of_all = cell == "Frame" || cell == "Time" || cell == "SMPTE";
     header.bodies.push_back(is_of_all ? "" : body);
     header.titles.push_back(blank == cell.npos ? cell : cell.substr(blank + 1));
@@ -255,12 +264,10 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
     add_name(all, header.names[k]);
     if (header.types[k] == "Rigid Body") add_name(rigid, header.names[k]);
   }
-  const std::string chosen = chosen_body(table, body, rigid, all);
-  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  const std::string chosen = keep_one_body(table, body, rigid, all, columns);
   const bool has_rotation = std::ranges::any_of(
       columns, [](const BodyColumn& column) { return column.name.starts_with("Rotation"); });
   check_motive_properties(lines, header, has_rotation);
-  note_body(table, chosen, all);
   const auto unit = header.properties.find("Length Units");
   table.columns.push_back({header.axes[1], ""});
   for (const BodyColumn& column : columns) {
@@ -301,10 +308,7 @@ PlainTable read_vicon(const std::string& path, const std::string& separators,
   std::vector<BodyColumn> columns;
   for (size_t k = 2; k < header.axes.size(); ++k)
     if (!header.axes[k].empty()) columns.push_back({k, header.bodies[k], header.axes[k]});
-  const std::vector<std::string> all = bodies_of(columns);
-  const std::string chosen = chosen_body(table, body, {}, all);
-  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
-  note_body(table, chosen, all);
+  const std::string chosen = keep_one_body(table, body, {}, bodies_of(columns), columns);
   table.notes.push_back(fmt::format("times are frame / {:.9g} Hz", header.rate));
   table.columns.push_back({"Time", ""});
   for (const BodyColumn& column : columns)
@@ -345,10 +349,7 @@ PlainTable read_qualisys(const std::string& path, const std::string& body) {
   std::vector<BodyColumn> columns;
   for (size_t k = 0; k < count; ++k)
     if (!header.bodies[k].empty()) columns.push_back({k, header.bodies[k], header.titles[k]});
-  const std::vector<std::string> all = bodies_of(columns);
-  const std::string chosen = chosen_body(table, body, {}, all);
-  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
-  note_body(table, chosen, all);
+  const std::string chosen = keep_one_body(table, body, {}, bodies_of(columns), columns);
   table.columns.push_back({"Time", ""});
   for (const BodyColumn& column : columns) table.columns.push_back({column.name, ""});
   BlankLines blank;

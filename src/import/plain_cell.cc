@@ -84,7 +84,7 @@ NumberParts split_number(std::string_view cell) {
     replace_all(text, "\xE2\x80\xAF", " ");  // narrow no-break space
     replace_all(text, "\xE2\x88\x92", "-");  // minus sign
   }
-  text = trim_blanks(text);
+  text = trimmed(text);
   NumberParts parts;
   if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
     if (text.front() == '-') parts.sign = "-";
@@ -213,13 +213,6 @@ std::optional<double> read_zone(std::string_view text) {
 
 }  // namespace
 
-std::string_view trim_blanks(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 std::optional<PlainNumber> plain_number(std::string_view cell, char decimal_sign) {
   if (is_bare(cell, decimal_sign)) return number_within_range(cell, false);
   const NumberParts parts = split_number(cell);
@@ -232,7 +225,7 @@ std::optional<PlainNumber> plain_number(std::string_view cell, char decimal_sign
 }
 
 std::optional<double> plain_count(std::string_view cell) {
-  const std::string text(trim_blanks(cell));
+  const std::string text(trimmed(cell));
   if (text.empty() || text.size() > 19 || !only_digits(text)) return std::nullopt;
   return std::strtod(text.c_str(), nullptr);
 }
@@ -247,7 +240,7 @@ DecimalEvidence decimal_evidence(std::string_view cell) {
 }
 
 std::optional<PlainTime> plain_time(std::string_view cell, DateOrder order) {
-  const std::string_view text = trim_blanks(cell);
+  const std::string_view text = trimmed(cell);
   PlainTime time;
   size_t at = 0;
   if (const auto day = take_date(text, at, order)) {
@@ -271,7 +264,7 @@ std::optional<PlainTime> plain_time(std::string_view cell, DateOrder order) {
 }
 
 std::optional<std::int64_t> plain_date(std::string_view cell, DateOrder order) {
-  const std::string_view text = trim_blanks(cell);
+  const std::string_view text = trimmed(cell);
   size_t at = 0;
   const auto day = take_date(text, at, order);
   return at == text.size() ? day : std::nullopt;

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "armtrue/text/text_parts.h"
+
 namespace armtrue {
 
 /// What one cell says about the decimal sign of its table.
@@ -54,7 +56,5 @@ std::optional<std::int64_t> day_of(std::string_view cell, DateOrder order);
 
 /// a - b [s], rounded to microseconds.
 double seconds_between(const PlainTime& a, const PlainTime& b);
-
-std::string_view trim_blanks(std::string_view text);
 
 }  // namespace armtrue

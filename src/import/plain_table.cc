@@ -56,7 +56,7 @@ class HeaderSearch {
   // among other words.
   bool by_blanks(std::string_view line) {
     if (line.find('"') != std::string_view::npos) return false;
-    const std::vector<std::string> names = split_cells(trim_blanks(line), ' ', "");
+    const std::vector<std::string> names = split_cells(trimmed(line), ' ', "");
     const auto is_name = [&](const std::string& name) {
       return is_known_(name) || known_quantity(name).has_value();
     };
@@ -73,11 +73,11 @@ class HeaderSearch {
 };
 
 std::string without_brackets(std::string_view text) {
-  text = trim_blanks(text);
+  text = trimmed(text);
   if (text.size() >= 2 && (text.front() == '[' || text.front() == '(') &&
       (text.back() == ']' || text.back() == ')'))
     text = text.substr(1, text.size() - 2);
-  return std::string(trim_blanks(text));
+  return std::string(trimmed(text));
 }
 
 // Every cell is a unit, empty or a dash.
@@ -117,7 +117,7 @@ void read_header(Source& source, const TableStyle& style, HeaderSearch& search, 
   std::string_view line;
   std::string first;
   while (source.next_line(line)) {
-    if (trim_blanks(line).empty() || is_comment(line, style)) continue;
+    if (trimmed(line).empty() || is_comment(line, style)) continue;
     if (first.empty()) first = line.substr(0, 60);
     if (source.line_number() > kMostLinesAbove) break;
     if (!search.try_line(line, at_line(table.file, source.line_number()))) continue;
@@ -206,7 +206,7 @@ std::vector<std::string> split_cells(std::string_view line, char separator,
       cell = line.substr(at, end - at);
       at = end;
     }
-    cells.emplace_back(trim_blanks(cell));
+    cells.emplace_back(trimmed(cell));
     if (at >= line.size()) return cells;
     ++at;
   }
@@ -242,7 +242,7 @@ PlainTable read_plain_table(const std::string& path, const TableStyle& style,
       throw InputError(at_line(table.file, blank_line) +
                        "blank line between rows; blank lines may only end a table. Remove it, or "
                        "what follows it");
-    if (table.separator == ' ') line = trim_blanks(line);
+    if (table.separator == ' ') line = trimmed(line);
     PlainRow row{number, split_cells(line, table.separator, at_line(table.file, number))};
     // Some programs end the rows with a separator, but not the header.
     while (row.cells.size() > table.columns.size() && row.cells.back().empty())

@@ -101,7 +101,7 @@ bool fits(std::string_view pattern, std::string_view text, std::string& captured
 // "timestamp (s)" is read as "timestamp".
 std::string_view without_unit(std::string_view header) {
   if (header.empty() || (header.back() != ')' && header.back() != ']')) return header;
-  return trim_blanks(header.substr(0, header.find_last_of("([")));
+  return trimmed(header.substr(0, header.find_last_of("([")));
 }
 
 }  // namespace

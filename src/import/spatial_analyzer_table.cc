@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <optional>
-#include <vector>
 
 #include "armtrue/kinematics/names.h"
 #include "armtrue/text/number_text.h"
@@ -52,7 +50,7 @@ std::string unit_of_axes(const TableLines& lines, const std::string& before) {
                "'; export them as Cartesian coordinates");
   const size_t open = text.rfind('('), close = text.rfind(')');
   if (open == std::string_view::npos || close == std::string_view::npos || close < open) return "";
-  const std::string unit(trim_blanks(text.substr(open + 1, close - open - 1)));
+  const std::string unit(trimmed(text.substr(open + 1, close - open - 1)));
   const auto known = find_unit(unit);
   if (!known || known->kind != UnitKind::length)
     lines.fail("the axes have the unit '" + unit + "', which is no length; export in mm");

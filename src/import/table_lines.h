@@ -23,7 +23,7 @@ class TableLines {
   int number() const { return source_.line_number(); }
   bool next() { return source_.next_line(line_); }
   std::string_view text() const { return line_; }
-  bool is_blank() const { return trim_blanks(line_).empty(); }
+  bool is_blank() const { return trimmed(line_).empty(); }
   Cells cells(char separator) const {
     return split_cells(line_, separator, at_line(file(), number()));
   }

@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string>
 #include <utility>
 
 #include "armtrue/campaign/turns.h"
-#include "armtrue/text/input_error.h"
 #include "import/orientation_columns.h"
 
 namespace armtrue {

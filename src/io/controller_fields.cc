@@ -13,6 +13,7 @@
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/text_parts.h"
 #include "io/csv_cell.h"
 
 namespace armtrue {
@@ -26,12 +27,6 @@ constexpr int kAxesOfArm = 6;       // of KUKA: external axis E1 has the number 
 constexpr int kDecimals = 6;        // of deg and mm: 0.1 um at the end of an arm of some metres
 constexpr double kNoChange = 5e-7;  // smaller changes round to 0
 
-std::string trimmed(const std::string& text) {
-  const size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
 struct NumberedLine {
   std::string text;  // in capitals, without a comment
   int number = 0;
@@ -41,9 +36,9 @@ std::vector<NumberedLine> lines_of(const std::string& text) {
   std::vector<NumberedLine> lines;
   for (size_t begin = 0; begin <= text.size();) {
     const size_t newline = std::min(text.find('\n', begin), text.size());
-    const std::string line = text.substr(begin, newline - begin);
-    lines.push_back(
-        {upper_case(trimmed(line.substr(0, line.find(';')))), static_cast<int>(lines.size()) + 1});
+    const std::string_view line(text.data() + begin, newline - begin);
+    lines.push_back({upper_case(trimmed(line.substr(0, line.find(';')), " \t\r")),
+                     static_cast<int>(lines.size()) + 1});
     begin = newline + 1;
   }
   return lines;
@@ -60,9 +55,9 @@ std::optional<Element> element_of(const NumberedLine& line, size_t bracket,
   const size_t close = line.text.find(']', bracket), equals = line.text.find('=', bracket);
   if (close == std::string::npos || equals == std::string::npos || equals < close)
     return std::nullopt;
-  const auto index = read_number(trimmed(line.text.substr(bracket + 1, close - bracket - 1)));
-  const std::string content = trimmed(line.text.substr(equals + 1));
-  const auto value = read_number(content);
+  const auto index =
+      read_number(trimmed(std::string_view(line.text).substr(bracket + 1, close - bracket - 1)));
+  const auto value = read_number(trimmed(std::string_view(line.text).substr(equals + 1)));
   if (!index || *index < 1 || *index > 99 || *index != std::floor(*index) || !value ||
       !(std::abs(*value) <= kMaxNumber))
     throw InputError(fmt::format("{}, line {}: '{}' needs the number of an axis and a number", file,

@@ -11,17 +11,12 @@
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/text_parts.h"
 
 namespace armtrue {
 namespace {
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
-std::string_view trim(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 size_t end_at(char separator, std::string_view line, size_t begin) {
   return std::min(line.find(separator, begin), line.size());
@@ -61,7 +56,7 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
     if (!source_.next_line(line))
       throw InputError(source_.name() + ": is empty; expected a header row such as " +
                        std::string(header));
-  } while (trim(line).empty() || line.front() == '#');
+  } while (trimmed(line).empty() || line.front() == '#');
   if (line.starts_with('<'))
     throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
                      ": is HTML or XML, and a CSV table should stand here; open it in a "
@@ -126,7 +121,7 @@ void CsvTable::split(std::string_view line, std::vector<std::string_view>& field
   size_t begin = 0;
   while (true) {
     const size_t end = has_quotes ? end_of_field(line, begin) : end_at(separator_, line, begin);
-    const std::string_view field = trim(line.substr(begin, end - begin));
+    const std::string_view field = trimmed(line.substr(begin, end - begin));
     fields.push_back(has_quotes ? unquoted(field, field.data() - line.data()) : field);
     if (end == line.size()) return;
     begin = end + 1;
@@ -158,7 +153,7 @@ bool CsvTable::next_row() {
   std::string_view line;
   while (source_.next_line(line)) {
     if (!line.empty() && line.front() == '#') continue;
-    if (trim(line).empty()) {
+    if (trimmed(line).empty()) {
       blank_line_ = source_.line_number();
       continue;
     }

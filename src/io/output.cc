@@ -98,9 +98,9 @@ void sync_folder(const std::string& file) {
 
 // A file that is written under another name first. Until commit(), the old file is as it was, or
 // set aside under a name of its own; what was not committed is undone at the end of the scope.
-class Replacement {
+class ReplacedFile {
  public:
-  explicit Replacement(const Product& product)
+  explicit ReplacedFile(const Product& product)
       : path_(product.path),
         file_(target(product.path)),
         part_(file_ + suffix(".part")),
@@ -126,9 +126,9 @@ class Replacement {
     undo();
     fail(path_, error);
   }
-  Replacement(const Replacement&) = delete;
-  Replacement& operator=(const Replacement&) = delete;
-  ~Replacement() {
+  ReplacedFile(const ReplacedFile&) = delete;
+  ReplacedFile& operator=(const ReplacedFile&) = delete;
+  ~ReplacedFile() {
     if (!committed_) undo();
   }
 
@@ -234,10 +234,10 @@ void write_outputs(const std::vector<Product>& products) {
   }
   {
     const SignalsWait wait;
-    std::vector<std::unique_ptr<Replacement>> files;
+    std::vector<std::unique_ptr<ReplacedFile>> files;
     for (const Product& product : products)
       if (!product.path.empty() && product.path != "-" && !is_device_or_pipe(product.path))
-        files.push_back(std::make_unique<Replacement>(product));
+        files.push_back(std::make_unique<ReplacedFile>(product));
     if (files.size() > 1)
       for (size_t k = files.size(); k-- > 0;) files[k]->set_old_aside();
     for (const auto& file : files) file->put_in_place();

@@ -1,13 +1,10 @@
 #include "armtrue/io/path_io.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 #include <span>
 
 #include "armtrue/kinematics/units.h"
-#include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"

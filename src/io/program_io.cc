@@ -7,7 +7,6 @@
 #include "armtrue/io/source.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/text/edit_distance.h"
-#include "armtrue/text/input_error.h"
 #include "io/file_bytes.h"
 #include "io/gzip.h"
 

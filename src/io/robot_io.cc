@@ -47,6 +47,19 @@ void check_count(const YamlMap& map, const std::string& key, size_t count) {
              fmt::format("has {} entries; more than {} are none of one arm", count, kMaxOfAKind));
 }
 
+// Calls with(name, section) for each entry of a section.
+template <class With>
+void each_entry(YamlMap& document, const std::string& key, With with) {
+  if (!document.has(key)) return;
+  YamlMap section = document.map(key);
+  check_count(document, key, section.keys().size());
+  for (const std::string& name : section.keys()) with(name, section);
+}
+
+Eigen::Vector3d read_vector(YamlMap& map, const std::string& key) {
+  return Eigen::Vector3d(map.numbers(key, 3).data());
+}
+
 Session read_session(YamlMap map, const KinematicChain& chain) {
   Session session;
   for (const auto& [key, which, unit] :
@@ -77,8 +90,7 @@ void read_masses(YamlMap& document, Robot& robot) {
     if (body.mass_kg <= 0) entry.fail("mass_kg", "must be above zero");
     if (body.mass_kg > kHeaviest)
       entry.fail("mass_kg", "is more than any link of an arm has; give it in kg");
-    const std::vector<double> centre = entry.numbers("com_mm", 3);
-    body.centre = Eigen::Vector3d(centre[0], centre[1], centre[2]) * kMillimetre;
+    body.centre = read_vector(entry, "com_mm") * kMillimetre;
     entry.finish();
   }
   double farthest = 0;
@@ -148,37 +160,25 @@ void read_residual_spread(YamlMap& calibration, RobotFile& result) {
 }
 
 void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
-  if (document.has("targets")) {
-    YamlMap targets = document.map("targets");
-    check_count(document, "targets", targets.keys().size());
-    for (const std::string& name : targets.keys()) {
-      const std::vector<double> p = targets.numbers(name, 3);
-      chain.targets.push_back({name, Eigen::Vector3d(p[0], p[1], p[2]) * kMillimetre});
-    }
-  }
-  if (document.has("anchors")) {
-    YamlMap anchors = document.map("anchors");
-    check_count(document, "anchors", anchors.keys().size());
-    for (const std::string& name : anchors.keys()) {
-      YamlMap entry = anchors.map(name);
-      const Eigen::Vector3d position = read_position(entry);
-      chain.anchors.push_back({name, position, entry.number("zero_mm", 0) * kMillimetre});
-      entry.finish();
-    }
-  }
+  each_entry(document, "targets", [&](const std::string& name, YamlMap& targets) {
+    chain.targets.push_back({name, read_vector(targets, name) * kMillimetre});
+  });
+  each_entry(document, "anchors", [&](const std::string& name, YamlMap& anchors) {
+    YamlMap entry = anchors.map(name);
+    const Eigen::Vector3d position = read_position(entry);
+    chain.anchors.push_back({name, position, entry.number("zero_mm", 0) * kMillimetre});
+    entry.finish();
+  });
 }
 
 void read_contacts(YamlMap& document, KinematicChain& chain) {
-  if (!document.has("contacts")) return;
-  YamlMap contacts = document.map("contacts");
-  check_count(document, "contacts", contacts.keys().size());
-  for (const std::string& name : contacts.keys()) {
+  each_entry(document, "contacts", [&](const std::string& name, YamlMap& contacts) {
     if (name.empty() || name.find('/') != std::string::npos)
       contacts.fail(name,
                     "a contact needs a name without '/', which stands before a point of an "
                     "artefact");
     chain.contacts.push_back(read_contact(name, contacts.map(name)));
-  }
+  });
 }
 
 // The section of the robot file that a contact stands in.
@@ -220,26 +220,23 @@ void read_beams_and_cameras(YamlMap& document, KinematicChain& chain) {
   for (const auto& [kind, read] :
        {std::pair(ContactKind::beam, &read_beam), std::pair(ContactKind::camera, &read_camera),
         std::pair(ContactKind::board, &read_board)}) {
-    const std::string section = section_of(kind);
-    if (!document.has(section)) continue;
-    YamlMap entries = document.map(section);
-    check_count(document, section, entries.keys().size());
-    for (const std::string& name : entries.keys()) {
-      if (name.empty() || name.find_first_of(kind == ContactKind::beam ? "/:" : "/") != name.npos)
+    const bool is_beam = kind == ContactKind::beam;
+    const auto of_kind = read;
+    each_entry(document, section_of(kind), [&](const std::string& name, YamlMap& entries) {
+      if (name.empty() || name.find_first_of(is_beam ? "/:" : "/") != name.npos)
         entries.fail(name,
                      "a beam, a camera and a board need a name without '/', a beam also "
                      "without ':'");
       if (std::ranges::count(chain.contacts, name, &Contact::name) > 0)
         entries.fail(name, "is the name of a contact, a beam, a camera or a board already");
-      chain.contacts.push_back(read(name, entries.map(name)));
-    }
+      chain.contacts.push_back(of_kind(name, entries.map(name)));
+    });
   }
 }
 
 void read_gravity(YamlMap& document, Robot& robot) {
   if (!document.has("gravity_m_s2")) return;
-  const std::vector<double> g = document.numbers("gravity_m_s2", 3);
-  robot.gravity = {g[0], g[1], g[2]};
+  robot.gravity = read_vector(document, "gravity_m_s2");
   const double length = robot.gravity.norm();
   if (length > kMaxGravity || (length > 0 && length < kMinGravity))
     document.fail("gravity_m_s2", fmt::format("is {:.4g} m/s2 long, but that of the earth is "
@@ -248,9 +245,8 @@ void read_gravity(YamlMap& document, Robot& robot) {
 }
 
 void read_instrument(YamlMap& document, Robot& robot) {
-  if (!document.has("instrument_mm")) return;
-  const std::vector<double> place = document.numbers("instrument_mm", 3);
-  robot.instrument = Eigen::Vector3d(place[0], place[1], place[2]) * kMillimetre;
+  if (document.has("instrument_mm"))
+    robot.instrument = read_vector(document, "instrument_mm") * kMillimetre;
 }
 
 // Which parameters are identified; the chain is known.
@@ -311,6 +307,19 @@ void check_complete(YamlMap& document, const std::string& file) {
                                  file, missing.size(), fmt::join(missing, ", ")));
 }
 
+// Files that calibrate or close-loop read; the first is the nominal robot.
+void take_inputs(RobotFile& result) {
+  for (const auto& input : result.provenance.inputs) {
+    result.made_of.push_back(input.second);
+    if (!result.nominal) result.nominal = input;
+  }
+}
+
+// [x, y, z] in mm.
+YAML::Node point_node(const Eigen::Vector3d& point) {
+  return flow_list(point, [](double length) { return number_text(length, kMillimetre); });
+}
+
 }  // namespace
 
 Provenance read_provenance(YamlMap& document) {
@@ -327,17 +336,7 @@ Provenance read_provenance(YamlMap& document) {
   return provenance;
 }
 
-namespace {
-
-// Files that calibrate or close-loop read; the first is the nominal robot.
-void take_inputs(RobotFile& result) {
-  for (const auto& input : result.provenance.inputs) {
-    result.made_of.push_back(input.second);
-    if (!result.nominal) result.nominal = input;
-  }
-}
-
-RobotFile parse_file(const std::string& text, const std::string& file) {
+RobotFile parse_robot_file(const std::string& text, const std::string& file) {
   YamlMap document = read_document(text, file, {"armtrue-robot/1"});
   check_complete(document, file);
   RobotFile result;
@@ -346,12 +345,9 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   robot.chain.base = read_pose(document.map("base"));
   read_links(document, robot.chain);
   robot.chain.tool = read_pose(document.map("tool"));
-  if (document.has("sessions")) {
-    YamlMap sessions = document.map("sessions");
-    check_count(document, "sessions", sessions.keys().size());
-    for (const std::string& name : sessions.keys())
-      robot.sessions[name] = read_session(sessions.map(name), robot.chain);
-  }
+  each_entry(document, "sessions", [&](const std::string& name, YamlMap& sessions) {
+    robot.sessions[name] = read_session(sessions.map(name), robot.chain);
+  });
   read_targets_and_anchors(document, robot.chain);
   read_contacts(document, robot.chain);
   read_beams_and_cameras(document, robot.chain);
@@ -394,34 +390,17 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   return result;
 }
 
-}  // namespace
-
 Robot parse_robot(const std::string& text, const std::string& file) {
-  return parse_file(text, file).robot;
-}
-
-RobotFile parse_robot_file(const std::string& text, const std::string& file) {
-  return parse_file(text, file);
+  return parse_robot_file(text, file).robot;
 }
 
 RobotFile read_robot(const std::string& path) {
   Source source(path);
-  RobotFile file = parse_file(source.read_all(), source.name());
+  RobotFile file = parse_robot_file(source.read_all(), source.name());
   file.name = source.name();
   file.sha256 = source.sha256();
   return file;
 }
-
-namespace {
-
-// [x, y, z] in mm.
-YAML::Node point_node(const Eigen::Vector3d& point) {
-  YAML::Node node;
-  for (double coordinate : point) node.push_back(number_text(coordinate, kMillimetre));
-  return flow(node);
-}
-
-}  // namespace
 
 YAML::Node sessions_node(const Robot& robot) {
   YAML::Node node;

@@ -2,7 +2,6 @@
 
 #include <Eigen/SparseCholesky>
 #include <cmath>
-#include <vector>
 
 #include "linear_algebra/decompositions.h"
 

@@ -2,9 +2,10 @@
 #include <string_view>
 
 #include "armtrue/programs/dialect.h"
+#include "programs/point_numbers.h"
 #include "programs/routine_copies.h"
+#include "programs/statement.h"
 #include "programs/text_cursor.h"
-#include "programs/written_number.h"
 
 // The mark of a correction. A comment stays in a program that is loaded, run and read back. FANUC
 // takes at most 32 characters.
@@ -42,15 +43,11 @@ void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::
 
 std::optional<CorrectionMark> find_correction_mark(const std::vector<ProgramText>& texts,
                                                    Corrector by) {
-  for (const ProgramText& text : texts) {
-    int number = 1;
-    for (size_t begin = 0; begin < text.text.size(); ++number) {
-      const size_t end = std::min(text.text.find('\n', begin), text.text.size());
-      const std::string line = plain(std::string_view(text.text).substr(begin, end - begin));
-      if (line.find(mark_of(by)) != std::string::npos) return CorrectionMark{text.name, number};
-      begin = end + 1;
-    }
-  }
+  for (const ProgramText& text : texts)
+    for (const auto& [line, begin, end] : lines_of(text.text))
+      if (plain(std::string_view(text.text).substr(begin, end - begin)).find(mark_of(by)) !=
+          std::string::npos)
+        return CorrectionMark{text.name, line};
   return std::nullopt;
 }
 

@@ -6,7 +6,8 @@
 
 #include "armtrue/statistics/check_digits.h"
 #include "programs/insertion.h"
-#include "programs/program_values.h"
+#include "programs/path_name.h"
+#include "programs/point_numbers.h"
 #include "programs/routine_copies.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -16,9 +17,9 @@
 
 namespace armtrue {
 
-// A, B, C of KUKA in the other order.
 std::vector<Routine> Dialect::routines(const RobotProgram&, const KnownFrames&) const { return {}; }
 
+// A, B, C of KUKA in the other order.
 Pose Dialect::pose_of_numbers(const std::vector<double>& n) const {
   return {rotation_from_abc(n[5] * kDegree, n[4] * kDegree, n[3] * kDegree),
           Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
@@ -97,13 +98,13 @@ void Dialect::refuse_what_does_not_load(const RobotProgram&, size_t) const {}
 
 void Dialect::add_comment(const std::string& comment, std::string& text) const {
   size_t place = 0;
-  for (size_t begin = 0; begin < text.size() && place == 0;) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    TextCursor line(text, begin, end);
-    std::string word = line.take_name();
-    if (word == "GLOBAL") word = line.take_name();
-    if (begins_program(word)) place = end + 1;
-    begin = end + 1;
+  for (const Statement& line : lines_of(text)) {
+    TextCursor cursor(text, line.begin, line.end);
+    std::string word = cursor.take_name();
+    if (word == "GLOBAL") word = cursor.take_name();
+    if (!begins_program(word)) continue;
+    place = line.end + 1;
+    break;
   }
   // MODULE part(SYSMODULE, .. on several lines
   const std::string_view head = std::string_view(text).substr(0, std::min(place, text.size()));
@@ -117,18 +118,16 @@ void Dialect::add_comment(const std::string& comment, std::string& text) const {
 std::optional<OpenPart> Dialect::open_part(const std::string& text) const {
   const std::string plain = masked(text, facts_.comment, "\"");
   std::optional<OpenPart> open;
-  for (size_t begin = 0; begin < plain.size();) {
-    const size_t end = std::min(plain.find('\n', begin), plain.size());
-    TextCursor line(plain, begin, end);
-    std::string word = line.take('/') ? "/" + line.take_name() : line.take_name();
-    if (word == "GLOBAL") word = line.take_name();
+  for (const Statement& line : lines_of(plain)) {
+    TextCursor cursor(plain, line.begin, line.end);
+    std::string word = cursor.take('/') ? "/" + cursor.take_name() : cursor.take_name();
+    if (word == "GLOBAL") word = cursor.take_name();
     if (open && word == open->end) open.reset();
     for (const auto& [first, last] : facts_.parts)
       if (word == first) {
         if (open) return open;
-        open = OpenPart{begin, last};
+        open = OpenPart{line.begin, last};
       }
-    begin = end + 1;
   }
   return open;
 }
@@ -141,8 +140,7 @@ std::unique_ptr<FolderTexts> Dialect::folder_texts(const std::vector<const Progr
 
 Dialect::SearchFolder Dialect::search_folder(const std::vector<std::string>&,
                                              const std::string& path) const {
-  const size_t slash = path.rfind('/');
-  return {slash == std::string::npos ? "" : path.substr(0, slash + 1)};
+  return {folder_of(path)};
 }
 
 std::map<std::string, ProgramNeighbours> Dialect::neighbours(const std::vector<ProgramText>&,

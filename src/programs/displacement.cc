@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
-#include <utility>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"

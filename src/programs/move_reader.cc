@@ -1,7 +1,6 @@
 #include "programs/move_reader.h"
 
 #include <utility>
-#include <vector>
 
 #include "armtrue/programs/dialect.h"
 #include "programs/point_numbers.h"
@@ -18,13 +17,10 @@ void MoveReader::leave_move(int line, const std::string& reason, bool may_run) {
 ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
   target.point = point;
   target.kind = program_.points[point].kind;
-  std::vector<double> numbers;
-  for (const ProgramNumber& number : program_.points[point].numbers)
-    numbers.push_back(number.value);
   if (target.kind == TargetKind::joints)
     target.q = joints_of_point(*program_.dialect, program_.points[point]);
   else if (target.has_orientation)
-    target.pose = program_.dialect->pose_of_numbers(numbers);
+    target.pose = program_.dialect->pose_of_numbers(values_of(program_.points[point].numbers));
   if (target.is_inverse) target.pose = inverse(target.pose);
   program_.targets.push_back(std::move(target));
   return program_.targets.back();

@@ -1,12 +1,7 @@
 #include "programs/program_flow.h"
 
 #include <algorithm>
-#include <map>
-#include <optional>
 #include <set>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace armtrue {
 namespace {

@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <set>
-#include <string_view>
 #include <tuple>
-#include <utility>
 
-#include "armtrue/programs/dialect.h"
 #include "programs/path_name.h"
 #include "programs/routine_copies.h"
 #include "programs/statement.h"

@@ -15,7 +15,6 @@
 #include "programs/routine_copies.h"
 #include "programs/statement.h"
 #include "programs/text_edit.h"
-#include "programs/written_number.h"
 
 namespace armtrue {
 namespace {
@@ -299,12 +298,10 @@ class Rewriter {
 
   // A text for each number of a pose that follows joint angles; empty where it stays.
   std::vector<std::string> texts_of(const StatedPose& stated, const Wanted& wanted) const {
-    std::vector<double> written;
     const Pose flange =
         ChainEvaluator(*program_.stated_arm).pose(dialect_.joints_of_numbers(wanted.numbers));
-    for (const ProgramNumber& number : stated.numbers) written.push_back(number.value);
     const std::vector<double> numbers =
-        dialect_.numbers_of_pose(stated.before * flange * stated.behind, written);
+        dialect_.numbers_of_pose(stated.before * flange * stated.behind, values_of(stated.numbers));
     std::vector<std::string> texts;
     for (size_t i = 0; i < numbers.size(); ++i)
       texts.push_back(text_of_number(stated.numbers[i], numbers[i],
@@ -339,7 +336,7 @@ class Rewriter {
 
   static Wanted unchanged(const ProgramPoint& point) {
     Wanted wanted;
-    for (const ProgramNumber& number : point.numbers) wanted.numbers.push_back(number.value);
+    wanted.numbers = values_of(point.numbers);
     wanted.texts.resize(point.numbers.size());
     wanted.configuration.resize(point.configuration.size());
     wanted.external.resize(point.external.size());

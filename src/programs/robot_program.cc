@@ -5,10 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "armtrue/programs/dialect.h"
-#include "armtrue/text/input_error.h"
 #include "programs/program_warnings.h"
 #include "programs/routine_copies.h"
 #include "programs/statement.h"

@@ -65,6 +65,16 @@ std::vector<Statement> split_statements(std::string& text, char separator) {
   return result;
 }
 
+std::vector<Statement> lines_of(std::string_view text, size_t begin) {
+  std::vector<Statement> lines;
+  for (int line = line_at(text, std::min(begin, text.size())); begin < text.size(); ++line) {
+    const size_t end = std::min(text.find('\n', begin), text.size());
+    lines.push_back({line, begin, end});
+    begin = end + 1;
+  }
+  return lines;
+}
+
 std::vector<Statement> split_arguments(std::string_view text, size_t begin, size_t end,
                                        std::string_view separators) {
   std::vector<Statement> result;

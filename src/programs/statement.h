@@ -25,17 +25,8 @@ std::string masked(std::string_view text, char comment, std::string_view quotes)
 /// within them become blanks of `text`. With '\n' as the separator brackets join lines.
 std::vector<Statement> split_statements(std::string& text, char separator);
 
-/// Calls with(line) for each line of a text, a Statement without its line end.
-template <class With>
-void each_line(std::string_view text, With with) {
-  int line = 1;
-  for (size_t begin = 0; begin < text.size(); ++line) {
-    const size_t newline = text.find('\n', begin);
-    const size_t end = newline == std::string_view::npos ? text.size() : newline;
-    with(Statement{line, begin, end});
-    begin = end + 1;
-  }
-}
+/// The lines of a text from a place on, each without its line end.
+std::vector<Statement> lines_of(std::string_view text, size_t begin = 0);
 
 /// Calls with(word, at, cursor) for each word of a statement, in capitals; `cursor` stands behind
 /// it and may be moved.

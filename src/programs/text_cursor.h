@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,6 +22,17 @@ inline std::string upper(std::string_view text) {
   for (char& c : result)
     if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
   return result;
+}
+
+/// In capitals, without blanks.
+inline std::string compact(std::string_view text) {
+  std::string result = upper(text);
+  std::erase_if(result, is_blank);
+  return result;
+}
+
+inline bool contains(std::initializer_list<std::string_view> words, std::string_view word) {
+  return std::ranges::find(words, word) != words.end();
 }
 
 /// Reads a part of a text from left to right. Blanks before whatever is asked for are skipped.

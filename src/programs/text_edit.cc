@@ -1,24 +1,14 @@
 #include "programs/text_edit.h"
 
-#include <algorithm>
+#include "armtrue/text/text_parts.h"
 
 namespace armtrue {
 
 std::string apply_edits(const std::string& text, const std::vector<TextEdit>& edits, int file) {
-  std::vector<const TextEdit*> order;
+  std::vector<Replacement> own;
   for (const TextEdit& edit : edits)
-    if (edit.file == file) order.push_back(&edit);
-  std::stable_sort(order.begin(), order.end(),
-                   [](const TextEdit* a, const TextEdit* b) { return a->begin < b->begin; });
-  std::string result;
-  size_t from = 0;
-  for (const TextEdit* edit : order) {
-    result.append(text, from, edit->begin - from);
-    result += edit->text;
-    from = edit->end;
-  }
-  result.append(text, from, std::string::npos);
-  return result;
+    if (edit.file == file) own.push_back({edit.begin, edit.end, edit.text});
+  return replaced(text, std::move(own));
 }
 
 }  // namespace armtrue

@@ -1,5 +1,8 @@
 #include "armtrue/report/certificate_page.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "report/page.h"
@@ -142,11 +145,12 @@ std::string comparison_table(const Comparison& comparison) {
          (doubt.empty() ? "" : paragraph("Doubt: " + escaped(doubt) + "."));
 }
 
-std::string notes_list(const std::vector<std::string>& notes) {
-  if (notes.empty()) return "";
-  std::string html = "<h2>Notes</h2>\n<ul>\n";
-  for (const std::string& note : notes) html += "<li>" + escaped(note) + "</li>\n";
-  return html + "</ul>\n";
+void add_notes(Page& page, const std::vector<std::string>& notes) {
+  if (notes.empty()) return;
+  page.section("Notes");
+  std::vector<std::string> items;
+  std::ranges::transform(notes, std::back_inserter(items), escaped);
+  page.list(items);
 }
 
 }  // namespace
@@ -175,7 +179,8 @@ std::string certificate_page(const Certificate& certificate,
   page.add(budget_table("AP", certificate.budget));
   if (certificate.path_budget) page.add(budget_table("AT", *certificate.path_budget));
   if (comparison) page.add(comparison_table(*comparison));
-  page.add(notes_list(certificate.notes) + poses_table(certificate.poses, expanded));
+  add_notes(page, certificate.notes);
+  page.add(poses_table(certificate.poses, expanded));
   page.section("Files");
   page.add(page.inputs());
   page.add("<table class=\"sign\"><tr><td>Place, date</td><td>Signature</td></tr></table>\n");

@@ -7,7 +7,6 @@
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/tracing/description.h"
 
 namespace armtrue {
 namespace {

@@ -7,7 +7,6 @@
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/text/number_text.h"
-#include "armtrue/tracing/description.h"
 #include "report/curve_pictures.h"
 #include "report/evaluation_parts.h"
 #include "report/parameters_table.h"

@@ -14,7 +14,6 @@ namespace {
 
 constexpr Eigen::Index kMostPoints = 700;    // of a curve
 constexpr Eigen::Index kMostSamples = 1200;  // of a cloud
-constexpr const char* kTime = "time of the program, s";
 
 Points curve(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   Points points;
@@ -39,6 +38,11 @@ Axis axis_of(const Eigen::VectorXd& values, const std::string& label, int most) 
 
 Eigen::VectorXd lengths_mm(const Eigen::Matrix3Xd& vectors) {
   return vectors.colwise().norm().transpose() / kMillimetre;
+}
+
+Axis time_axis(const PathDeviation& deviation) {
+  return exact_axis(deviation.time[0], deviation.time[deviation.time.size() - 1],
+                    "time of the program, s");
 }
 
 // The correction beyond the one that these passes ran, on the grid of the deviation.
@@ -70,7 +74,7 @@ Drawing deviation_picture(const MirrorFindings& findings) {
       "Measured minus programmed, along each axis; steps at reversals and where the tool enters or "
       "leaves." +
           reversals_text(findings) + thinned_samples(deviation.time.size()),
-      exact_axis(deviation.time[0], deviation.time[deviation.time.size() - 1], kTime));
+      time_axis(deviation));
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd values = deviation.normal.row(axis).transpose() / kMillimetre;
     Panel& panel = picture->panel(axis_of(values, fmt::format("{}, mm", "xyz"[axis]), 4), 80);
@@ -170,7 +174,7 @@ Drawing trend_picture(const Path& programmed, const MirrorResult& result) {
       "trend", "Trend and correction points",
       "The deviation without its noise; the correction is straight between the points." +
           thinned_samples(deviation.time.size()),
-      exact_axis(deviation.time[0], deviation.time[deviation.time.size() - 1], kTime));
+      time_axis(deviation));
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd trend = deviation.trend.row(axis).transpose() / kMillimetre;
     Points points;
@@ -198,7 +202,7 @@ Drawing force_over_time(const PathDeviation& deviation) {
   auto picture = std::make_shared<Picture>(
       "force-time", "Force on the tool",
       "Along each axis, as recorded with the passes." + thinned_samples(deviation.time.size()),
-      exact_axis(deviation.time[0], deviation.time[deviation.time.size() - 1], kTime));
+      time_axis(deviation));
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::VectorXd values = deviation.force.row(axis).transpose();
     Panel& panel = picture->panel(axis_of(values, fmt::format("{}, N", "xyz"[axis]), 4), 80);

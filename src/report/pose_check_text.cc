@@ -5,8 +5,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <string>
-#include <vector>
 
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/units.h"

@@ -1,6 +1,5 @@
 #include "armtrue/text/utf8.h"
 
-#include <cstddef>
 #include <cstdint>
 
 namespace armtrue {

@@ -3,8 +3,8 @@
 #include <array>
 #include <map>
 
-#include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/text_parts.h"
 #include "armtrue/urdf/ur_calibration_io.h"
 #include "io/yaml/yaml_map.h"
 #include "urdf/link_frames.h"
@@ -40,10 +40,10 @@ UrdfChain read_ur_chain(const std::string& text, const std::string& file) {
   return chain;
 }
 
-// The texts of the numbers that change, by the place where they begin in the document.
-std::map<size_t, std::pair<size_t, std::string>> changes(
-    const std::string& document, const std::map<std::string, Pose>& origins) {
-  std::map<size_t, std::pair<size_t, std::string>> result;
+// Of the numbers of the links.
+std::vector<Replacement> changes(const std::string& document,
+                                 const std::map<std::string, Pose>& origins) {
+  std::vector<Replacement> result;
   const size_t before = document.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // yaml-cpp counts no BOM
   const YAML::Node kinematics = YAML::Load(document)["kinematics"];
   for (const auto& [link, pose] : origins) {
@@ -53,7 +53,8 @@ std::map<size_t, std::pair<size_t, std::string>> changes(
       const YAML::Node node = kinematics[link][kUrNumbers[k]];
       const size_t at = before + node.Mark().pos;
       const bool is_quoted = document[at] == '"' || document[at] == '\'';
-      result[at] = {node.Scalar().size() + (is_quoted ? 2 : 0), number_text(n[k])};
+      const size_t size = node.Scalar().size() + (is_quoted ? 2 : 0);
+      result.push_back({at, at + size, number_text(n[k])});
     }
   }
   return result;
@@ -73,14 +74,8 @@ PatchedUrdf write_into_ur_calibration(const Robot& robot, const std::string& doc
                                       const std::string& file, const UrdfKept& kept) {
   const UrdfChain chain = read_ur_chain(document, file);
   const ChainPatch patch = patch_of(chain, robot_of(chain, "", file), robot, kept, file);
-  PatchedUrdf result{"", patch.base, patch.tool, patch.tool_left_out};
-  size_t copied = 0;
-  for (const auto& [begin, change] : changes(document, patch.origins)) {
-    result.text.append(document, copied, begin - copied);
-    result.text += change.second;
-    copied = begin + change.first;
-  }
-  result.text.append(document, copied);
+  PatchedUrdf result{replaced(document, changes(document, patch.origins)), patch.base, patch.tool,
+                     patch.tool_left_out};
   require_same_arm(patch.robot, parse_ur_calibration(result.text, file), file);
   return result;
 }

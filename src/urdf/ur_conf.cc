@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/text_parts.h"
 #include "armtrue/urdf/ur_conf_io.h"
 #include "urdf/link_frames.h"
 #include "urdf/urdf_chain.h"
@@ -50,11 +50,7 @@ struct Place {
   int line;
 };
 
-std::string_view without_blanks(std::string_view text) {
-  const size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
+std::string_view without_blanks(std::string_view text) { return trimmed(text, " \t\r"); }
 
 std::optional<Place> find_row(const std::string& text, std::string_view name,
                               const std::string& file) {
@@ -288,7 +284,7 @@ PatchedUrdf write_into_ur_conf(const Robot& robot, const std::string& document,
   PatchedUrdf result;
   result.base = shift_of(arm.foot);
   result.tool_left_out = shift_of(arm.tip);
-  std::map<size_t, std::pair<size_t, std::string>> changes;  // by where they begin
+  std::vector<Replacement> rows;
   for (const NamedRow& row : kRows) {
     const Place place = place_of_row(document, row.name, file);
     const bool turns = row.row == &DhTable::theta || row.row == &DhTable::alpha;
@@ -298,15 +294,9 @@ PatchedUrdf write_into_ur_conf(const Robot& robot, const std::string& document,
       const double written = turns ? within_half_turn(added) : added;
       text += (j == 0 ? " " : ", ") + number_text(std::abs(written) < kLastDigits ? 0 : written);
     }
-    changes[place.begin] = {place.end, text};
+    rows.push_back({place.begin, place.end, text});
   }
-  size_t copied = 0;
-  for (const auto& [begin, change] : changes) {
-    result.text.append(document, copied, begin - copied);
-    result.text += change.second;
-    copied = change.first;
-  }
-  result.text.append(document, copied);
+  result.text = replaced(document, std::move(rows));
   Robot wanted = robot, written = nominal;
   wanted.chain.base = inverse(arm.foot);
   wanted.chain.tool = inverse(arm.tip);

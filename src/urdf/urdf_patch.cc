@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include "armtrue/effects/sampling.h"
@@ -14,7 +13,6 @@
 #include "armtrue/text/input_error.h"
 #include "armtrue/urdf/urdf_io.h"
 #include "urdf/link_frames.h"
-#include "urdf/urdf_chain.h"
 #include "urdf/xml_origins.h"
 
 namespace armtrue {

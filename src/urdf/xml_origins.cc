@@ -2,24 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/text_parts.h"
 #include "armtrue/text/xml_tags.h"
 #include "urdf/link_frames.h"
 
 namespace armtrue {
 namespace {
-
-// Texts to be put in place of others, in ascending order.
-struct Replacement {
-  XmlSpan span;
-  std::string text;
-};
 
 std::string xyz_text(const Pose& pose) {
   const Eigen::Vector3d& t = pose.translation;
@@ -33,16 +27,13 @@ std::string rpy_text(const Pose& pose) {
 
 void replace_origin(std::string_view text, const XmlTag& origin, const Pose& pose,
                     std::vector<Replacement>& replacements) {
-  std::vector<Replacement> own;
   const size_t behind_name = origin.begin + 1 + origin.name.size();
   for (const auto& [name, value] :
        {std::pair("xyz", xyz_text(pose)), std::pair("rpy", rpy_text(pose))})
     if (const auto span = attribute_span(text, origin, name))
-      own.push_back({*span, value});
+      replacements.push_back({span->begin, span->end, value});
     else
-      own.push_back({{behind_name, behind_name}, fmt::format(" {}=\"{}\"", name, value)});
-  std::ranges::stable_sort(own, {}, [](const Replacement& r) { return r.span.begin; });
-  std::ranges::move(own, std::back_inserter(replacements));
+      replacements.push_back({behind_name, behind_name, fmt::format(" {}=\"{}\"", name, value)});
 }
 
 // An origin for a joint without one. It stands as the first child did, in the same line or on one
@@ -107,7 +98,7 @@ std::string with_origins(const std::string& document, const std::map<std::string
     if (origin)
       replace_origin(document, *origin, wanted->second, replacements);
     else
-      replacements.push_back({{tag->end, tag->end}, new_origin(document, *tag, wanted->second)});
+      replacements.push_back({tag->end, tag->end, new_origin(document, *tag, wanted->second)});
   }
   for (const auto& [name, pose] : origins)
     if (found[name] != 1)
@@ -115,14 +106,7 @@ std::string with_origins(const std::string& document, const std::map<std::string
           fmt::format("{}: holds the joint '{}' {} times where it should once; give "
                       "each joint a name of its own",
                       file, name, found[name]));
-  std::string result;
-  size_t copied = 0;
-  for (const Replacement& replacement : replacements) {
-    result.append(document, copied, replacement.span.begin - copied);
-    result += replacement.text;
-    copied = replacement.span.end;
-  }
-  return result.append(document, copied);
+  return replaced(document, std::move(replacements));
 }
 
 }  // namespace armtrue

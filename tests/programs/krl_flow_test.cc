@@ -202,7 +202,7 @@ TEST(KrlFlowTest, AComputedPointIsWrittenOutInItsMoveAlone) {
   const std::string head = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\nDECL E6POS PA\n";
   const RobotProgram program = parse_program(
       *find_dialect("krl"),
-      {{"p.src", head + "PA=XP1\nPA.Z=PA.Z+10\nPTP PA C_DIS\nLIN XP1\nEND\n"},
+      {{"p.src", head + "PA=XP1\nPA.Z=PA.Z-2*(1-6)\nPTP PA C_DIS\nLIN XP1\nEND\n"},
        {"p.dat", "DEFDAT P\nDECL E6POS XP1={X 1,Y 2,Z 3,A 4,B 5,C 6,S 2,T 3,E1 7.5}\nENDDAT\n"}},
       {});
   std::vector<ProgramCommand> commands;
@@ -213,7 +213,7 @@ TEST(KrlFlowTest, AComputedPointIsWrittenOutInItsMoveAlone) {
   const RewrittenProgram rewritten = rewrite(program, commands);
   EXPECT_EQ(rewritten.texts[0],
             head +
-                "PA=XP1\nPA.Z=PA.Z+10\n"
+                "PA=XP1\nPA.Z=PA.Z-2*(1-6)\n"
                 "PTP {X 2.0,Y 2.0,Z 13.0,A 4.0,B 5.0,C 6.0,S 2,T 3,E1 7.5} C_DIS\n"
                 "LIN {X 2,Y 2,Z 3,A 4,B 5,C 6,S 2,T 3,E1 7.5}\nEND\n");
   EXPECT_EQ(rewritten.texts[1], program.texts[1].text);

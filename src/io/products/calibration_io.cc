@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/training_rows.h"
 #include "armtrue/kinematics/parameters.h"
@@ -89,9 +88,8 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   if (const auto scale = unseen_scale(robot, campaign))
     node["unseen_scale"] = unseen_scale_node(*scale);
   node["used_readings"] = training_rows_node(training_rows(campaign));
-  YAML::Node identified(YAML::NodeType::Sequence);
-  for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
-  node["identified"] = flow(identified);
+  node["identified"] =
+      flow_list(result.set.kept, [&](int k) { return parameter_name(robot.chain, k); });
   YAML::Node shares(YAML::NodeType::Map), nominal(YAML::NodeType::Sequence);
   for (size_t k = 0; k < result.set.kept.size(); ++k) {
     const Eigen::Index unknown = k;
@@ -119,10 +117,7 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
     const NoiseFloor& noise = findings.quality->noise;
     node["noise_floor"] = noise_node(noise);
     node["floor_mm"] = floor_node(noise, mean_error(noise, campaign));
-    YAML::Node excluded(YAML::NodeType::Sequence);
-    for (int line : campaign.lines_of(findings.quality->blunders))
-      excluded.push_back(whole_number(line));
-    node["excluded_rows"] = flow(excluded);
+    node["excluded_rows"] = lines_node(campaign.lines_of(findings.quality->blunders));
   }
   if (findings.zone) node["zone"] = zone_node(*findings.zone);
   if (!findings.gross.empty()) node["gross_poses"] = gross_poses_node(findings.gross);

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdio>
 
 #include "armtrue/io/products/certificate_io.h"
 #include "armtrue/io/source.h"

@@ -83,9 +83,7 @@ YAML::Node path_node(const PathFigures& path, const Budget& budget) {
 }
 
 YAML::Node axes_node(const Eigen::Vector3d& vector, double unit) {
-  YAML::Node node(YAML::NodeType::Sequence);
-  for (double component : vector) node.push_back(rounded(component / unit));
-  return flow(node);
+  return flow_list(vector, [unit](double component) { return rounded(component / unit); });
 }
 
 YAML::Node pose_node(const PoseFigures& figures, const std::vector<JointName>& joints) {

@@ -1,11 +1,9 @@
 #include "armtrue/io/products/change_io.h"
 
-#include <string>
-
 #include "armtrue/calibration/identified_values.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "io/yaml/yaml_text.h"
+#include "io/products/error_nodes.h"
 
 namespace armtrue {
 namespace {
@@ -15,12 +13,11 @@ YAML::Node change_node(const KinematicChain& chain, const ParameterChange& chang
   const double unit = in_files.si;
   // The keys of a number without a unit have no suffix.
   const std::string suffix = in_files.name == "1" ? "" : "_" + in_files.name;
-  YAML::Node node, interval;
-  for (double bound : change.ci95) interval.push_back(rounded(bound / unit));
+  YAML::Node node;
   node["parameter"] = parameter_name(chain, change.parameter);
   node["change" + suffix] = rounded(change.value / unit);
   node["std" + suffix] = rounded(change.std / unit);
-  node["ci95" + suffix] = flow(interval);
+  node["ci95" + suffix] = interval_node(change.ci95, unit);
   return flow(node);
 }
 
@@ -58,9 +55,7 @@ Document write_change(const ChangeResult& result, const Robot& previous, const C
   root["p_value"] = rounded(result.p_value);
   root["poses"] = whole_number(campaign.pose_ids.size());
   root["rows"] = whole_number(campaign.readings());
-  YAML::Node excluded(YAML::NodeType::Sequence);
-  for (int line : campaign.lines_of(result.blunders)) excluded.push_back(whole_number(line));
-  root["excluded_rows"] = flow(excluded);
+  root["excluded_rows"] = lines_node(campaign.lines_of(result.blunders));
   std::vector<FlowEntry> spread{{"position_mm", rounded(result.sigma.position / kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.sigma.orientation / kMilliradian));

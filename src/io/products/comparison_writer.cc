@@ -74,21 +74,17 @@ YAML::Node effect_node(const ComparedEffect& effect) {
 }
 
 YAML::Node curve_node(const RemainderCurve& curve) {
-  YAML::Node q, before, after;
-  for (size_t k = 0; k < curve.q.size(); ++k) {
-    q.push_back(number_in_form("{:.5g}", curve.q[k] / curve.name.si()));
-    before.push_back(rounded(curve.before[k] / curve.unit.si));
-    after.push_back(rounded(curve.after[k] / curve.unit.si));
-  }
+  const auto value = [&](double si) { return rounded(si / curve.unit.si); };
   const std::string ending = ending_of(curve.unit);
   YAML::Node node;
   node["parameter"] = curve.parameter;
-  node["driver" + curve.name.unit_ending()] = flow(q);
-  node["before" + ending] = flow(before);
-  node["after" + ending] = flow(after);
-  node["rms_before" + ending] = rounded(curve.rms_before / curve.unit.si);
-  node["rms_after" + ending] = rounded(curve.rms_after / curve.unit.si);
-  node["rms_change" + ending] = rounded(curve.rms_change / curve.unit.si);
+  node["driver" + curve.name.unit_ending()] =
+      flow_list(curve.q, [&](double q) { return number_in_form("{:.5g}", q / curve.name.si()); });
+  node["before" + ending] = flow_list(curve.before, value);
+  node["after" + ending] = flow_list(curve.after, value);
+  node["rms_before" + ending] = value(curve.rms_before);
+  node["rms_after" + ending] = value(curve.rms_after);
+  node["rms_change" + ending] = value(curve.rms_change);
   return node;
 }
 

@@ -148,9 +148,7 @@ YAML::Node worst_node(const std::vector<CorrectedTarget>& targets, const Program
     node["before_mm"] = rounded(target.before.position / kMillimetre);
     node["after_mm"] = rounded(target.after.position / kMillimetre);
     if (target.deviation) node["std_mm"] = rounded(*target.deviation / kMillimetre);
-    YAML::Node notes(YAML::NodeType::Sequence);
-    for (CommandNote note : target.notes) notes.push_back(to_string(note));
-    node["notes"] = notes;
+    node["notes"] = flow_list(target.notes, [](CommandNote note) { return to_string(note); });
     list.push_back(flow(node));
   }
   return list;

@@ -5,9 +5,11 @@
 namespace armtrue {
 
 YAML::Node interval_node(const std::array<double, 2>& bounds, double unit) {
-  YAML::Node node;
-  for (const double bound : bounds) node.push_back(rounded(bound / unit));
-  return flow(node);
+  return flow_list(bounds, [unit](double bound) { return rounded(bound / unit); });
+}
+
+YAML::Node lines_node(const std::vector<int>& lines) {
+  return flow_list(lines, [](int line) { return whole_number(line); });
 }
 
 YAML::Node error_node(const ErrorSummary& errors, double unit) {

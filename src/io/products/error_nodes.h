@@ -14,6 +14,8 @@ namespace armtrue {
 /// A 95 % interval.
 YAML::Node interval_node(const std::array<double, 2>& bounds, double unit);
 
+/// Lines of a file.
+YAML::Node lines_node(const std::vector<int>& lines);
 YAML::Node error_node(const ErrorSummary& errors, double unit);
 /// The errors of each axis.
 YAML::Node axes_node(const std::vector<AxisErrors>& axes);

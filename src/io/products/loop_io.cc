@@ -20,12 +20,6 @@ YAML::Node stage_node(const Stage& stage, bool held_out) {
   return node;
 }
 
-YAML::Node lines_node(const std::vector<int>& lines) {
-  YAML::Node node(YAML::NodeType::Sequence);
-  for (int line : lines) node.push_back(whole_number(line));
-  return flow(node);
-}
-
 YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
   YAML::Node data =
       flow_map({{"poses", whole_number(result.training_poses + result.held_out_poses)},
@@ -75,20 +69,14 @@ YAML::Node joint_curve_node(const JointCurve& curve, const Robot& robot) {
   const bool travels = is_prismatic(chain.links[link_of_joint(chain, curve.joint)]);
   const Parameter parameter = parameter_name(chain, zero_offset(chain, curve.joint));
   const DisplayUnit unit = display_unit(chain, parameter);
-  YAML::Node drivers, values, named, half_widths;
-  for (size_t k = 0; k < curve.points.size(); ++k) {
-    const CurvePoint& point = curve.points[k];
-    drivers.push_back(number_in_form("{:.5g}", point.driver / (travels ? kMillimetre : kDegree)));
-    values.push_back(rounded(point.value / unit.si));
-    named.push_back(rounded(curve.named[k] / unit.si));
-    half_widths.push_back(rounded(point.half_width / unit.si));
-  }
   YAML::Node node;
   node["parameter"] = to_string(parameter);
-  node[travels ? "driver_mm" : "driver_deg"] = flow(drivers);
-  node["value_" + unit.name] = flow(values);
-  node["named_" + unit.name] = flow(named);
-  node["half_width_" + unit.name] = flow(half_widths);
+  add_driver_and_value(curve.points,
+                       travels ? DisplayUnit{kMillimetre, "mm"} : DisplayUnit{kDegree, "deg"}, unit,
+                       node);
+  node["named_" + unit.name] =
+      flow_list(curve.named, [&](double named) { return rounded(named / unit.si); });
+  add_half_width(curve.points, unit, node);
   return node;
 }
 

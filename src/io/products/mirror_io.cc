@@ -80,8 +80,7 @@ YAML::Node reduction_node(const Reduction& gained, const std::optional<FormReduc
     node[std::string(1, "xyz"[axis])] = share(gained.axis[axis]);
   node["whole"] = share(gained.whole);
   node["form"] = of_form ? YAML::Node(rounded(of_form->share)) : YAML::Node(YAML::NodeType::Null);
-  if (of_form && of_form->ci95)
-    for (const double bound : *of_form->ci95) node["form_ci95"].push_back(rounded(bound));
+  if (of_form && of_form->ci95) node["form_ci95"] = interval_node(*of_form->ci95, 1);
   return flow(node);
 }
 
@@ -105,8 +104,7 @@ YAML::Node estimate_node(const std::optional<Estimate>& estimate, double unit) {
   YAML::Node node;
   node["value"] = rounded(estimate->value / unit);
   node["std"] = rounded(estimate->std / unit);
-  for (const double bound : estimate->ci95) node["ci95"].push_back(rounded(bound / unit));
-  node["ci95"].SetStyle(YAML::EmitterStyle::Flow);
+  node["ci95"] = interval_node(estimate->ci95, unit);
   return flow(node);
 }
 
@@ -191,10 +189,9 @@ Document write_mirror(const MirrorFindings& findings, const Provenance& provenan
   root["expected_after_mean_mm"] = millimetres(result.expected_after);
   root["expected_after_if"] = result.expected_if();
   if (options.clock.fit_frame) root["frame_uncertain_mm"] = millimetres(result.frame.rms());
-  YAML::Node breaks(YAML::NodeType::Sequence);
-  for (const Eigen::Index b : deviation.breaks)
-    breaks.push_back(number_in_form("{:.3f}", deviation.time[b]));
-  root["breaks_s"] = flow(breaks);
+  root["breaks_s"] = flow_list(deviation.breaks, [&time = deviation.time](Eigen::Index b) {
+    return number_in_form("{:.3f}", time[b]);
+  });
   if (reversals) {
     YAML::Node list(YAML::NodeType::Sequence);
     for (const MirrorFindings::Reversal& reversal : *reversals)

@@ -12,7 +12,7 @@ namespace armtrue {
 namespace {
 
 YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& chain) {
-  YAML::Node list(YAML::NodeType::Sequence);
+  std::vector<YAML::Node> list;
   for (const Rival& rival : rivals) {
     YAML::Node node = effect_form_node(rival.effect, chain);
     node["correlation"] = number_in_form("{:.3f}", rival.correlation);
@@ -21,8 +21,7 @@ YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& c
     if (!rival.separated_by.empty()) node["separated_by"] = rival.separated_by;
     list.push_back(flow(node));
   }
-  if (rivals.empty()) return flow(list);
-  return list;
+  return list_node(list);
 }
 
 YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
@@ -30,20 +29,14 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
   const DisplayUnit unit = display_unit(robot.chain, effect.parameter);
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
   const bool travels = is_travel(effect.driver, robot.chain);
-  const double driver_unit = travels ? kMillimetre : is_angle ? kDegree : 1.0;
-  YAML::Node drivers, values, half_widths;
-  for (const CurvePoint& point : curve) {
-    drivers.push_back(number_in_form("{:.5g}", point.driver / driver_unit));
-    values.push_back(rounded(point.value / unit.si));
-    half_widths.push_back(rounded(point.half_width / unit.si));
-  }
   YAML::Node node;
-  node[travels                                  ? "driver_mm"
-       : is_angle                               ? "driver_deg"
-       : effect.driver.kind == DriverKind::time ? "driver_s"
-                                                : "driver_c"] = flow(drivers);
-  node["value_" + unit.name] = flow(values);
-  node["half_width_" + unit.name] = flow(half_widths);
+  add_driver_and_value(curve,
+                       travels                                  ? DisplayUnit{kMillimetre, "mm"}
+                       : is_angle                               ? DisplayUnit{kDegree, "deg"}
+                       : effect.driver.kind == DriverKind::time ? DisplayUnit{1, "s"}
+                                                                : DisplayUnit{1, "c"},
+                       unit, node);
+  add_half_width(curve, unit, node);
   if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
     node["strongest_cycle"] =
         flow_map({travels ? FlowEntry{"length_mm", rounded(kTurn / cycle->per_turn / kMillimetre)}
@@ -56,12 +49,11 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
 
 // A value with its interval.
 YAML::Node estimate_node(double value, double std, const std::array<double, 2>& ci95) {
-  YAML::Node node, interval;
+  YAML::Node node;
   const auto text = [](double number) { return number_in_form("{:.6g}", number); };
-  for (double bound : ci95) interval.push_back(text(bound));
   node["value"] = text(value);
   node["std"] = rounded(std);
-  node["ci95"] = flow(interval);
+  node["ci95"] = flow_list(ci95, text);
   return flow(node);
 }
 
@@ -83,6 +75,21 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
 }
 
 }  // namespace
+
+void add_driver_and_value(const std::vector<CurvePoint>& curve, const DisplayUnit& driver,
+                          const DisplayUnit& value, YAML::Node& node) {
+  node["driver_" + driver.name] = flow_list(curve, [&](const CurvePoint& point) {
+    return number_in_form("{:.5g}", point.driver / driver.si);
+  });
+  node["value_" + value.name] =
+      flow_list(curve, [&](const CurvePoint& point) { return rounded(point.value / value.si); });
+}
+
+void add_half_width(const std::vector<CurvePoint>& curve, const DisplayUnit& value,
+                    YAML::Node& node) {
+  node["half_width_" + value.name] = flow_list(
+      curve, [&](const CurvePoint& point) { return rounded(point.half_width / value.si); });
+}
 
 YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
                        const std::vector<CurvePoint>& curve, const Robot& robot) {
@@ -109,10 +116,9 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
   if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
   if (traced.step_ci95) {
-    YAML::Node interval;
     const auto [suffix, unit] = inner_unit(traced.effect.driver, robot.chain);
-    for (double bound : *traced.step_ci95) interval.push_back(number_text(bound, unit));
-    node["at" + suffix + "_ci95"] = flow(interval);
+    node["at" + suffix + "_ci95"] =
+        flow_list(*traced.step_ci95, [si = unit](double bound) { return number_text(bound, si); });
   }
   if (gain) node["confirmed"] = boolean(gain->confirmed());
   node["sentence"] = for_the_cell(traced, gain, robot);

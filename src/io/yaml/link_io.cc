@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "armtrue/kinematics/names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/text/number_text.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {

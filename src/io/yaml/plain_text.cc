@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <string>
 
 #include "armtrue/text/edit_distance.h"
 #include "armtrue/text/utf8.h"

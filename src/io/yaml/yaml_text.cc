@@ -1,6 +1,7 @@
 #include "io/yaml/yaml_text.h"
 
 #include <cmath>
+#include <functional>
 
 #include "armtrue/effects/gravity_basis.h"
 #include "armtrue/kinematics/units.h"
@@ -96,9 +97,7 @@ YAML::Node flow_map(const std::vector<FlowEntry>& entries) {
 }
 
 YAML::Node flow_list(const std::vector<double>& values) {
-  YAML::Node node(YAML::NodeType::Sequence);
-  for (double value : values) node.push_back(number_text(value));
-  return flow(node);
+  return flow_list(values, [](double value) { return number_text(value); });
 }
 
 YAML::Node rounded_or_null(const std::optional<double>& value) {
@@ -134,8 +133,7 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
   const auto [suffix, unit] = inner_unit(effect.driver, chain);
   if (const std::vector<std::string>& sessions = effect.driver.sessions; !sessions.empty()) {
     node["since"] = first_session_after(effect);
-    for (const std::string& name : sessions) node["sessions"].push_back(name);
-    node["sessions"] = flow(node["sessions"]);
+    node["sessions"] = flow_list(sessions, std::identity());
   } else if (has_at(shape.kind)) {
     node["at" + suffix] = number_text(shape.at, unit);
   } else if (const char* key = key_of_begin(effect); key && shape.at != 0) {
@@ -168,9 +166,8 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     coefficient["value"] = number_text(c.value);
     if (c.std > 0) {
       coefficient["std"] = rounded(c.std);
-      YAML::Node interval;
-      for (double bound : c.ci95) interval.push_back(number_in_form("{:.5g}", bound));
-      coefficient["ci95"] = flow(interval);
+      coefficient["ci95"] =
+          flow_list(c.ci95, [](double bound) { return number_in_form("{:.5g}", bound); });
     }
     coefficient["unit"] = coefficient_unit(effect, k, chain);
     node["coefficients"].push_back(flow(coefficient));

@@ -38,6 +38,13 @@ struct FlowEntry {
 YAML::Node flow_map(const std::vector<FlowEntry>& entries);
 /// A list on one line.
 YAML::Node flow_list(const std::vector<double>& values);
+/// The same of what `to_node` makes of each value.
+template <typename Values, typename ToNode>
+YAML::Node flow_list(const Values& values, const ToNode& to_node) {
+  YAML::Node node(YAML::NodeType::Sequence);
+  for (const auto& value : values) node.push_back(to_node(value));
+  return flow(node);
+}
 
 /// null for what is unknown or not finite, such as the score of an effect that nothing shows.
 YAML::Node rounded_or_null(const std::optional<double>& value);

@@ -8,60 +8,55 @@
 namespace armtrue {
 namespace {
 
-using Words = std::set<std::string>;
-
 // Instructions and functions of RAPID that change no numbers, positions, points or frames among
 // their arguments (RAPID reference manual).
-const Words& reading_words() {
-  static const Words kWords{"ABS",           "ABSDNUM",      "ACOS",        "ASIN",
-                            "ATAN",          "ATAN2",        "CALCJOINTT",  "CALCROBT",
-                            "CORRWRITE",     "COS",          "CPOS",        "CROBT",
-                            "CROSSPROD",     "DEFDFRAME",    "DEFFRAME",    "DIM",
-                            "DISTANCE",      "DNUMTONUM",    "DNUMTOSTR",   "DOTPROD",
-                            "EOFFSON",       "EOFFSSET",     "ERRLOG",      "ERRWRITE",
-                            "EULERZYX",      "EXP",          "GRIPLOAD",    "MAX",
-                            "MECHUNITLOAD",  "MIN",          "MIRPOS",      "NORIENT",
-                            "NUMTODNUM",     "NUMTOSTR",     "OFFS",        "ORIENTZYX",
-                            "OROBT",         "PACKRAWBYTES", "PDISPON",     "PDISPSET",
-                            "POSEINV",       "POSEMULT",     "POSEVECT",    "POW",
-                            "RELTOOL",       "ROUND",        "ROUNDDNUM",   "SETAO",
-                            "SETDATAVAL",    "SETDO",        "SETGO",       "SETSYSDATA",
-                            "SIN",           "SPEEDREFRESH", "SQRT",        "TAN",
-                            "TPWRITE",       "TRIGGCHECKIO", "TRIGGEQUIP",  "TRIGGINT",
-                            "TRIGGIO",       "TRIGGRAMPAO",  "TRIGGSPEED",  "TRUNC",
-                            "TRUNCDNUM",     "VALTOSTR",     "VECTMAGN",    "VELSET",
-                            "WAITTIME",      "WRITE",        "WRITEANYBIN", "WRITEBIN",
-                            "WRITESTRBIN",   "WZBOXDEF",     "WZCYLDEF",    "WZHOMEJOINTDEF",
-                            "WZLIMJOINTDEF", "WZSPHDEF"};
-  return kWords;
+bool is_reading(std::string_view word) {
+  return contains({"ABS",           "ABSDNUM",      "ACOS",        "ASIN",
+                   "ATAN",          "ATAN2",        "CALCJOINTT",  "CALCROBT",
+                   "CORRWRITE",     "COS",          "CPOS",        "CROBT",
+                   "CROSSPROD",     "DEFDFRAME",    "DEFFRAME",    "DIM",
+                   "DISTANCE",      "DNUMTONUM",    "DNUMTOSTR",   "DOTPROD",
+                   "EOFFSON",       "EOFFSSET",     "ERRLOG",      "ERRWRITE",
+                   "EULERZYX",      "EXP",          "GRIPLOAD",    "MAX",
+                   "MECHUNITLOAD",  "MIN",          "MIRPOS",      "NORIENT",
+                   "NUMTODNUM",     "NUMTOSTR",     "OFFS",        "ORIENTZYX",
+                   "OROBT",         "PACKRAWBYTES", "PDISPON",     "PDISPSET",
+                   "POSEINV",       "POSEMULT",     "POSEVECT",    "POW",
+                   "RELTOOL",       "ROUND",        "ROUNDDNUM",   "SETAO",
+                   "SETDATAVAL",    "SETDO",        "SETGO",       "SETSYSDATA",
+                   "SIN",           "SPEEDREFRESH", "SQRT",        "TAN",
+                   "TPWRITE",       "TRIGGCHECKIO", "TRIGGEQUIP",  "TRIGGINT",
+                   "TRIGGIO",       "TRIGGRAMPAO",  "TRIGGSPEED",  "TRUNC",
+                   "TRUNCDNUM",     "VALTOSTR",     "VECTMAGN",    "VELSET",
+                   "WAITTIME",      "WRITE",        "WRITEANYBIN", "WRITEBIN",
+                   "WRITESTRBIN",   "WZBOXDEF",     "WZCYLDEF",    "WZHOMEJOINTDEF",
+                   "WZLIMJOINTDEF", "WZSPHDEF"},
+                  word);
 }
 
 // Those that may change a whole tool or work object.
-const Words& words_that_change_frames() {
-  static const Words kWords{"INCR",          "GETDATAVAL", "MTOOLROTCALIB",
-                            "MTOOLTCPCALIB", "READANYBIN", "STOOLROTCALIB",
-                            "STOOLTCPCALIB", "STRTOVAL",   "UNPACKRAWBYTES"};
-  return kWords;
+bool changes_frames(std::string_view word) {
+  return contains({"INCR", "GETDATAVAL", "MTOOLROTCALIB", "MTOOLTCPCALIB", "READANYBIN",
+                   "STOOLROTCALIB", "STOOLTCPCALIB", "STRTOVAL", "UNPACKRAWBYTES"},
+                  word);
 }
 
 // Behind which an instruction begins.
-const Words& words_before_instruction() {
-  static const Words kWords{"THEN",     "ELSE",    "DO",      "ENDIF",   "ENDFOR",
-                            "ENDWHILE", "ENDTEST", "ERROR",   "UNDO",    "BACKWARD",
-                            "ENDPROC",  "ENDFUNC", "ENDTRAP", "DEFAULT", "LOCAL"};
-  return kWords;
+bool is_before_instruction(std::string_view word) {
+  return contains({"THEN", "ELSE", "DO", "ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST", "ERROR", "UNDO",
+                   "BACKWARD", "ENDPROC", "ENDFUNC", "ENDTRAP", "DEFAULT", "LOCAL"},
+                  word);
 }
 
 // Behind which an expression or a declaration begins.
-const Words& words_before_expression() {
-  static const Words kWords{"IF", "ELSEIF", "WHILE",  "TEST", "CASE", "FOR",   "FROM",
-                            "TO", "STEP",   "RETURN", "VAR",  "PERS", "CONST", "TASK"};
-  return kWords;
+bool is_before_expression(std::string_view word) {
+  return contains({"IF", "ELSEIF", "WHILE", "TEST", "CASE", "FOR", "FROM", "TO", "STEP", "RETURN",
+                   "VAR", "PERS", "CONST", "TASK"},
+                  word);
 }
 
-const Words& operators() {
-  static const Words kWords{"AND", "OR", "NOT", "XOR", "DIV", "MOD"};
-  return kWords;
+bool is_operator(std::string_view word) {
+  return contains({"AND", "OR", "NOT", "XOR", "DIV", "MOD"}, word);
 }
 
 // Reads a statement up to a datum.
@@ -132,17 +127,17 @@ class ReceiverSearch {
   void read_word(const std::string& word) {
     const bool is_behind_operand =
         last_ == Last::name || last_ == Last::operand || last_ == Last::instruction;
-    if (!open_.empty() || operators().contains(word)) {
-      last_ = operators().contains(word) ? Last::operation : Last::name;
+    if (!open_.empty() || is_operator(word)) {
+      last_ = is_operator(word) ? Last::operation : Last::name;
       name_ = word;
-    } else if (words_before_instruction().contains(word)) {
+    } else if (is_before_instruction(word)) {
       expect_instruction();
     } else if (begins_rapid_routine(word) || word == "MODULE") {
       take_rapid_routine(word, cursor_);
       if (cursor_.take('(')) cursor_.skip_to(")");
       cursor_.take(')');
       expect_instruction();
-    } else if (words_before_expression().contains(word)) {
+    } else if (is_before_expression(word)) {
       expects_instruction_ = false;
       is_compact_if_ = word == "IF";  // unless a THEN follows
       instruction_.clear();
@@ -281,9 +276,8 @@ bool RapidRoutines::may_change(const std::string& receiver, const std::string& t
     const std::set<std::string> changed = changed_by(receiver);
     return type.empty() ? !changed.empty() : changed.contains(type);
   }
-  if (type == "TOOLDATA" || type == "WOBJDATA")
-    return words_that_change_frames().contains(receiver);
-  return !reading_words().contains(receiver) && !find_rapid_move(receiver);
+  if (type == "TOOLDATA" || type == "WOBJDATA") return changes_frames(receiver);
+  return !is_reading(receiver) && !find_rapid_move(receiver);
 }
 
 }  // namespace armtrue

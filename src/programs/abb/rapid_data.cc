@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <set>
 
 #include "armtrue/kinematics/units.h"
 #include "programs/abb/rapid_values.h"
 #include "programs/arithmetic.h"
 #include "programs/dialects.h"
 #include "programs/frame_list.h"
+#include "programs/point_numbers.h"
 
 namespace armtrue {
 namespace {
@@ -416,8 +416,7 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
     external_.erase(from);
     program_.points.pop_back();
   }
-  std::vector<double> numbers;
-  for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
+  std::vector<double> numbers = values_of(point.numbers);
   Pose pose = rapid_dialect().pose_of_numbers(numbers);
   using Eigen::AngleAxisd;
   if (function == "OFFS")

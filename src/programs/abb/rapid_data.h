@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>

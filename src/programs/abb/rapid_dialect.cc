@@ -5,14 +5,12 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <utility>
 
-#include "programs/abb/rapid_folder.h"
-#include "programs/abb/rapid_program.h"
+#include "programs/abb/rapid_parts.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/dialects.h"
-#include "programs/joint_range.h"
 #include "programs/path_name.h"
+#include "programs/point_numbers.h"
 
 namespace armtrue {
 namespace {

@@ -1,10 +1,7 @@
 #include "programs/abb/rapid_flow.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
-#include <set>
-#include <string>
 
 #include "programs/abb/rapid_words.h"
 

@@ -1,5 +1,3 @@
-#include "programs/abb/rapid_folder.h"
-
 #include <algorithm>
 #include <array>
 #include <map>
@@ -10,6 +8,7 @@
 
 #include "programs/abb/rapid_calls.h"
 #include "programs/abb/rapid_flow.h"
+#include "programs/abb/rapid_parts.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"

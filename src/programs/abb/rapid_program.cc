@@ -1,7 +1,4 @@
-#include "programs/abb/rapid_program.h"
-
 #include <algorithm>
-#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,8 +6,8 @@
 
 #include "programs/abb/rapid_data.h"
 #include "programs/abb/rapid_flow.h"
-#include "programs/abb/rapid_folder.h"
 #include "programs/abb/rapid_insertion.h"
+#include "programs/abb/rapid_parts.h"
 #include "programs/abb/rapid_values.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/move_reader.h"
@@ -88,20 +85,16 @@ class RapidReader : MoveReader {
       is_called_ = !is_local || count_of(name) > 1 || text_.find("%\"") != std::string::npos ||
                    count_of("CALLBYVAR") > 0;
       is_dead_ = false;
-    } else if (contains_word({"RETURN", "EXIT", "EXITCYCLE", "GOTO", "RAISE", "RETRY", "TRYNEXT"},
-                             word)) {
+    } else if (contains({"RETURN", "EXIT", "EXITCYCLE", "GOTO", "RAISE", "RETRY", "TRYNEXT"},
+                        word)) {
       is_dead_ |= !is_conditional(statement.begin, at);
-    } else if (contains_word({"ELSE", "ELSEIF", "CASE", "DEFAULT", "ENDIF", "ENDTEST", "ENDFOR",
-                              "ENDWHILE", "ERROR", "UNDO", "BACKWARD"},
-                             word)) {
+    } else if (contains({"ELSE", "ELSEIF", "CASE", "DEFAULT", "ENDIF", "ENDTEST", "ENDFOR",
+                         "ENDWHILE", "ERROR", "UNDO", "BACKWARD"},
+                        word)) {
       is_dead_ = false;
     } else if (cursor.take(':') && cursor.next() != '=') {
       is_dead_ = false;
     }
-  }
-
-  static bool contains_word(std::initializer_list<const char*> words, const std::string& word) {
-    return std::ranges::find(words, word) != words.end();
   }
 
   int count_of(const std::string& name) {
@@ -284,17 +277,12 @@ class RapidReader : MoveReader {
     cursor.next();
     const auto parts = split_arguments(text_, cursor.at(), argument.end - 1, ",");
     if (parts.size() != 2) return std::nullopt;
-    std::string of_move = compact(tool);
-    if (work_object_) of_move += "\\WOBJ:=" + compact(*work_object_);
-    return compact(parts[1]) == of_move ? std::optional(parts[0]) : std::nullopt;
-  }
-
-  // Without blanks, and letters as capitals.
-  std::string compact(const Statement& part) const {
-    std::string result;
-    for (size_t i = part.begin; i < part.end; ++i)
-      if (!is_blank(text_[i])) result += text_[i];
-    return upper(result);
+    const auto plain = [&](const Statement& part) {
+      return compact(std::string_view(text_).substr(part.begin, part.end - part.begin));
+    };
+    std::string of_move = plain(tool);
+    if (work_object_) of_move += "\\WOBJ:=" + plain(*work_object_);
+    return plain(parts[1]) == of_move ? std::optional(parts[0]) : std::nullopt;
   }
 
   // The arguments without options; those with their options go into the move.

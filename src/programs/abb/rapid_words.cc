@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
-#include <utility>
-#include <vector>
 
 #include "armtrue/kinematics/units.h"
 
@@ -90,15 +87,15 @@ bool is_other_rapid_move(const std::string& word, TextCursor cursor) {
 }
 
 bool stands_between_rapid_moves(const std::string& word) {
-  static const std::set<std::string> kWords{
-      "CONST",       "PERS",       "VAR",        "SET",        "RESET",      "SETDO",
-      "SETAO",       "SETGO",      "PULSEDO",    "INVERTDO",   "WAITTIME",   "WAITDI",
-      "WAITDO",      "WAITGI",     "WAITAI",     "WAITUNTIL",  "TPWRITE",    "TPERASE",
-      "CONFL",       "CONFJ",      "SINGAREA",   "ACCSET",     "VELSET",     "CLKSTART",
-      "CLKSTOP",     "CLKRESET",   "GRIPLOAD",   "INCR",       "DECR",       "ADD",
-      "CLEAR",       "TRIGGIO",    "TRIGGINT",   "TRIGGEQUIP", "TRIGGSPEED", "PATHRESOL",
-      "CIRPATHMODE", "PATHACCLIM", "WORLDACCLIM"};
-  return kWords.contains(word);
+  return contains(
+      {"CONST",       "PERS",       "VAR",        "SET",        "RESET",      "SETDO",
+       "SETAO",       "SETGO",      "PULSEDO",    "INVERTDO",   "WAITTIME",   "WAITDI",
+       "WAITDO",      "WAITGI",     "WAITAI",     "WAITUNTIL",  "TPWRITE",    "TPERASE",
+       "CONFL",       "CONFJ",      "SINGAREA",   "ACCSET",     "VELSET",     "CLKSTART",
+       "CLKSTOP",     "CLKRESET",   "GRIPLOAD",   "INCR",       "DECR",       "ADD",
+       "CLEAR",       "TRIGGIO",    "TRIGGINT",   "TRIGGEQUIP", "TRIGGSPEED", "PATHRESOL",
+       "CIRPATHMODE", "PATHACCLIM", "WORLDACCLIM"},
+      word);
 }
 
 bool begins_rapid_routine(const std::string& word) {
@@ -143,13 +140,13 @@ bool names_rapid_parameter(std::string_view text, const Statement& statement, si
   }
   if (last == "," || last == "(") return true;
   // An instruction before it; not the end of a condition, IF a=b x:=1, or of the head of a TRAP.
-  static const std::set<std::string> kBeforeInstruction{
-      "THEN", "ELSE", "DO", "ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST", "ERROR", "UNDO", "BACKWARD"};
-  static const std::set<std::string> kBeforeOperand{
-      "IF", "ELSEIF", "AND", "OR", "NOT", "XOR", "DIV", "MOD", "TRAP", "=",
-      "<",  ">",      "+",   "-",  "*",   "/",   "(",   ",",   ".",    "\\"};
-  return !last.empty() && is_letter(last[0]) && !kBeforeInstruction.contains(last) &&
-         !kBeforeOperand.contains(before);
+  return !last.empty() && is_letter(last[0]) &&
+         !contains({"THEN", "ELSE", "DO", "ENDIF", "ENDFOR", "ENDWHILE", "ENDTEST", "ERROR", "UNDO",
+                    "BACKWARD"},
+                   last) &&
+         !contains({"IF", "ELSEIF", "AND", "OR", "NOT", "XOR", "DIV", "MOD", "TRAP", "=",
+                    "<",  ">",      "+",   "-",  "*",   "/",   "(",   ",",   ".",    "\\"},
+                   before);
 }
 
 std::string masked_rapid(const std::string& module) {

@@ -1,14 +1,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <utility>
 
 #include "programs/dialects.h"
-#include "programs/fanuc/fanuc_folder.h"
-#include "programs/fanuc/fanuc_program.h"
+#include "programs/fanuc/fanuc_parts.h"
 #include "programs/fanuc/fanuc_registers.h"
-#include "programs/fanuc/fanuc_writer.h"
-#include "programs/path_name.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {

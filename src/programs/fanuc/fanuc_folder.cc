@@ -1,10 +1,8 @@
-#include "programs/fanuc/fanuc_folder.h"
-
 #include <algorithm>
 #include <map>
 #include <string>
-#include <vector>
 
+#include "programs/fanuc/fanuc_parts.h"
 #include "programs/fanuc/fanuc_registers.h"
 #include "programs/fanuc/fanuc_text.h"
 #include "programs/path_name.h"

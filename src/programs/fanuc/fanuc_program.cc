@@ -1,18 +1,15 @@
-#include "programs/fanuc/fanuc_program.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
 #include "programs/fanuc/fanuc_frames.h"
+#include "programs/fanuc/fanuc_parts.h"
 #include "programs/fanuc/fanuc_positions.h"
 #include "programs/fanuc/fanuc_registers.h"
 #include "programs/fanuc/fanuc_text.h"
@@ -29,20 +26,21 @@ namespace {
 
 // What begins a line that leaves the arm where it is and does not branch.
 bool stands_between_fanuc_moves(const std::string& word) {
-  static const std::set<std::string> kWords{
-      "DO",        "RO",     "AO",    "GO",      "SO",      "WO",   "UO",       "F",
-      "R",         "SR",     "PR",    "P",       "TIMER",   "WAIT", "OVERRIDE", "UFRAME_NUM",
-      "UTOOL_NUM", "UFRAME", "UTOOL", "PAYLOAD", "MESSAGE", "UALM"};
-  return word.empty() || kWords.contains(word) || word[0] == '$';
+  return word.empty() ||
+         contains({"DO",    "RO",      "AO",       "GO",         "SO",        "WO",
+                   "UO",    "F",       "R",        "SR",         "PR",        "P",
+                   "TIMER", "WAIT",    "OVERRIDE", "UFRAME_NUM", "UTOOL_NUM", "UFRAME",
+                   "UTOOL", "PAYLOAD", "MESSAGE",  "UALM"},
+                  word) ||
+         word[0] == '$';
 }
 
 // Words of a motion instruction that may stand in an inserted one too: speeds over the way and how
 // the point is passed. All others act once (SKIP, TB, DB, CALL), or are about time.
 bool may_be_repeated(const std::string& word) {
-  static const std::set<std::string> kWords{"L",    "MM",  "CM",        "INCH",       "DEG",
-                                            "MIN",  "SEC", "ACC",       "PTH",        "WJNT",
-                                            "FINE", "CNT", "MAX_SPEED", "WELD_SPEED", "R"};
-  return kWords.contains(word);
+  return contains({"L", "MM", "CM", "INCH", "DEG", "MIN", "SEC", "ACC", "PTH", "WJNT", "FINE",
+                   "CNT", "MAX_SPEED", "WELD_SPEED", "R"},
+                  word);
 }
 
 constexpr const char* kFanucPose[] = {"X", "Y", "Z", "W", "P", "R"};
@@ -85,9 +83,11 @@ class FanucReader : MoveReader {
 
   void read_moves(size_t begin, size_t end) {
     std::string part = text_.substr(0, std::min(end, text_.size()));
-    part.replace(0, begin, begin, ' ');
-    std::vector<Statement> lines = lines_of(part, begin), statements;
-    for (const Statement& line : lines) {
+    std::replace_if(
+        part.begin(), part.begin() + static_cast<long>(begin), [](char c) { return c != '\n'; },
+        ' ');
+    std::vector<Statement> statements;
+    for (const Statement& line : joined_lines(part, begin)) {
       TextCursor cursor(part, line.begin, line.end);
       cursor.take_number();
       cursor.take(':');
@@ -107,22 +107,18 @@ class FanucReader : MoveReader {
 
   // One for each line; a line that begins with a colon continues the one before. A comment may hold
   // quotes and semicolons.
-  std::vector<Statement> lines_of(std::string& part, size_t begin) const {
-    std::vector<Statement> lines;
-    int line = line_at(text_, begin);
-    for (size_t at = begin; at < part.size(); ++line) {
-      const size_t end = std::min(part.find('\n', at), part.size());
-      TextCursor cursor(part, at, end);
-      if (cursor.next() == ':' && !lines.empty()) {
-        std::replace(part.begin() + static_cast<long>(lines.back().end), part.begin() + at, '\n',
-                     ' ');
-        lines.back().end = end;
+  static std::vector<Statement> joined_lines(std::string& part, size_t begin) {
+    std::vector<Statement> joined;
+    for (const Statement& line : lines_of(part, begin)) {
+      if (TextCursor(part, line.begin, line.end).next() == ':' && !joined.empty()) {
+        std::replace(part.begin() + static_cast<long>(joined.back().end), part.begin() + line.begin,
+                     '\n', ' ');
+        joined.back().end = line.end;
       } else {
-        lines.push_back({line, at, end});
+        joined.push_back(line);
       }
-      at = end + 1;
     }
-    return lines;
+    return joined;
   }
 
   // A[1] of a German listing is an output.
@@ -414,20 +410,25 @@ class FanucReader : MoveReader {
     if (position.numbers.empty()) return "its point has no numbers in /POS";
     if (position.point < 0) add_point(of_move.id, position);
     if (position.point < 0) return "its point has no plain numbers";
-    const bool is_joints = position.numbers.contains("J1");
-    if (is_joints || parts_ != TargetParts::pose) return "";
+    return is_joints(of_move) || parts_ != TargetParts::pose ? "" : why_frames_not_certain(of_move);
+  }
+
+  // Why it is not certain in which frame and with which tool a point is, or where these are; empty
+  // if it is. A register is in the active ones.
+  std::string why_frames_not_certain(const PointOfMove& of_move) {
     for (const bool is_tool : {false, true}) {
-      const char* const name = is_tool ? "UTOOL" : "UFRAME";
-      const bool is_active = is_tool ? position.has_active_tool : position.is_in_active_frame;
-      const auto number = frame_number(position, is_tool, of_move.begin);
-      if (is_active && !number)
-        return fmt::format(
-            "its point is in the active {} (F), and which it is, {}_NUM does not say "
-            "for certain",
-            is_tool ? "tool" : "frame", name);
-      if (number)
+      const bool is_active = of_move.is_register || is_in_active(positions_[of_move.id], is_tool);
+      const auto number = is_active ? frames_->active(is_tool, of_move.begin)
+                                    : frame_number(positions_[of_move.id], is_tool, of_move.begin);
+      if (number) {
         if (const std::string why = why_not_certain(is_tool, *number, of_move.begin); !why.empty())
           return why;
+      } else if (is_active) {
+        return fmt::format(
+            "its {0} is in the active {1}{2}, and which it is, {3}_NUM does not say for certain",
+            of_move.is_register ? "register" : "point", is_tool ? "tool" : "frame",
+            of_move.is_register ? "" : " (F)", is_tool ? "UTOOL" : "UFRAME");
+      }
     }
     return "";
   }
@@ -446,9 +447,12 @@ class FanucReader : MoveReader {
   }
 
   std::optional<int> frame_number(const FanucPosition& position, bool is_tool, size_t at) const {
-    const bool is_active = is_tool ? position.has_active_tool : position.is_in_active_frame;
-    if (is_active) return frames_->active(is_tool, at);
+    if (is_in_active(position, is_tool)) return frames_->active(is_tool, at);
     return is_tool ? position.tool : position.frame;
+  }
+
+  static bool is_in_active(const FanucPosition& position, bool is_tool) {
+    return is_tool ? position.has_active_tool : position.is_in_active_frame;
   }
 
   void add_point(double id, FanucPosition& position) {
@@ -468,9 +472,14 @@ class FanucReader : MoveReader {
     point.begin = position.begin;
     point.end = position.end;
     if (position.configuration_place) point.configuration.push_back(*position.configuration_place);
-    position.point = static_cast<int>(program_.points.size());
+    position.point = keep(point, id);
+  }
+
+  // Returns its index.
+  int keep(const ProgramPoint& point, double id) {
     program_.points.push_back(point);
     ids_of_points_.push_back(id);
+    return static_cast<int>(program_.points.size()) - 1;
   }
 
   ProgramTarget& add_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
@@ -502,19 +511,8 @@ class FanucReader : MoveReader {
 
   // A register is in the active frame, and has no place in the text.
   std::string why_not_usable_register(const PointOfMove& of_move) {
-    const bool is_joints = registers_->find(of_move.id)->is_joints;
-    for (const bool is_tool : {false, true}) {
-      if (is_joints) continue;
-      const char* const name = is_tool ? "UTOOL" : "UFRAME";
-      const auto number = frames_->active(is_tool, of_move.begin);
-      if (!number)
-        return fmt::format(
-            "its register is in the active {}, and which it is, {}_NUM does not say "
-            "for certain",
-            is_tool ? "tool" : "frame", name);
-      if (const std::string why = why_not_certain(is_tool, *number, of_move.begin); !why.empty())
-        return why;
-    }
+    if (!is_joints(of_move))
+      if (const std::string why = why_frames_not_certain(of_move); !why.empty()) return why;
     const bool has_more = std::ranges::any_of(positions_, [](const auto& position) {
       return position.second.numbers.size() + position.second.others.size() > 6;
     });
@@ -558,10 +556,8 @@ class FanucReader : MoveReader {
     point.is_expression = true;
     for (const double number : of.numbers)
       point.numbers.push_back({0, of_move.end, of_move.end, number, ""});
-    const int index = static_cast<int>(program_.points.size());
-    program_.points.push_back(point);
-    ids_of_points_.push_back(0);
-    ProgramTarget& target = add(of_move, line, is_auxiliary, index, of.configuration, frame, tool);
+    ProgramTarget& target =
+        add(of_move, line, is_auxiliary, keep(point, 0), of.configuration, frame, tool);
     target.remark = "the register is written into the program, as it is listed";
     return target;
   }
@@ -600,9 +596,7 @@ class FanucReader : MoveReader {
     target.pose = target.before * target.pose * target.behind;
     ProgramPoint point = program_.points[target.point];
     point.starts_from = target.point;
-    target.point = static_cast<int>(program_.points.size());
-    program_.points.push_back(point);
-    ids_of_points_.push_back(ids_of_points_[point.starts_from]);
+    target.point = keep(point, ids_of_points_[point.starts_from]);
   }
 
   const KnownFrames& known_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "programs/fanuc/fanuc_text.h"
 #include "programs/fanuc/fanuc_words.h"
@@ -92,10 +91,8 @@ void FanucRegisters::read_listing(const std::string& text) {
     if (listed->contains(*entry.number)) result.numbers.clear();
     (*listed)[*entry.number] = result;
   };
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    TextCursor cursor(text, begin, end);
-    begin = end + 1;
+  for (const Statement& line : lines_of(text)) {
+    TextCursor cursor(text, line.begin, line.end);
     if (cursor.take('[')) {
       const auto first = cursor.take_number();
       const bool is_entry = first && cursor.take(',');
@@ -119,7 +116,7 @@ void FanucRegisters::read_listing(const std::string& text) {
         cursor.take('\'');
       }
     }
-    take_values(std::string_view(text).substr(0, end), cursor, entry);
+    take_values(std::string_view(text).substr(0, line.end), cursor, entry);
   }
   keep();
 }

@@ -1,5 +1,3 @@
-#include "programs/fanuc/fanuc_writer.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "armtrue/text/input_error.h"
+#include "programs/fanuc/fanuc_parts.h"
 #include "programs/fanuc/fanuc_text.h"
 #include "programs/fanuc/fanuc_words.h"
 #include "programs/statement.h"
@@ -23,38 +22,32 @@ namespace {
 constexpr size_t kMaxFanucLines = 32000;
 constexpr double kMaxFanucPosition = 32766;
 
-// The number of a line of /MN: `  12:L P[3] ..`.
-struct LineNumber {
-  size_t begin = 0, end = 0;  // of the line, with the blanks before it, and behind the number
-  std::optional<double> value;
+// A line of /MN: `  12:L P[3] ..`.
+struct LineOfMoves {
+  size_t begin = 0;
+  size_t width = 0;              // of the number, with the blanks before it
+  std::optional<double> number;  // nothing of a line that continues another
 };
 
-LineNumber line_number(std::string_view text, size_t begin, size_t end) {
-  TextCursor cursor(text, begin, end);
-  const auto value = cursor.take_number();
-  const size_t behind = cursor.at();
-  if (!value || cursor.next() != ':') return {begin, begin, std::nullopt};
-  return {begin, behind, value};
-}
-
-// The lines of /MN.
-std::vector<std::pair<size_t, size_t>> lines_of_moves(const std::string& text) {
-  std::vector<std::pair<size_t, size_t>> lines;
-  const size_t first = line_that_begins(text, "/MN");
+std::vector<LineOfMoves> lines_of_moves(std::string_view text) {
+  std::vector<LineOfMoves> lines;
+  const size_t first = std::min(text.find('\n', line_that_begins(text, "/MN")), text.size());
   const size_t last = std::min(line_that_begins(text, "/POS"), line_that_begins(text, "/END"));
-  for (size_t at = std::min(text.find('\n', first), text.size());
-       at + 1 < std::min(last, text.size());) {
-    const size_t end = std::min(text.find('\n', at + 1), text.size());
-    lines.emplace_back(at + 1, end);
-    at = end;
+  for (const Statement& line : lines_of(text.substr(0, last), first + 1)) {
+    TextCursor cursor(text, line.begin, line.end);
+    const auto number = cursor.take_number();
+    const size_t behind = cursor.at();
+    if (number && cursor.next() == ':')
+      lines.push_back({line.begin, behind - line.begin, number});
+    else
+      lines.push_back({line.begin, 0, std::nullopt});
   }
   return lines;
 }
 
-size_t count_of_lines(const std::string& text) {
-  return std::ranges::count_if(lines_of_moves(text), [&](const auto& line) {
-    return line_number(text, line.first, line.second).value.has_value();
-  });
+size_t numbered_lines(std::string_view text) {
+  return std::ranges::count_if(lines_of_moves(text),
+                               [](const LineOfMoves& line) { return line.number.has_value(); });
 }
 
 double largest_position(const std::string& text) {
@@ -131,19 +124,16 @@ class FanucWriter : public MoveWriter {
 
   void number_lines() {
     size_t next = 0;
-    for (const auto& [begin, end] : lines_of_moves(text_)) {
-      const LineNumber written = line_number(text_, begin, end);
-      const auto numbered = [&](size_t inserted) {
-        return fmt::format("{:>{}}", *written.value + static_cast<double>(inserted),
-                           written.end - written.begin);
+    for (const auto& [begin, width, number] : lines_of_moves(text_)) {
+      const auto numbered = [written = number, digits = width](size_t inserted) {
+        return fmt::format("{:>{}}", *written + static_cast<double>(inserted), digits);
       };
       for (; next < inserted_.size() && inserted_[next].at == begin; ++next)
         // From the number to the point, as in the line of the end.
         replace(begin, begin,
-                (written.value ? numbered(next) : std::string()) +
-                    inserted_[next].head.substr(written.end - written.begin) +
+                (number ? numbered(next) : std::string()) + inserted_[next].head.substr(width) +
                     inserted_[next].rest);
-      if (next > 0 && written.value) replace(begin, written.end, numbered(next));
+      if (next > 0 && number) replace(begin, begin + width, numbered(next));
     }
   }
 
@@ -171,7 +161,7 @@ std::unique_ptr<MoveWriter> fanuc_writer(const RobotProgram& program) {
 }
 
 void refuse_long_fanuc_program(const RobotProgram& program, size_t inserted) {
-  const size_t lines = count_of_lines(program.texts[0].text);
+  const size_t lines = numbered_lines(program.texts[0].text);
   if (lines + inserted <= kMaxFanucLines) return;
   throw InputError(fmt::format(
       "{}: has {} lines{}, and a FANUC controller loads some {} of a program; split it into "
@@ -186,18 +176,16 @@ void add_fanuc_remark(const std::string& remark, std::string& text) {
   const size_t first = line_that_begins(text, "/MN");
   size_t place = 0, width = 0;
   double number = 0;
-  for (size_t begin = first; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    if (begin > first && text[begin] == '/') break;
-    TextCursor cursor(text, begin, end);
+  for (const Statement& line : lines_of(text, first)) {
+    if (line.begin > first && text[line.begin] == '/') break;
+    TextCursor cursor(text, line.begin, line.end);
     const auto value = cursor.take_number();
     const size_t behind = cursor.at();
     if (value && cursor.next() == ':') {
       number = *value;
-      width = behind - begin;
+      width = behind - line.begin;
     }
-    if (value || width > 0) place = end + 1;
-    begin = end + 1;
+    if (value || width > 0) place = line.end + 1;
   }
   if (place == 0 || place > text.size()) return;
   text.insert(place, fmt::format("{:>{}}:  {} ;{}", number + 1, width, remark, line_end(text, 0)));

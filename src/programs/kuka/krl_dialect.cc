@@ -1,22 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <string_view>
-#include <utility>
 
 #include "armtrue/programs/program_project.h"
 #include "programs/dialects.h"
-#include "programs/joint_range.h"
-#include "programs/kuka/krl_folder.h"
-#include "programs/kuka/krl_neighbours.h"
-#include "programs/kuka/krl_program.h"
-#include "programs/kuka/krl_routines.h"
+#include "programs/kuka/krl_parts.h"
 #include "programs/path_name.h"
-#include "programs/program_values.h"
+#include "programs/point_numbers.h"
 #include "programs/text_cursor.h"
-#include "programs/written_number.h"
 
 namespace armtrue {
 namespace {

@@ -9,7 +9,7 @@ namespace armtrue {
 void KrlFlow::pass(std::string_view word, bool stays, size_t set_ups) {
   set_ups_ = set_ups;
   if (!stays) at_ = kElsewhere;
-  if (word == "DEF" || word == "DEFFCT") {
+  if (begins_krl_routine(word)) {
     drop_blocks();
   } else if (word == "IF" || word == "SWITCH") {
     open(false, word == "IF");

@@ -1,11 +1,10 @@
-#include "programs/kuka/krl_folder.h"
-
 #include <algorithm>
 #include <map>
 #include <set>
 #include <string>
 
 #include "armtrue/programs/program_project.h"
+#include "programs/kuka/krl_parts.h"
 #include "programs/kuka/krl_words.h"
 #include "programs/path_name.h"
 #include "programs/statement.h"
@@ -21,10 +20,8 @@ enum class Gives { nothing, global, all };  // declarations that others see
 Gives gives_to_others(const ProgramText& list) {
   const std::string file = name_in_folder(list.name);
   if (file == "$CONFIG.DAT" || file == "$MACHINE.DAT") return Gives::all;
-  for (size_t begin = 0; begin < list.text.size();) {
-    const size_t end = std::min(list.text.find('\n', begin), list.text.size());
-    TextCursor cursor(list.text, begin, end);
-    begin = end + 1;
+  for (const Statement& line : lines_of(list.text)) {
+    TextCursor cursor(list.text, line.begin, line.end);
     if (cursor.take_name() != "DEFDAT") continue;
     if (cursor.take_name() == "$CONFIG") return Gives::all;
     return cursor.take_name() == "PUBLIC" ? Gives::global : Gives::nothing;
@@ -100,26 +97,25 @@ class KrlFolder : public FolderTexts {
       return;
     }
     const std::string plain = masked(list.text, ';', "\"");
-    each_line(plain, [&](const Statement& line) {
+    for (const auto& [line, begin, end] : lines_of(plain))
       for (const std::string& name :
-           global_names(std::string_view(plain).substr(line.begin, line.end - line.begin)))
+           global_names(std::string_view(plain).substr(begin, end - begin)))
         declaring_[name].insert(index);
-    });
   }
 
   // NAME=.., NAME[3].X=.., line by line; of inline forms nothing.
   void add_source(const ProgramText& source) {
     sources_.push_back(&source);
     const std::string plain = masked(source.text, ';', "\"");
-    each_line(plain, [&](const Statement& line) {
+    for (const Statement& line : lines_of(plain)) {
       TextCursor cursor(plain, line.begin, line.end);
       const std::string word = cursor.take_name();
       if (word.empty() || word[0] == '$' || contains({"PDAT_ACT", "LDAT_ACT", "FDAT_ACT"}, word) ||
           !takes_krl_assignment(cursor))
-        return;
+        continue;
       std::vector<const ProgramText*>& setting = setting_[word];
       if (setting.empty() || setting.back() != &source) setting.push_back(&source);
-    });
+    }
   }
 
   std::vector<const ProgramText*> lists_;

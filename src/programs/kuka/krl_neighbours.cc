@@ -1,5 +1,3 @@
-#include "programs/kuka/krl_neighbours.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
+#include "programs/kuka/krl_parts.h"
 #include "programs/kuka/krl_set_up.h"
 #include "programs/kuka/krl_shared_variables.h"
 #include "programs/kuka/krl_syntax.h"
@@ -38,23 +37,20 @@ KrlSource source_of(const ProgramText& text) {
   KrlSource source;
   source.text = &text;
   source.plain = masked(text.text, ';', "\"");
-  each_line(source.plain, [&](const Statement& line) {
+  for (const Statement& line : lines_of(source.plain)) {
+    if (const auto head = krl_head(source.plain, line); head && begins_krl_routine(head->word)) {
+      if (head->is_global || source.routines.empty()) source.exported.insert(head->name);
+      source.routines.insert(head->name);
+    }
     TextCursor cursor(source.plain, line.begin, line.end);
     std::string word = cursor.take_name();
-    const bool is_global = word == "GLOBAL";
-    if (is_global) word = cursor.take_name();
-    if (word == "DEF" || word == "DEFFCT") {
-      if (word == "DEFFCT") cursor.take_name();  // its type
-      const std::string name = cursor.take_name();
-      if (is_global || source.routines.empty()) source.exported.insert(name);
-      source.routines.insert(name);
-    } else if (word == "INTERRUPT" || word == "TRIGGER") {
+    if (word == "GLOBAL") word = cursor.take_name();
+    if (word == "INTERRUPT" || word == "TRIGGER")
       each_word(source.plain, {0, cursor.at(), line.end},
                 [&](const std::string& name, size_t, TextCursor& behind) {
                   if (name == "DO") source.interrupts.insert(behind.take_name());
                 });
-    }
-  });
+  }
   source.calls = krl_calls(source.plain);
   return source;
 }

@@ -1,9 +1,6 @@
-#include "programs/kuka/krl_program.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -13,6 +10,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "programs/frame_list.h"
+#include "programs/kuka/krl_parts.h"
 #include "programs/kuka/krl_set_up.h"
 #include "programs/kuka/krl_starts.h"
 #include "programs/kuka/krl_syntax.h"
@@ -101,12 +99,8 @@ class KrlReader : MoveReader {
     for (size_t i = 0; i < syntax_.moves.size(); ++i) {
       for (; next < syntax_.moves[i].set_ups; ++next) {
         const KrlSetUp& definition = syntax_.set_ups[next];
-        if (definition.word != "DEF" && definition.word != "DEFFCT") continue;
-        TextCursor cursor(text, definition.begin, definition.end);
-        const bool is_global = cursor.take_name() == "GLOBAL";
-        if (is_global) cursor.take_name();
-        if (definition.word == "DEFFCT") cursor.take_name();  // its type
-        is_called = std::exchange(is_main, false) || is_global || words[cursor.take_name()] > 1;
+        if (const auto head = krl_head(text, {definition.line, definition.begin, definition.end}))
+          is_called = std::exchange(is_main, false) || head->is_global || words[head->name] > 1;
       }
       runs_.push_back(is_called && starts_.runs(i));
     }
@@ -174,12 +168,9 @@ class KrlReader : MoveReader {
   // Those of the .src, whose text is given in capitals.
   std::set<std::string> subprograms(const std::string& text) const {
     std::set<std::string> names;
-    for (const KrlSetUp& definition : syntax_.set_ups) {
-      if (definition.word != "DEF") continue;
-      TextCursor cursor(text, definition.begin, definition.end);
-      if (cursor.take_name() == "GLOBAL") cursor.take_name();
-      names.insert(cursor.take_name());
-    }
+    for (const KrlSetUp& definition : syntax_.set_ups)
+      if (definition.word == "DEF")
+        names.insert(krl_head(text, {definition.line, definition.begin, definition.end})->name);
     return names;
   }
 
@@ -477,20 +468,10 @@ class KrlReader : MoveReader {
 
   void find_names() {
     for (size_t i = 0; i < program_.own_texts; ++i) {
-      const std::string& text = program_.texts[i].text;
-      for (size_t begin = 0; begin < text.size();) {
-        const size_t end = std::min(text.find('\n', begin), text.size());
-        TextCursor cursor(text, begin, end);
-        std::string word = cursor.take_name();
-        if (word == "GLOBAL") word = cursor.take_name();
-        begin = end + 1;
-        const bool is_function = i == 0 && word == "DEFFCT";
-        if (!is_function && word != (i == 0 ? "DEF" : "DEFDAT")) continue;
-        if (is_function) cursor.take_name();  // its type
-        cursor.next();
-        const size_t name = cursor.at();
-        if (cursor.take_name().empty()) continue;
-        program_.names.push_back({static_cast<int>(i), name, cursor.at()});
+      for (const Statement& line : lines_of(program_.texts[i].text)) {
+        const auto head = krl_head(program_.texts[i].text, line);
+        if (!head || head->name.empty() || begins_krl_routine(head->word) != (i == 0)) continue;
+        program_.names.push_back({static_cast<int>(i), head->begin, head->end});
         break;
       }
     }

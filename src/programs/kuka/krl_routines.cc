@@ -1,5 +1,3 @@
-#include "programs/kuka/krl_routines.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,8 +5,10 @@
 #include <string>
 #include <utility>
 
+#include "programs/kuka/krl_parts.h"
 #include "programs/kuka/krl_set_up.h"
 #include "programs/kuka/krl_syntax.h"
+#include "programs/kuka/krl_words.h"
 #include "programs/program_warnings.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
@@ -26,8 +26,9 @@ class KrlRoutineReader {
 
   std::vector<Routine> read() {
     moves_ = set_ups_.read().of_moves;
-    each_line(text_, [&](const Statement& line) { read_definition(line); });
-    each_line(text_, [&](const Statement& line) { read_call(line); });
+    const std::vector<Statement> lines = lines_of(text_);
+    for (const Statement& line : lines) read_definition(line);
+    for (const Statement& line : lines) read_call(line);
     each_word(text_, {0, 0, text_.size()},
               [&](const std::string& word, size_t, const TextCursor&) { ++words_[word]; });
     for (size_t i = 0; i < routines_.size(); ++i) finish(i);
@@ -38,25 +39,19 @@ class KrlRoutineReader {
  private:
   // DEF NAME( ), GLOBAL DEF NAME( ); the first one has the name of the file, and others call it.
   void read_definition(const Statement& line) {
-    TextCursor cursor(text_, line.begin, line.end);
-    std::string word = cursor.take_name();
-    const bool is_global = word == "GLOBAL";
-    if (is_global) word = cursor.take_name();
+    const std::string word = TextCursor(text_, line.begin, line.end).take_name();
     const bool is_end = word == "END" || word == "ENDFCT";
     if (is_end && !routines_.empty()) routines_.back().end = std::min(line.end + 1, text_.size());
-    if (word != "DEF" && word != "DEFFCT") return;
-    if (word == "DEFFCT") cursor.take_name();  // its type
-    cursor.next();
+    const auto head = krl_head(text_, line);
+    if (!head || !begins_krl_routine(head->word)) return;
     Routine routine;
     routine.begin = line.begin;
-    const size_t name_begin = cursor.at();
-    const std::string name = cursor.take_name();
-    routine.head_end = cursor.at();
-    routine.name = src_.substr(name_begin, routine.head_end - name_begin);
+    routine.head_end = head->end;
+    routine.name = src_.substr(head->begin, head->end - head->begin);
     routine.before_name = "DEF ";
-    routine.can_be_copied = word == "DEF" && !name.empty() && !routines_.empty();
-    routine.has_other_callers = is_global;
-    of_name_.emplace(name, routines_.size());
+    routine.can_be_copied = head->word == "DEF" && !head->name.empty() && !routines_.empty();
+    routine.has_other_callers = head->is_global;
+    of_name_.emplace(head->name, routines_.size());
     routines_.push_back(std::move(routine));
   }
 

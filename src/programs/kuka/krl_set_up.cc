@@ -15,13 +15,6 @@
 namespace armtrue {
 namespace {
 
-std::string without_blanks(std::string_view text) {
-  std::string result;
-  for (char c : text)
-    if (!is_blank(c)) result += c;
-  return upper(result);
-}
-
 // What stands behind the first `=`.
 std::string_view behind_equals(std::string_view text) {
   const size_t equals = text.find('=');
@@ -43,8 +36,6 @@ bool is_same(const Pose& a, const Pose& b) {
 size_t before_statement(size_t statement) { return statement == 0 ? 0 : statement - 1; }
 
 bool is_several(const HandedFrame& frame) { return frame.kind == HandedFrame::Kind::several; }
-
-bool is_definition(const std::string& word) { return word == "DEF" || word == "DEFFCT"; }
 
 }  // namespace
 
@@ -96,7 +87,7 @@ void KrlSetUps::follow_statements() {
 KrlSetUps::SettingsInOrder KrlSetUps::follow_round() {
   SettingsInOrder settings;
   for (const KrlSetUp& statement : syntax_.set_ups)
-    add(is_definition(statement.word) ? begin_of(statement) : set_by(statement), statement,
+    add(begins_krl_routine(statement.word) ? begin_of(statement) : set_by(statement), statement,
         settings);
   std::vector<ProgramFlow::Setting> fdats;
   ProgramFlow flow = syntax_.steps.flow();
@@ -159,7 +150,7 @@ std::vector<KrlSetUps::Span> KrlSetUps::texts_run_by(const std::string& routine)
   std::map<std::string, Span> known;
   std::string last;
   for (const KrlSetUp& statement : syntax_.set_ups) {
-    if (!is_definition(statement.word)) continue;
+    if (!begins_krl_routine(statement.word)) continue;
     if (!last.empty()) known[last].second = statement.begin;
     last = name_of(statement);
     known[last] = {statement.begin, src_.size()};
@@ -213,7 +204,7 @@ void KrlSetUps::add_fdats(const ProgramFlow& flow, std::vector<ProgramFlow::Sett
       is_kept = true;
       kept.push_back({statement.begin, static_cast<int>(i)});
       if (is_without_bas(i)) add(read_fdat(statement, statement.begin), statement, settings);
-    } else if (is_definition(statement.word) && begin_of(statement)[kBase]) {
+    } else if (begins_krl_routine(statement.word) && begin_of(statement)[kBase]) {
       kept.push_back({statement.begin, *begin_of(statement)[kBase]});
     }
   }
@@ -238,7 +229,7 @@ bool KrlSetUps::is_without_bas(size_t fdat) const {
   const size_t end = next == syntax_.moves.end() ? src_.size() : next->begin;
   for (size_t i = fdat + 1; i < syntax_.set_ups.size(); ++i) {
     const KrlSetUp& statement = syntax_.set_ups[i];
-    if (statement.begin > end || is_definition(statement.word)) return true;
+    if (statement.begin > end || begins_krl_routine(statement.word)) return true;
     if (is_bas(statement, {"FRAMES", "PTP_PARAMS", "CP_PARAMS", "PTP_DAT", "CP_DAT"})) return false;
   }
   return true;
@@ -367,11 +358,7 @@ KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
 }
 
 std::string KrlSetUps::name_of(const KrlSetUp& definition) const {
-  TextCursor cursor(src_, definition.begin, definition.end);
-  std::string name = cursor.take_name();
-  while (!is_definition(name)) name = cursor.take_name();  // GLOBAL
-  if (name == "DEFFCT") cursor.take_name();                // its type
-  return cursor.take_name();
+  return krl_head(src_, {definition.line, definition.begin, definition.end})->name;
 }
 
 // A subprogram that nothing here calls, and that states no frames, has those of a caller elsewhere;
@@ -382,7 +369,7 @@ void KrlSetUps::leave_subprograms(List& list) const {
   size_t next = 0;
   for (size_t i = 0; i < syntax_.moves.size(); ++i) {
     for (; next < syntax_.moves[i].set_ups; ++next) {
-      if (is_definition(syntax_.set_ups[next].word)) {
+      if (begins_krl_routine(syntax_.set_ups[next].word)) {
         is_stated_before |= is_stated_here;
         is_stated_here = false;
       }
@@ -420,7 +407,7 @@ KrlSetUps::Settings KrlSetUps::set_by(const KrlSetUp& statement) {
   const std::string& word = statement.word;
   Settings settings;
   if (word == "BAS")
-    read_bas(without_blanks(text(statement.begin, statement.end)), statement.begin, settings);
+    read_bas(compact(text(statement.begin, statement.end)), statement.begin, settings);
   else if (word[0] == '$')
     assign(word, statement.begin, statement.end, statement.line, settings);
   return settings;
@@ -458,7 +445,7 @@ std::optional<KrlFdat> KrlSetUps::fdat_at(const std::string& name, size_t place)
 
 // FDAT_ACT=FP1, FDAT_ACT={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}. `place`: where it takes effect.
 KrlSetUps::Settings KrlSetUps::read_fdat(const KrlSetUp& statement, size_t place) {
-  const std::string spelled = without_blanks(text(statement.begin, statement.end));
+  const std::string spelled = compact(text(statement.begin, statement.end));
   const std::string value(behind_equals(spelled));
   TextCursor cursor(src_, src_.find('=', statement.begin) + 1, statement.end);
   Settings settings;
@@ -506,7 +493,7 @@ void KrlSetUps::read_with(size_t begin, size_t end, int line, Settings& settings
 // $BASE={..}, $TOOL=TOOL_DATA[1], $IPO_MODE=#TCP; also one component, $BASE.X=1.
 void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int line,
                        Settings& settings) {
-  const std::string spelled = without_blanks(text(begin, end));
+  const std::string spelled = compact(text(begin, end));
   const std::string value(behind_equals(spelled));
   if (value.empty()) return;
   if (name == "$IPO_MODE") {
@@ -564,7 +551,7 @@ int KrlSetUps::held_before(Part part, size_t place) {
 // `place`: of the statement that sets it.
 int KrlSetUps::frame_of(size_t begin, size_t end, size_t place) {
   TextCursor cursor(src_, begin, end);
-  const std::string spelled = without_blanks(text(begin, end));
+  const std::string spelled = compact(text(begin, end));
   const std::vector<Statement> factors = split_arguments(src_, begin, end, ":");
   if (factors.size() > 1) return product_of(factors, spelled, place);
   if (cursor.next() == '{') {

@@ -32,24 +32,22 @@ std::string name_set_by(TextCursor cursor, std::string word) {
   return takes_krl_assignment(cursor) ? word : "";
 }
 
-void read_line(std::string_view text, size_t begin, size_t end, SourceText& source) {
-  TextCursor cursor(text, begin, end);
-  std::string word = cursor.take_name();
-  const bool is_global = word == "GLOBAL";
-  if (is_global) word = cursor.take_name();
-  if (word == "DEF" || word == "DEFFCT") {
-    if (word == "DEFFCT") cursor.take_name();  // its type
-    source.routines.push_back({cursor.take_name(), is_global || source.routines.empty(), {}, {}});
+void read_line(std::string_view text, const Statement& line, SourceText& source) {
+  if (const auto head = krl_head(text, line); head && begins_krl_routine(head->word)) {
+    source.routines.push_back({head->name, head->is_global || source.routines.empty(), {}, {}});
     return;
   }
   if (source.routines.empty()) return;
   RoutineText& routine = source.routines.back();
+  TextCursor cursor(text, line.begin, line.end);
+  std::string word = cursor.take_name();
+  if (word == "GLOBAL") word = cursor.take_name();
   const bool is_declaration = word == "EXT" || word == "EXTFCT";
   // A routine may set what it is given.
-  const bool hands_on = text.substr(begin, end - begin).find('(') != std::string_view::npos;
+  const bool hands_on = text.substr(0, line.end).find('(', line.begin) != std::string_view::npos;
   if (const std::string name = name_set_by(cursor, word); !name.empty()) routine.sets.insert(name);
   std::string before;
-  each_word(text, {0, begin, end}, [&](const std::string& name, size_t, const TextCursor&) {
+  each_word(text, line, [&](const std::string& name, size_t, const TextCursor&) {
     if (before == "DO") source.interrupts.insert(name);
     before = name;
     if (is_declaration) return;
@@ -60,7 +58,7 @@ void read_line(std::string_view text, size_t begin, size_t end, SourceText& sour
 
 SourceText read(std::string_view text) {
   SourceText source;
-  each_line(text, [&](const Statement& line) { read_line(text, line.begin, line.end, source); });
+  for (const Statement& line : lines_of(text)) read_line(text, line, source);
   return source;
 }
 

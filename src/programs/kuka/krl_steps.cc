@@ -1,6 +1,5 @@
 #include "programs/kuka/krl_steps.h"
 
-#include <map>
 #include <optional>
 
 #include "programs/kuka/krl_words.h"

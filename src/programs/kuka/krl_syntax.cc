@@ -3,26 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <unordered_map>
-#include <unordered_set>
 #include <utility>
 
 #include "armtrue/kinematics/pose.h"
 #include "programs/kuka/krl_variables.h"
 #include "programs/kuka/krl_words.h"
-#include "programs/statement.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {
 namespace {
 
-struct KrlStatement {
-  int line;
-  size_t line_begin, begin, end;
+struct KrlStatement : Statement {
+  size_t line_begin;
 };
 
 // XHOME, XHOME1 to XHOME5 of $config.dat; HOME of a program that declares its own.
@@ -120,7 +113,7 @@ class KrlParser {
         if (text[to] == '"') quoted = !quoted;
       if (to == from && to < newline) read_comment(text.substr(from, newline - from));
       while (to > from && is_blank(text[to - 1])) --to;
-      if (to > from && text[from] != '&') read_statement({line, begin, from, to});
+      if (to > from && text[from] != '&') read_statement({{line, from, to}, begin});
       begin = newline + 1;
     }
   }
@@ -147,10 +140,9 @@ class KrlParser {
     }
     if (is_of_others()) {
       if (word == "DEFDAT") return begin_list_of_others(cursor);
-      is_source_ |= word == "DEF" || word == "DEFFCT";
+      is_source_ |= begins_krl_routine(word);
       has_sources_of_others_ |= is_source_;
-      if (is_source_)
-        return note_assignment_of_others({statement.line, statement.begin, statement.end});
+      if (is_source_) return note_assignment_of_others(statement);
       if (read_robot_root(word, cursor)) return;
       note_machine_data(statement);
       if (gives_ == Gives::nothing || (gives_ == Gives::global && !global)) return;
@@ -160,12 +152,8 @@ class KrlParser {
     if (word == "FDAT") return read_fdat(cursor, global);
     if (word == "LDAT") return take_krl_ldat(cursor, syntax_.ldats);
     if (declares) return;
-    routines_ += index_ == 0 && (word == "DEF" || word == "DEFFCT");
-    if (index_ == 0 && word == "DEFFCT") {
-      TextCursor head = cursor;
-      head.take_name();  // its type
-      functions_.insert(head.take_name());
-    }
+    routines_ += index_ == 0 && begins_krl_routine(word);
+    if (index_ == 0 && word == "DEFFCT") functions_.insert(krl_head(text_, statement)->name);
     if (read_definition(statement, word)) return;
     if (index_ > 0) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
@@ -177,7 +165,7 @@ class KrlParser {
     if (word == "$APO" || word == "LDAT_ACT")
       syntax_.zones.push_back({statement.line, statement.begin, statement.end, word});
     if (contains({"SPLINE", "PTP_SPLINE"}, word)) {
-      spline_block_ = Statement{statement.line, statement.begin, statement.end};
+      spline_block_ = statement;
     } else if (word == "ENDSPLINE") {
       spline_block_.reset();
     } else if (word == "TRIGGER") {
@@ -199,20 +187,17 @@ class KrlParser {
 
   // $ABS_ACCUR of $machine.dat, $TRAFONAME[]="#KR210R2700_2 S C2 FLR" there and $MODEL_NAME[] of
   // $robcor.dat: they hold for all programs of the controller.
-  void note_machine_data(const KrlStatement& statement) {
-    each_word(text_, {statement.line, statement.begin, statement.end},
-              [&](const std::string& name, size_t at, TextCursor& cursor) {
-                if (name == "$ABS_ACCUR")
-                  note_system_variable(text_.substr(at, name.size()), cursor.at());
-                if (!contains({"$TRAFONAME", "$MODEL_NAME"}, name) || !syntax_.arm_name.empty())
-                  return;
-                const size_t open = text_.find('"', at);
-                const size_t close = open >= statement.end ? open : text_.find('"', open + 1);
-                if (close >= statement.end) return;
-                syntax_.arm_name = text_.substr(open + 1, close - open - 1);
-                syntax_.arm_name_text = static_cast<int>(index_);
-                syntax_.arm_name_line = statement.line;
-              });
+  void note_machine_data(const Statement& statement) {
+    each_word(text_, statement, [&](const std::string& name, size_t at, TextCursor& cursor) {
+      if (name == "$ABS_ACCUR") note_system_variable(text_.substr(at, name.size()), cursor.at());
+      if (!contains({"$TRAFONAME", "$MODEL_NAME"}, name) || !syntax_.arm_name.empty()) return;
+      const size_t open = text_.find('"', at);
+      const size_t close = open >= statement.end ? open : text_.find('"', open + 1);
+      if (close >= statement.end) return;
+      syntax_.arm_name = text_.substr(open + 1, close - open - 1);
+      syntax_.arm_name_text = static_cast<int>(index_);
+      syntax_.arm_name_line = statement.line;
+    });
   }
 
   // $ROBROOT={..}; returns false if the statement is anything else. Of an arm on a rail (#ERSYS) it
@@ -227,8 +212,8 @@ class KrlParser {
   }
 
   // The variables that a statement of the .src may change.
-  void note_changes(const KrlStatement& statement, size_t until, const std::string& word) {
-    if (in_set_up_ && word != "DEF" && word != "DEFFCT") return;
+  void note_changes(const Statement& statement, size_t until, const std::string& word) {
+    if (in_set_up_ && !begins_krl_routine(word)) return;
     const bool is_assignment =
         until < statement.end && text_[until] == '=' && !in_set_up_ && !contains({"FOR"}, word);
     bool is_component = false;
@@ -253,7 +238,7 @@ class KrlParser {
   }
 
   // REAL LENGTH=50.0,WIDTH
-  void read_numbers(const KrlStatement& statement, TextCursor& cursor, bool global,
+  void read_numbers(const Statement& statement, TextCursor& cursor, bool global,
                     const std::string& type) {
     do {
       const std::string name = cursor.take_name();
@@ -296,7 +281,7 @@ class KrlParser {
 
   // Up to where a statement that calls nothing may change what it names: to the `=` of an
   // assignment. A condition changes nothing.
-  size_t changed_until(const KrlStatement& statement, const std::string& word) const {
+  size_t changed_until(const Statement& statement, const std::string& word) const {
     if (contains({"IF", "ELSE", "SWITCH", "CASE", "WHILE", "UNTIL"}, word)) return statement.begin;
     const std::string_view text = text_.substr(statement.begin, statement.end - statement.begin);
     if (in_set_up_ || !is_krl_assignment(text)) return statement.end;
@@ -360,7 +345,7 @@ class KrlParser {
   }
 
   // Reads NAME={..}; returns false if the statement is anything else.
-  bool read_definition(const KrlStatement& statement, const std::string& word) {
+  bool read_definition(const Statement& statement, const std::string& word) {
     TextCursor cursor(text_, statement.begin, statement.end);
     if (word.empty() || word[0] == '$') return false;
     const std::string name = take_variable(cursor);

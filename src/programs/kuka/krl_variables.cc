@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "programs/arithmetic.h"
+
 namespace armtrue {
 namespace {
 
@@ -228,43 +230,21 @@ std::optional<KrlValue> KrlVariables::with_component(KrlValue value, const std::
   return std::nullopt;
 }
 
-// Sums and products. A quotient of two INT is a whole number, so quotients are not followed.
+// A quotient of two INT is a whole number, so quotients are not followed.
 std::optional<double> KrlVariables::sum(TextCursor& cursor, size_t place) const {
-  std::optional<double> result = product(cursor, place);
-  while (result && (cursor.next() == '+' || cursor.next() == '-')) {
-    const bool is_minus = cursor.take('-');
-    if (!is_minus) cursor.take('+');
-    const std::optional<double> next = product(cursor, place);
-    if (!next) return std::nullopt;
-    *result += is_minus ? -*next : *next;
-  }
-  return result;
+  return take_sum(
+      cursor, [&](TextCursor& rest) { return take_named_number(rest, place); },
+      Quotient::not_followed);
 }
 
-std::optional<double> KrlVariables::product(TextCursor& cursor, size_t place) const {
-  std::optional<double> result = factor(cursor, place);
-  while (result && cursor.take('*')) {
-    const std::optional<double> next = factor(cursor, place);
-    if (!next) return std::nullopt;
-    *result *= *next;
-  }
-  return result;
-}
-
-std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) const {
-  double sign = 1;
-  do {
-    if (const auto number = cursor.take_number()) return sign * *number;
-    sign = -sign;
-  } while (cursor.take('-'));
-  sign = -sign;
+// A number, or a component of a point or an FDAT.
+std::optional<double> KrlVariables::take_named_number(TextCursor& cursor, size_t place) const {
   const std::string name = cursor.take_name();
   if (name.empty()) return std::nullopt;
   const std::string component = cursor.take('.') ? cursor.take_name() : "";
   const std::optional<KrlValue> value = value_at(name, place);
-  if (!value) return std::nullopt;
-  if (component.empty()) return value->number ? std::optional(sign * *value->number) : std::nullopt;
-  if (value->number) return std::nullopt;
+  if (!value || value->number.has_value() != component.empty()) return std::nullopt;
+  if (value->number) return value->number;
   double found = std::nan("");
   if (const std::optional<KrlFdat>& fdat = value->fdat; fdat) {
     const std::optional<int> of_list = component == "TOOL_NO"   ? fdat->tool
@@ -276,7 +256,7 @@ std::optional<double> KrlVariables::factor(TextCursor& cursor, size_t place) con
   } else if (const int axis = axis_of(component); axis >= 0 && value->is_axes) {
     found = value->point.axes[axis];
   }
-  return std::isfinite(found) ? std::optional(sign * found) : std::nullopt;
+  return std::isfinite(found) ? std::optional(found) : std::nullopt;
 }
 
 int KrlVariables::number_of(const KrlValue& value) {

@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "armtrue/kinematics/pose.h"
@@ -99,8 +98,7 @@ class KrlVariables {
   std::optional<KrlValue> with_component(KrlValue value, const std::string& component,
                                          double number) const;
   std::optional<double> sum(TextCursor& cursor, size_t place) const;
-  std::optional<double> product(TextCursor& cursor, size_t place) const;
-  std::optional<double> factor(TextCursor& cursor, size_t place) const;
+  std::optional<double> take_named_number(TextCursor& cursor, size_t place) const;
   int number_of(const KrlValue& value);
 
   std::string_view src_;

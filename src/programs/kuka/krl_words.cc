@@ -1,9 +1,6 @@
 #include "programs/kuka/krl_words.h"
 
 #include <algorithm>
-#include <cmath>
-#include <initializer_list>
-#include <string>
 
 #include "programs/statement.h"
 
@@ -60,25 +57,38 @@ std::string krl_blending(std::string_view rest, const KrlMove& move) {
 
 std::vector<KrlCall> krl_calls(std::string_view source) {
   std::vector<KrlCall> calls;
-  each_line(source, [&](const Statement& line) {
+  for (const Statement& line : lines_of(source)) {
     TextCursor cursor(source, line.begin, line.end);
     cursor.next();
     const size_t statement = cursor.at();
     if (contains({"GLOBAL", "DEF", "DEFFCT", "EXT", "EXTFCT", "DECL", "INTERRUPT", "TRIGGER"},
                  TextCursor(cursor).take_name()))
-      return;
+      continue;
     each_word(source, {line.line, statement, line.end},
               [&](const std::string& word, size_t at, TextCursor& behind) {
                 if (behind.next() == '(')
                   calls.push_back({word, line.line, statement, at == statement});
               });
-  });
+  }
   return calls;
 }
 
-bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
-  return std::ranges::find(names, name) != names.end();
+std::optional<KrlHead> krl_head(std::string_view text, const Statement& line) {
+  TextCursor cursor(text, line.begin, line.end);
+  KrlHead head;
+  head.word = cursor.take_name();
+  for (; contains({"DECL", "GLOBAL", "CONST"}, head.word); head.word = cursor.take_name())
+    head.is_global |= head.word == "GLOBAL";
+  if (!begins_krl_routine(head.word) && head.word != "DEFDAT") return std::nullopt;
+  if (head.word == "DEFFCT") cursor.take_name();  // its type
+  cursor.next();
+  head.begin = cursor.at();
+  head.name = cursor.take_name();
+  head.end = cursor.at();
+  return head;
 }
+
+bool begins_krl_routine(std::string_view word) { return word == "DEF" || word == "DEFFCT"; }
 
 bool is_krl_frame_list(std::string_view name) {
   if (!name.starts_with("BASE_DATA[") && !name.starts_with("TOOL_DATA[")) return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -47,7 +48,19 @@ struct KrlCall {
 /// TRIGGER call them is no call.
 std::vector<KrlCall> krl_calls(std::string_view source);
 
-bool contains(std::initializer_list<std::string_view> names, std::string_view name);
+/// The line that begins a routine or a data list: DEF NAME( ), GLOBAL DEFFCT INT NAME( ), DEFDAT
+/// NAME.
+struct KrlHead {
+  std::string word;  ///< DEF, DEFFCT or DEFDAT
+  bool is_global = false;
+  std::string name;           ///< in capitals; empty if there is none
+  size_t begin = 0, end = 0;  ///< of the name
+};
+/// Nothing of a line that begins neither.
+std::optional<KrlHead> krl_head(std::string_view text, const Statement& line);
+
+/// DEF or DEFFCT.
+bool begins_krl_routine(std::string_view word);
 
 /// BASE_DATA[3], TOOL_DATA[1]: the same in all programs of a controller.
 bool is_krl_frame_list(std::string_view name);

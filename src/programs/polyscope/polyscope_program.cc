@@ -19,6 +19,7 @@
 #include "armtrue/text/xml_tags.h"
 #include "programs/frame_list.h"
 #include "programs/move_reader.h"
+#include "programs/point_numbers.h"
 #include "programs/text_cursor.h"
 #include "programs/ur/urscript_structure.h"
 
@@ -380,12 +381,6 @@ class PolyscopeReader : MoveReader {
       numbers.push_back({0, begin, cursor.at(), *value, ""});
     } while (cursor.take(','));
     return cursor.done() ? numbers : std::vector<ProgramNumber>();
-  }
-
-  static std::vector<double> values_of(const std::vector<ProgramNumber>& numbers) {
-    std::vector<double> values;
-    for (const ProgramNumber& number : numbers) values.push_back(number.value);
-    return values;
   }
 
   int tool_of(const Pose& tool) {

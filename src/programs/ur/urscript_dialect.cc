@@ -1,12 +1,10 @@
-#include <utility>
 
 #include "programs/dialects.h"
 #include "programs/insertion.h"
-#include "programs/program_values.h"
+#include "programs/point_numbers.h"
 #include "programs/statement.h"
 #include "programs/ur/urscript_program.h"
 #include "programs/ur/urscript_structure.h"
-#include "programs/written_number.h"
 
 namespace armtrue {
 namespace {

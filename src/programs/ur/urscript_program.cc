@@ -1,11 +1,8 @@
 #include "programs/ur/urscript_program.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <set>
-#include <tuple>
-#include <utility>
 
 #include "programs/dialects.h"
 #include "programs/frame_list.h"
@@ -23,23 +20,11 @@ namespace {
 
 // Functions that leave the arm where it is.
 bool stands_between_ur_moves(const std::string& word) {
-  static const std::set<std::string> kWords{"SET_TCP",
-                                            "SET_DIGITAL_OUT",
-                                            "SET_STANDARD_DIGITAL_OUT",
-                                            "SET_CONFIGURABLE_DIGITAL_OUT",
-                                            "SET_ANALOG_OUT",
-                                            "SET_TOOL_DIGITAL_OUT",
-                                            "SET_STANDARD_ANALOG_OUT",
-                                            "SET_PAYLOAD",
-                                            "SET_PAYLOAD_COG",
-                                            "SET_PAYLOAD_MASS",
-                                            "SET_TARGET_PAYLOAD",
-                                            "SET_GRAVITY",
-                                            "SET_FLAG",
-                                            "SLEEP",
-                                            "SYNC",
-                                            "TEXTMSG"};
-  return kWords.contains(word);
+  return contains({"SET_TCP", "SET_DIGITAL_OUT", "SET_STANDARD_DIGITAL_OUT",
+                   "SET_CONFIGURABLE_DIGITAL_OUT", "SET_ANALOG_OUT", "SET_TOOL_DIGITAL_OUT",
+                   "SET_STANDARD_ANALOG_OUT", "SET_PAYLOAD", "SET_PAYLOAD_COG", "SET_PAYLOAD_MASS",
+                   "SET_TARGET_PAYLOAD", "SET_GRAVITY", "SET_FLAG", "SLEEP", "SYNC", "TEXTMSG"},
+                  word);
 }
 
 bool drives_straight(const std::string& move) { return move.back() != 'J'; }

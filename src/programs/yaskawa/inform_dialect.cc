@@ -1,9 +1,6 @@
-#include <utility>
 
 #include "programs/dialects.h"
-#include "programs/yaskawa/inform_folder.h"
-#include "programs/yaskawa/inform_program.h"
-#include "programs/yaskawa/inform_writer.h"
+#include "programs/yaskawa/inform_parts.h"
 
 namespace armtrue {
 namespace {

@@ -1,5 +1,3 @@
-#include "programs/yaskawa/inform_folder.h"
-
 #include <algorithm>
 #include <map>
 #include <set>
@@ -10,6 +8,7 @@
 #include "programs/text_cursor.h"
 #include "programs/yaskawa/inform_job.h"
 #include "programs/yaskawa/inform_listing.h"
+#include "programs/yaskawa/inform_parts.h"
 
 namespace armtrue {
 namespace {

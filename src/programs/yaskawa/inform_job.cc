@@ -19,18 +19,15 @@ std::string word_until_blank(std::string_view text, size_t begin) {
 }  // namespace
 
 std::vector<Statement> inform_lines(std::string_view job, size_t begin) {
-  std::vector<Statement> lines;
-  int line = line_at(job, begin);
-  for (size_t at = begin; at < job.size(); ++line) {
-    const size_t end = std::min(job.find('\n', at), job.size());
-    TextCursor cursor(job, at, end);
-    if (cursor.next() == '+' && !lines.empty())
-      lines.back().end = end;
+  std::vector<Statement> instructions;
+  for (const Statement& line : lines_of(job, begin)) {
+    TextCursor cursor(job, line.begin, line.end);
+    if (cursor.next() == '+' && !instructions.empty())
+      instructions.back().end = line.end;
     else if (cursor.next() != '/')
-      lines.push_back({line, cursor.at(), end});
-    at = end + 1;
+      instructions.push_back({line.line, cursor.at(), line.end});
   }
-  return lines;
+  return instructions;
 }
 
 size_t inform_instructions(std::string_view job) {
@@ -54,15 +51,11 @@ std::optional<int> inform_robot(std::string_view job) {
 }
 
 bool is_inform_move(const std::string& word) {
-  static const std::set<std::string> kWords{"MOVJ",  "MOVL",  "MOVC", "MOVS",
-                                            "SMOVL", "SMOVC", "SMOVS"};
-  return kWords.contains(word);
+  return contains({"MOVJ", "MOVL", "MOVC", "MOVS", "SMOVL", "SMOVC", "SMOVS"}, word);
 }
 
 bool is_other_inform_motion(const std::string& word) {
-  static const std::set<std::string> kWords{"IMOV",   "EIMOVL", "EIMOVC",
-                                            "SYMOVJ", "SYMOVL", "SYMOVC"};
-  return kWords.contains(word);
+  return contains({"IMOV", "EIMOVL", "EIMOVC", "SYMOVJ", "SYMOVL", "SYMOVC"}, word);
 }
 
 void note_inform_changes(std::string_view job, const Statement& statement, bool with_frames,

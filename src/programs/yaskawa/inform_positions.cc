@@ -1,10 +1,9 @@
 #include "programs/yaskawa/inform_positions.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "armtrue/kinematics/units.h"
+#include "programs/statement.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {
@@ -12,7 +11,7 @@ namespace {
 
 constexpr size_t kNumbers = 6;
 
-std::string_view without_blanks(std::string_view line) {
+std::string_view without_blanks_behind(std::string_view line) {
   while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
   return line;
 }
@@ -23,16 +22,12 @@ class InformPositionReader {
       : text_(text), pulses_(pulses) {}
 
   std::map<std::string, InformPosition> read() {
-    int line = 0;
-    for (size_t begin = 0; begin < text_.size();) {
-      const size_t end = std::min(text_.find('\n', begin), text_.size());
-      ++line;
+    for (const auto& [line, begin, end] : lines_of(text_)) {
       TextCursor cursor(text_, begin, end);
       if (cursor.take('/'))
-        read_head(cursor, without_blanks(text_.substr(begin, end - begin)), end);
+        read_head(cursor, without_blanks_behind(text_.substr(begin, end - begin)), end);
       else
         read_position(cursor, line);
-      begin = end + 1;
     }
     return std::move(positions_);
   }

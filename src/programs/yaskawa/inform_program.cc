@@ -1,9 +1,6 @@
-#include "programs/yaskawa/inform_program.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
@@ -19,6 +16,7 @@
 #include "programs/yaskawa/inform_flow.h"
 #include "programs/yaskawa/inform_job.h"
 #include "programs/yaskawa/inform_listing.h"
+#include "programs/yaskawa/inform_parts.h"
 #include "programs/yaskawa/inform_positions.h"
 
 // Jobs of Yaskawa controllers, JBI files: "INFORM manual" and "Interface with an easy offline
@@ -29,18 +27,17 @@ namespace {
 
 // What begins a line that leaves the arm where it is and does not branch.
 bool stands_between_inform_moves(const std::string& word) {
-  static const std::set<std::string> kWords{
-      "",      "NOP",   "DOUT", "DIN",   "AOUT",    "PULSE", "TIMER", "WAIT",   "SET",   "SETE",
-      "GETE",  "GETS",  "ADD",  "SUB",   "MUL",     "DIV",   "INC",   "DEC",    "CLEAR", "AND",
-      "OR",    "NOT",   "XOR",  "SPEED", "ADVINIT", "MSG",   "ARCON", "ARCOF",  "WVON",  "WVOF",
-      "SFTON", "SFTOF", "REFP", "CNVRT", "MSHIFT",  "CVAR",  "HAND",  "TOOLON", "TOOLOF"};
-  return kWords.contains(word);
+  return contains(
+      {"",      "NOP",   "DOUT", "DIN",   "AOUT",    "PULSE", "TIMER", "WAIT",   "SET",   "SETE",
+       "GETE",  "GETS",  "ADD",  "SUB",   "MUL",     "DIV",   "INC",   "DEC",    "CLEAR", "AND",
+       "OR",    "NOT",   "XOR",  "SPEED", "ADVINIT", "MSG",   "ARCON", "ARCOF",  "WVON",  "WVOF",
+       "SFTON", "SFTOF", "REFP", "CNVRT", "MSHIFT",  "CVAR",  "HAND",  "TOOLON", "TOOLOF"},
+      word);
 }
 
 // Words of a move that may stand in an inserted one, too: speeds and accelerations.
-bool may_be_repeated(const std::string& word) {
-  static const std::set<std::string> kWords{"V", "VR", "VE", "ACC", "DEC"};
-  return kWords.contains(word);
+bool is_speed_option(const std::string& word) {
+  return contains({"V", "VR", "VE", "ACC", "DEC"}, word);
 }
 
 // A move as it stands in the job.
@@ -227,7 +224,7 @@ class InformReader : MoveReader {
       } else if (part == "UNTIL") {
         move.ends_elsewhere = true;
         move.obstacle = "it has the option UNTIL";
-      } else if (!is_inform_move(part) && !may_be_repeated(part)) {
+      } else if (!is_inform_move(part) && !is_speed_option(part)) {
         move.obstacle = "it has the option " + part;
       }
     });

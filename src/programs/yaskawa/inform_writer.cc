@@ -1,5 +1,3 @@
-#include "programs/yaskawa/inform_writer.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "armtrue/text/number_text.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
+#include "programs/yaskawa/inform_parts.h"
 #include "programs/yaskawa/inform_positions.h"
 
 namespace armtrue {
@@ -106,17 +105,16 @@ void refuse_long_inform_job(const RobotProgram& program, size_t inserted) {
 }
 
 void add_inform_comment(const std::string& comment, std::string& text) {
-  size_t begin = line_that_begins(text, "//INST");
-  while (begin < text.size()) {
-    const size_t end = std::min(text.find('\n', begin), text.size());
-    TextCursor cursor(text, begin, end);
+  size_t place = line_that_begins(text, "//INST");
+  for (const Statement& line : lines_of(text, place)) {
+    TextCursor cursor(text, line.begin, line.end);
     const bool is_head = cursor.next() == '/';
     const bool is_nop = cursor.take_name() == "NOP";
-    if (is_head || is_nop) begin = end + 1;
+    if (is_head || is_nop) place = line.end + 1;
     if (!is_head) break;
   }
-  if (begin > text.size()) return;  // no instructions
-  text.insert(begin, comment + line_end(text, 0));
+  if (place > text.size()) return;  // no instructions
+  text.insert(place, comment + line_end(text, 0));
 }
 
 }  // namespace armtrue

@@ -2,10 +2,20 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "armtrue/programs/dialect.h"
 #include "programs/insertion.h"
 
+// What InformDialect is made of.
+
 namespace armtrue {
+
+/// See Dialect::parse().
+void parse_inform_program(RobotProgram& program, const KnownFrames& known, TargetParts parts);
+
+/// See FolderTexts: the variables that jobs set, and the frames and tools that called jobs set.
+std::unique_ptr<FolderTexts> inform_folder(const std::vector<const ProgramText*>& texts);
 
 /// Points are positions of //POS: new ones stand behind the last C, and count in NPOS.
 std::unique_ptr<MoveWriter> inform_writer(const RobotProgram& program);

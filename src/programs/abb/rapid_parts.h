@@ -5,7 +5,12 @@
 
 #include "armtrue/programs/dialect.h"
 
+// What RapidDialect is made of.
+
 namespace armtrue {
+
+/// See Dialect::parse().
+void parse_rapid_program(RobotProgram& program, const KnownFrames& known, TargetParts parts);
 
 /// The name of the text that says what other modules do.
 inline constexpr const char* kRapidOthers = "";
