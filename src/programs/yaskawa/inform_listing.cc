@@ -47,7 +47,7 @@ Places places_among(size_t parameters) {
 // Pulses per deg = 4096 / 360 * numerator / denominator, whose signs are those of the motors.
 // Nothing of an arm of other than six axes, or if the limits are not angles then.
 std::optional<std::vector<double>> pulses_by(const std::vector<double>& parameters) {
-  constexpr double kPulsesOfMotor = 4096, kTurn = 360, kFarthest = 1000;
+  constexpr double kPulsesOfMotor = 4096, kTurn = 360, kMostDegrees = 1000;
   const Places places = places_among(parameters.size());
   if (parameters.size() < places.numerators + kAxes + 1) return std::nullopt;
   if (parameters[places.denominators + kAxes] * parameters[places.numerators + kAxes] != 0)
@@ -58,7 +58,7 @@ std::optional<std::vector<double>> pulses_by(const std::vector<double>& paramete
         std::abs(parameters[places.numerators + i] / parameters[places.denominators + i]);
     const double value = kPulsesOfMotor / kTurn * ratio;
     const double limit = parameters[places.limits + i] / value;
-    if (!std::isfinite(value) || !(limit > 0 && limit < kFarthest)) return std::nullopt;
+    if (!std::isfinite(value) || !(limit > 0 && limit < kMostDegrees)) return std::nullopt;
     pulses.push_back(value);
   }
   return pulses;
