@@ -105,15 +105,31 @@ class FanucReader : MoveReader {
     for (ProgramPoint& point : program_.points) point.is_shared |= point.starts_from >= 0;
   }
 
-  // One for each line; a line that begins with a colon continues the one before. A comment may hold
-  // quotes and semicolons.
+  // P[..] behind a line that no semicolon ends: the second point of a circle, as RoboDK writes it.
+  static bool continues_circle(const std::string& part, const Statement& last, TextCursor cursor) {
+    size_t end = last.end;
+    while (end > last.begin && is_blank(part[end - 1])) --end;
+    if (end == last.begin || part[end - 1] == ';') return false;
+    TextCursor before(part, last.begin, end);
+    before.take_number();
+    before.take(':');
+    if (before.take_name() != "C") return false;
+    const std::string word = cursor.take_name();
+    return (word == "P" || word == "PR") && cursor.next() == '[';
+  }
+
+  // One for each line; a line that begins with a colon, or with the second point of a circle,
+  // continues the one before. A comment may hold quotes and semicolons.
   std::vector<Statement> lines_of(std::string& part, size_t begin) const {
     std::vector<Statement> lines;
     int line = line_at(text_, begin);
     for (size_t at = begin; at < part.size(); ++line) {
       const size_t end = std::min(part.find('\n', at), part.size());
       TextCursor cursor(part, at, end);
-      if (cursor.next() == ':' && !lines.empty()) {
+      const bool continues =
+          !lines.empty() &&
+          (cursor.next() == ':' || continues_circle(part, lines.back(), cursor));
+      if (continues) {
         std::replace(part.begin() + static_cast<long>(lines.back().end), part.begin() + at, '\n',
                      ' ');
         lines.back().end = end;
