@@ -59,7 +59,8 @@ std::array<int, 2> numbers_of_kuka(const std::string& name) {
 // Why the place of a target is not known; empty if it is.
 std::string why_no_place(const RobotProgram& program, const ProgramTarget& target,
                          const ProgramJoints& joints) {
-  for (const auto& [index, what] : {std::pair(target.base, "frame"), std::pair(target.tool, "tool")})
+  for (const auto& [index, what] :
+       {std::pair(target.base, "frame"), std::pair(target.tool, "tool")})
     if (target.kind == TargetKind::cartesian && index >= 0 && !program.frames[index].is_known)
       return fmt::format(
           "its {0} is '{1}', and the program does not say where that is; give it: --frame "

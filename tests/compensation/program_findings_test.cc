@@ -135,7 +135,8 @@ TEST(ProgramFindings, SomeMovesOutOfReachAreLeftAloneAndAllAreNot) {
 }
 
 TEST(ProgramFindings, MovesInFramesThatNobodyStatesAreLeftAloneUnlessAllAre) {
-  const std::string at = "{X 800,Y 0,Z 900,A 0,B 80,C 0}\n", tool = "$TOOL={X 0,Y 0,Z 1,A 0,B 0,C 0}\n",
+  const std::string at = "{X 800,Y 0,Z 900,A 0,B 80,C 0}\n",
+                    tool = "$TOOL={X 0,Y 0,Z 1,A 0,B 0,C 0}\n",
                     base = "$BASE={X 0,Y 0,Z 1,A 0,B 0,C 0}\n";
   const Robot kr360 = robot("kr360-spindle");
   const auto left = [&](const std::string& text) {

@@ -948,13 +948,14 @@ TEST(Certainty, ARapidRecordHasWhatItsAssignmentsGiveIt) {
     const RobotProgram program = parsed(
         "p.mod", "MODULE m\n" + robtarget("p1") + "VAR robtarget pv;\nPERS tooldata t:=[TRUE," +
                      pose + ",[1,[0,0,1],[1,0,0,0],0,0,0]];\nPERS wobjdata w:=[FALSE,TRUE,\"\"," +
-                     pose + "," + pose + "];\nPROC main()\nMoveL p1,v1,fine,tool0;\n" +
-                     statements + "ENDPROC\n" + routines + "ENDMODULE\n");
+                     pose + "," + pose + "];\nPROC main()\nMoveL p1,v1,fine,tool0;\n" + statements +
+                     "ENDPROC\n" + routines + "ENDMODULE\n");
     std::vector<double> found;  // [mm] of the base, the point and the tool
     for (const ProgramTarget& target : program.targets)
-      found.push_back(1e3 * (program.frames[static_cast<size_t>(target.base)].pose.translation.z() +
-                             target.pose.translation.z() +
-                             program.frames[static_cast<size_t>(target.tool)].pose.translation.z()));
+      found.push_back(1e3 *
+                      (program.frames[static_cast<size_t>(target.base)].pose.translation.z() +
+                       target.pose.translation.z() +
+                       program.frames[static_cast<size_t>(target.tool)].pose.translation.z()));
     return found;
   };
   const auto of_p1 = heights("").at(0);
@@ -983,8 +984,9 @@ TEST(Certainty, ARapidRecordHasWhatItsAssignmentsGiveIt) {
 
 TEST(Certainty, ARapidMoveMayNameItsArgumentsOrBeNamed) {
   const RobotProgram program =
-      parsed("p.mod", robtarget("p1") + "PROC main()\nMoveL ToPoint:=p1,v1,fine,Tool:=tool0;\n"
-                                        "%\"MoveL\"%p1,v1,fine,tool0;\nENDPROC\n");
+      parsed("p.mod", robtarget("p1") +
+                          "PROC main()\nMoveL ToPoint:=p1,v1,fine,Tool:=tool0;\n"
+                          "%\"MoveL\"%p1,v1,fine,tool0;\nENDPROC\n");
   EXPECT_EQ(program.targets.size(), 1u);
   EXPECT_EQ(program.left_alone, 1);
 }

@@ -326,7 +326,9 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
   if (!cursor.done())
     return refuse("its target is an expression; it starts from points as they are declared");
   if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
-  if (datum && datum->values != 1 && kind == TargetKind::cartesian && element->empty() &&
+  const bool is_assigned = datum && !datum->changes.empty() &&
+                           (datum->values != 1 || datum->list.kind != ListItem::Kind::list);
+  if (is_assigned && kind == TargetKind::cartesian && element->empty() &&
       datum->type == "ROBTARGET")
     if (const int point = add_assigned_point(*datum, argument, line); point >= 0) return point;
   const ListItem* const list = datum ? list_of(*datum, *element) : nullptr;
@@ -458,8 +460,8 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
 }
 
 // A number: sums and products of numbers and constants, in brackets or not.
-std::optional<double> RapidData::constant_in(const Statement& argument,
-                                             std::optional<size_t> place, int depth) {
+std::optional<double> RapidData::constant_in(const Statement& argument, std::optional<size_t> place,
+                                             int depth) {
   TextCursor cursor(text_, argument.begin, argument.end);
   const auto value = take_sum(cursor, [&](TextCursor& rest) -> std::optional<double> {
     const size_t at = rest.at();
@@ -566,9 +568,9 @@ RapidData::FrameList RapidData::value_of(const Statement& argument, const char* 
   if (!datum) datum = find_of_others(name);
   if (scope > 0) why_not = why_not_of_routine(kind);
   const bool is_given = is_given_frame(known_, name);
-  const bool is_assigned = datum && scope == 0 && !datum->changes.empty() &&
-                           datum->type == type && !datum->is_lost && !datum->is_of_others &&
-                           datum->text == 0 && cursor.done();
+  const bool is_assigned = datum && scope == 0 && !datum->changes.empty() && datum->type == type &&
+                           !datum->is_lost && !datum->is_of_others && datum->text == 0 &&
+                           cursor.done();
   if (is_assigned && needs_frame(kind) && (!is_given || datum->is_set_again))
     return assigned_frame(*datum, name, argument.begin, why_not);
   // --frame states one value.
@@ -585,8 +587,8 @@ RapidData::FrameList RapidData::value_of(const Statement& argument, const char* 
 }
 
 // As its assignments make it at a place. --frame states one value: no remedy where it has several.
-RapidData::FrameList RapidData::assigned_frame(Datum& datum, const std::string& name,
-                                               size_t place, std::string& why_not) {
+RapidData::FrameList RapidData::assigned_frame(Datum& datum, const std::string& name, size_t place,
+                                               std::string& why_not) {
   std::vector<std::string> lines;
   for (const Datum::Change& change : datum.changes)
     if (const std::string line = fmt::format("{}", line_at(program_.texts[0].text, change.at));
@@ -606,9 +608,9 @@ int RapidData::add_frame_named(std::string name, const std::optional<Pose>& pose
   for (;; name += "'") {
     const int index = add_frame(program_.frames, known_, name, pose);
     const ProgramFrame& frame = program_.frames[index];
-    const bool is_it = !pose || !frame.is_known ||
-                       (frame.pose.translation == pose->translation &&
-                        frame.pose.rotation == pose->rotation);
+    const bool is_it =
+        !pose || !frame.is_known ||
+        (frame.pose.translation == pose->translation && frame.pose.rotation == pose->rotation);
     if (is_it) return index;
   }
 }

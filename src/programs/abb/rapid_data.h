@@ -183,8 +183,8 @@ class RapidData {
   // Records that assignments give constants (rapid_records.cc).
   void note_change(Datum& datum, size_t at, TextCursor behind, size_t end);
   std::optional<ListItem> record_at(Datum& datum, size_t place);
-  std::optional<ListItem> component_at(Datum& datum, const RapidPath& path,
-                                       const std::string& type, size_t place, int depth);
+  std::optional<ListItem> component_at(Datum& datum, const RapidPath& path, const std::string& type,
+                                       size_t place, int depth);
   template <class OfField>
   static std::optional<ListItem> record_of(const std::string& type, OfField of_field);
   static std::string type_in(const std::string& type, const RapidPath& path);

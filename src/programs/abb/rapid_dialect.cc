@@ -131,8 +131,8 @@ class RapidDialect : public Dialect {
                           const WrittenPoint& texts) const override {
     if (point.starts_from >= 0) return Dialect::written_out(program, point, texts);
     const std::vector<std::string>& n = texts.numbers;
-    std::string text = fmt::format("[[{},{},{}],[{},{},{},{}],[", n[0], n[1], n[2], n[3], n[4],
-                                   n[5], n[6]);
+    std::string text =
+        fmt::format("[[{},{},{}],[{},{},{},{}],[", n[0], n[1], n[2], n[3], n[4], n[5], n[6]);
     for (size_t i = 0; i < point.configuration.size(); ++i)
       text += (i > 0 ? "," : "") + (texts.configuration[i].empty()
                                         ? fmt::format("{}", point.configuration[i].value)

@@ -85,8 +85,7 @@ class RapidReader : MoveReader {
     const std::string& original = program_.texts[0].text;
     for (size_t at = text_.find("%\"", statement.begin); at < statement.end;
          at = text_.find("%\"", at + 1)) {
-      const std::string name =
-          upper(original.substr(at + 2, text_.find('"', at + 2) - at - 2));
+      const std::string name = upper(original.substr(at + 2, text_.find('"', at + 2) - at - 2));
       if (!find_rapid_move(name)) continue;
       leave(line_at(original, statement, at), "this instruction is called by its name: " + name);
       is_move_ = true;

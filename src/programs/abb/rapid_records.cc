@@ -76,16 +76,15 @@ void RapidData::note_change(Datum& datum, size_t at, TextCursor behind, size_t e
 }
 
 std::optional<ListItem> RapidData::record_at(Datum& datum, size_t place) {
-  const bool is_followed = flow_ && !datum.is_lost && !datum.is_parameter &&
-                           !datum.is_of_others && datum.text == 0 && fields_of(datum.type);
+  const bool is_followed = flow_ && !datum.is_lost && !datum.is_parameter && !datum.is_of_others &&
+                           datum.text == 0 && fields_of(datum.type);
   return is_followed ? component_at(datum, {}, datum.type, place, 0) : std::nullopt;
 }
 
 // Of a component that is assigned as a whole, or with a record that holds it; else of each of its
 // own components.
 std::optional<ListItem> RapidData::component_at(Datum& datum, const RapidPath& path,
-                                                const std::string& type, size_t place,
-                                                int depth) {
+                                                const std::string& type, size_t place, int depth) {
   if (depth > kMostDepthOfRecords) return std::nullopt;
   const auto sets_part = [&](const Datum::Change& change) {
     return change.path.size() > path.size() && begins_with(change.path, path);
@@ -196,8 +195,7 @@ std::optional<ListItem> RapidData::value_in(const Statement& expression, const s
 
 // q, q.trans: of a datum of another name, or of the same one before the place.
 std::optional<ListItem> RapidData::named_component(TextCursor& cursor, const std::string& type,
-                                                   const RapidPath& path, size_t place,
-                                                   int depth) {
+                                                   const RapidPath& path, size_t place, int depth) {
   const size_t at = cursor.at();
   Datum* const datum = find(cursor.take_name(), at);
   auto whole = take_path(cursor);
@@ -210,8 +208,8 @@ std::optional<ListItem> RapidData::named_component(TextCursor& cursor, const std
 }
 
 // p.trans.z in a sum.
-std::optional<double> RapidData::number_of_component(Datum& datum, TextCursor& cursor,
-                                                     size_t place, int depth) {
+std::optional<double> RapidData::number_of_component(Datum& datum, TextCursor& cursor, size_t place,
+                                                     int depth) {
   const auto path = take_path(cursor);
   if (!path || datum.is_lost || datum.is_parameter || datum.is_of_others || datum.text != 0 ||
       type_in(datum.type, *path) != "NUM")

@@ -127,8 +127,7 @@ class FanucReader : MoveReader {
       const size_t end = std::min(part.find('\n', at), part.size());
       TextCursor cursor(part, at, end);
       const bool continues =
-          !lines.empty() &&
-          (cursor.next() == ':' || continues_circle(part, lines.back(), cursor));
+          !lines.empty() && (cursor.next() == ':' || continues_circle(part, lines.back(), cursor));
       if (continues) {
         std::replace(part.begin() + static_cast<long>(lines.back().end), part.begin() + at, '\n',
                      ' ');

@@ -99,8 +99,7 @@ KrlStarts::Start KrlStarts::end_of(size_t move) const {
   Start end{true, unknown_krl_values(), starts_[move].set_up, {}};
   if (!why_left_alone(move).empty()) {
     if (const int axes = syntax_.moves[move].target.only_external; axes >= 0)
-      end.values.tail<6>() =
-          inherit(starts_[move].values, syntax_.frames[axes].values).tail<6>();
+      end.values.tail<6>() = inherit(starts_[move].values, syntax_.frames[axes].values).tail<6>();
     return end;
   }
   end.moves = {static_cast<int>(move)};

@@ -521,8 +521,9 @@ class KrlParser {
   // PTP {E1 1700}
   void keep_external(const KrlAggregate& aggregate, KrlTarget& target) {
     const KrlFrame& frame = aggregate.frame;
-    const bool is_of_arm = frame.values.head<6>().array().isFinite().any() ||
-                           std::ranges::any_of(frame.axes, [](double q) { return std::isfinite(q); });
+    const bool is_of_arm =
+        frame.values.head<6>().array().isFinite().any() ||
+        std::ranges::any_of(frame.axes, [](double q) { return std::isfinite(q); });
     if (frame.end == 0 || is_of_arm || !frame.values.tail<6>().array().isFinite().any()) return;
     target.only_external = static_cast<int>(syntax_.frames.size());
     syntax_.frames.push_back(frame);

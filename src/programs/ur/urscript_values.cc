@@ -157,8 +157,7 @@ bool UrValues::count_from_base(UrValue& value) const {
   const std::vector<double> written = *value.list.numbers(6);
   Pose pose = urscript_dialect().pose_of_numbers(written);
   pose.translation += value.shift;
-  const std::vector<double> numbers =
-      urscript_dialect().numbers_of_pose(frame * pose, written);
+  const std::vector<double> numbers = urscript_dialect().numbers_of_pose(frame * pose, written);
   for (size_t i = 0; i < numbers.size(); ++i) value.list.items[i].value = numbers[i];
   value.base = -1;
   value.shift.setZero();
