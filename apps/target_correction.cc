@@ -75,6 +75,7 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
   if (program)
     warn_of_all(command, {doubt_of_stated_arm(*program, controller, joints, arguments.controller),
                           doubt_of_arm_name(*program, controller, arguments.controller)});
+  if (program) leave_what_has_no_place(*program, joints);
   read();
   warn_of_targets(command, arguments, controller, program, file);
   if (file.program.is_cartesian() ||

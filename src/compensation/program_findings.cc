@@ -9,6 +9,7 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/joint_names.h"
@@ -53,6 +54,26 @@ std::array<int, 2> numbers_of_kuka(const std::string& name) {
     return found[group].matched ? static_cast<int>(read_number(found.str(group)).value_or(0)) : 0;
   };
   return {number(1), number(2)};
+}
+
+// Why the place of a target is not known; empty if it is.
+std::string why_no_place(const RobotProgram& program, const ProgramTarget& target,
+                         const ProgramJoints& joints) {
+  for (const auto& [index, what] :
+       {std::pair(target.base, "frame"), std::pair(target.tool, "tool")})
+    if (target.kind == TargetKind::cartesian && index >= 0 && !program.frames[index].is_known)
+      return fmt::format(
+          "its {0} is '{1}', and the program does not say where that is; give it: --frame "
+          "'{1}=x,y,z,a,b,c'",
+          what, program.frames[index].name);
+  for (size_t i = 0; i < joints.external.size(); ++i)
+    if (joints.external[i].joint >= 0 &&
+        (i >= target.external.size() || std::isnan(target.external[i])))
+      return fmt::format(
+          "neither it nor those before it state where the external axis E{} stands; state it in "
+          "the program",
+          i + 1);
+  return "";
 }
 
 }  // namespace
@@ -120,6 +141,21 @@ void refuse_two_tools(const RobotProgram& program, bool tool_is_measured) {
       throw InputError(fmt::format(
           "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
           program.texts[0].name, target.line, program.frames[target.tool].name));
+}
+
+void leave_what_has_no_place(RobotProgram& program, const ProgramJoints& joints) {
+  std::map<size_t, std::string> why;
+  std::set<size_t> left;  // an arc goes with either of its points
+  for (size_t k = 0; k < program.targets.size(); ++k) {
+    const std::string reason = why_no_place(program, program.targets[k], joints);
+    if (reason.empty()) continue;
+    why[k] = reason;
+    for (const size_t of_move : targets_of_move(program, k)) left.insert(of_move);
+  }
+  bool is_any_known = false;
+  for (size_t k = 0; k < program.targets.size(); ++k)
+    is_any_known |= program.targets[k].kind == TargetKind::cartesian && !left.contains(k);
+  if (!why.empty() && is_any_known) leave_alone(program, why);
 }
 
 bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program) {

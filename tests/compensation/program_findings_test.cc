@@ -134,6 +134,22 @@ TEST(ProgramFindings, SomeMovesOutOfReachAreLeftAloneAndAllAreNot) {
   EXPECT_EQ(program.targets.size(), 2u);
 }
 
+TEST(ProgramFindings, MovesInFramesThatNobodyStatesAreLeftAloneUnlessAllAre) {
+  const std::string at = "{X 800,Y 0,Z 900,A 0,B 80,C 0}\n",
+                    tool = "$TOOL={X 0,Y 0,Z 1,A 0,B 0,C 0}\n",
+                    base = "$BASE={X 0,Y 0,Z 1,A 0,B 0,C 0}\n";
+  const Robot kr360 = robot("kr360-spindle");
+  const auto left = [&](const std::string& text) {
+    RobotProgram program = krl(text);
+    leave_what_has_no_place(program, joints_of_program(program, kr360, "r.yaml"));
+    return program.why_left_alone;
+  };
+  const auto some = left(tool + base + "LIN " + at + "$BASE=BASE_DATA[3]\nLIN " + at);
+  ASSERT_EQ(some.size(), 1u);
+  EXPECT_THAT(some[0], HasSubstr("--frame 'BASE_DATA[3]=x,y,z,a,b,c'"));
+  EXPECT_TRUE(left(tool + "$BASE=BASE_DATA[3]\nLIN " + at).empty());
+}
+
 // An arc of which one point is out of reach leaves no target.
 TEST(ProgramFindings, AnArcIsOutOfReachWithEitherOfItsPoints) {
   RobotProgram program =

@@ -941,6 +941,56 @@ TEST(Certainty, ARapidFrameThatIsSetAgainIsNoPlace) {
   EXPECT_EQ(left_of("v:=a;\n", "v:=b;\n", "MoveL p10,v1,fine,t\\WObj:=v;\n"), 1);
 }
 
+// Where assignments of constants hold for certain, and nowhere else.
+TEST(Certainty, ARapidRecordHasWhatItsAssignmentsGiveIt) {
+  const std::string pose = "[[0,0,0],[1,0,0,0]]";
+  const auto heights = [&](const std::string& statements, const std::string& routines = "") {
+    const RobotProgram program = parsed(
+        "p.mod", "MODULE m\n" + robtarget("p1") + "VAR robtarget pv;\nPERS tooldata t:=[TRUE," +
+                     pose + ",[1,[0,0,1],[1,0,0,0],0,0,0]];\nPERS wobjdata w:=[FALSE,TRUE,\"\"," +
+                     pose + "," + pose + "];\nPROC main()\nMoveL p1,v1,fine,tool0;\n" + statements +
+                     "ENDPROC\n" + routines + "ENDMODULE\n");
+    std::vector<double> found;  // [mm] of the base, the point and the tool
+    for (const ProgramTarget& target : program.targets)
+      found.push_back(1e3 *
+                      (program.frames[static_cast<size_t>(target.base)].pose.translation.z() +
+                       target.pose.translation.z() +
+                       program.frames[static_cast<size_t>(target.tool)].pose.translation.z()));
+    return found;
+  };
+  const auto of_p1 = heights("").at(0);
+  const auto last = [&](const std::string& statements, const std::string& routines = "") {
+    const std::vector<double> all = heights(statements, routines);
+    return all.size() == 2 ? std::optional(std::round(1e6 * (all[1] - of_p1)) / 1e6) : std::nullopt;
+  };
+  const std::string by_w = "MoveL p1,v1,fine,tool0\\WObj:=w;\n", by_t = "MoveL p1,v1,fine,t;\n",
+                    to_pv = "MoveL pv,v1,fine,tool0;\n";
+  EXPECT_EQ(last("w.uframe:=[[0,0,7],[1,0,0,0]];\nw.oframe.trans.z:=2;\n" + by_w), 9);
+  EXPECT_EQ(last("w.uframe.trans.z:=7;\nw.uframe:=[[0,0,3],[1,0,0,0]];\n" + by_w), 3);
+  EXPECT_EQ(last("t.tframe:=[[0,0,50],[1,0,0,0]];\n" + by_t), 50);
+  EXPECT_EQ(last("pv:=p1;\npv.trans.z:=pv.trans.z+2*4;\n" + to_pv), 8);
+  EXPECT_EQ(last("pv:=[p1.trans,p1.rot,p1.robconf,p1.extax];\n" + to_pv), 0);
+  EXPECT_EQ(last("lift;\n" + by_w, "PROC lift()\nw.uframe.trans.z:=4;\nENDPROC\n"), 4);
+  EXPECT_EQ(last("IF a lift;\n" + by_w, "PROC lift()\nw.uframe.trans.z:=4;\nENDPROC\n"),
+            std::nullopt);
+  EXPECT_EQ(last("IF a w.uframe.trans.z:=4;\n" + by_w), std::nullopt);
+  EXPECT_EQ(last("w.uframe.trans.z:=h;\n" + by_w), std::nullopt);
+  EXPECT_EQ(last(by_w + "w.uframe.trans.z:=4;\n"), std::nullopt);  // of the last run
+  EXPECT_EQ(last("pv.trans:=p1.trans;\n" + to_pv), std::nullopt);
+  EXPECT_EQ(last("pv:=p1;\nAdd pv.trans.z,5;\n" + to_pv), std::nullopt);
+  EXPECT_EQ(last("pv:=p1;\nWHILE a DO\npv.trans.z:=pv.trans.z+5;\nENDWHILE\n" + to_pv),
+            std::nullopt);
+}
+
+TEST(Certainty, ARapidMoveMayNameItsArgumentsOrBeNamed) {
+  const RobotProgram program =
+      parsed("p.mod", robtarget("p1") +
+                          "PROC main()\nMoveL ToPoint:=p1,v1,fine,Tool:=tool0;\n"
+                          "%\"MoveL\"%p1,v1,fine,tool0;\nENDPROC\n");
+  EXPECT_EQ(program.targets.size(), 1u);
+  EXPECT_EQ(program.left_alone, 1);
+}
+
 TEST(Certainty, AUrNameIsThatOfItsCapitals) {
   const RobotProgram program =
       parsed("p.script", "def prog():\na = p[1,2,3,0,0,0]\nA = p[1,2,4,0,0,0]\n" + kJoints +

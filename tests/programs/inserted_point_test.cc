@@ -168,9 +168,10 @@ TEST(InsertedPointTest, ANamedArgumentOfRapidIsNoAssignment) {
   EXPECT_EQ(moves("near x:=p2"), 3);  // the parameter is another x
   EXPECT_EQ(moves("n:=near(x:=p2)"), 3);
   for (const char* const assigned :
-       {"x:=p2", "IF a=b x:=p2", "IF a x:=p2", "IF NOT (a) x:=p2", "IF a THEN x:=p2",
-        "IF a n:=1; ELSE x:=p2", "again: x:=p2", "WHILE a DO x:=p2"})
+       {"x:=CRobT()", "IF a=b x:=p2", "IF a x:=p2", "IF NOT (a) x:=p2", "IF a THEN x:=CRobT()",
+        "IF a n:=1; ELSE x:=CRobT()", "again: x:=CRobT()", "WHILE a DO x:=CRobT()"})
     EXPECT_EQ(moves(assigned), 2) << assigned;
+  EXPECT_EQ(moves("x:=p2"), 3);
 }
 
 TEST(InsertedPointTest, UrscriptHasARadiusAndNoTime) {

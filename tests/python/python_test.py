@@ -157,7 +157,7 @@ class Functions(unittest.TestCase):
 
     def test_a_frame_is_read_like_a_table(self):
         class Frame:  # what a pandas frame is asked for
-            def to_csv(self, path, index):
+            def to_csv(self, path, index, quoting):
                 pathlib.Path(path).write_text(TUTORIAL.read_text())
 
         self.assertEqual(armtrue.calibrate(ROBOT, Frame()).product["links"],
@@ -169,6 +169,22 @@ class Functions(unittest.TestCase):
             row["pose"] = "00" + row["pose"]
         result = armtrue.close_loop(ROBOT, rows)
         self.assertTrue(result.product["worst_held_out"]["pose"].startswith("00"))
+
+    def test_a_name_that_begins_as_a_comment_does_is_no_comment(self):
+        names = ["#1", "P2", " P3", "a,b", 'the "4th"']
+        rows = [{"pose": name, **{f"q{j}_deg": angle for j, angle in enumerate((10 * k, -80, 90, 5, 40, 10), 1)}}
+                for k, name in enumerate(names)]
+
+        class Frame:  # what a pandas frame writes
+            def to_csv(self, path, index, quoting):
+                with open(path, "w", newline="") as out:
+                    writer = csv.DictWriter(out, rows[0], quoting=quoting)
+                    writer.writeheader()
+                    writer.writerows(rows)
+
+        for table in (rows, Frame()):
+            corrected = armtrue.compensate(TRUTH, table, controller=ROBOT, max_mm=20)
+            self.assertEqual([row["pose"] for row in corrected.product], names)
 
     def test_a_mistake_is_an_exception_with_the_message_of_the_command(self):
         with self.assertRaisesRegex(armtrue.Failed, "no-such.yaml") as caught:

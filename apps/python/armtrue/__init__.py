@@ -109,10 +109,14 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(row, Mapping) for row in value) and bool(value)
 
 
+# All text is quoted: the commands take a line that begins with # for a comment, and blanks at the ends of names away.
+_QUOTING = csv.QUOTE_NONNUMERIC
+
+
 def _write_table(rows: Table, path: str) -> None:
     columns = list(dict.fromkeys(column for row in rows for column in row))
     with open(path, "w", newline="", encoding="utf-8") as out:
-        writer = csv.DictWriter(out, columns, lineterminator="\n")
+        writer = csv.DictWriter(out, columns, lineterminator="\n", quoting=_QUOTING)
         writer.writeheader()
         for row in rows:
             writer.writerow({column: "" if row.get(column) is None else row[column] for column in columns})
@@ -146,7 +150,7 @@ class _Run:
                 json.dump(value, out)
         elif hasattr(value, "to_csv"):
             path = self.path(name, ".csv")
-            value.to_csv(path, index=False)
+            value.to_csv(path, index=False, quoting=_QUOTING)
         elif _is_table(value):
             path = self.path(name, ".csv")
             _write_table(value, path)

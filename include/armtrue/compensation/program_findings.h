@@ -33,6 +33,11 @@ std::string doubt_of_arm_name(const RobotProgram& program, const Robot& controll
 /// Throws InputError if a target names a tool, and --tool-is-measured states another.
 void refuse_two_tools(const RobotProgram& program, bool tool_is_measured);
 
+/// Calls leave_alone() for the moves whose place is not known: the program only names their frame
+/// or tool, or does not state where an external axis stands. If no Cartesian move would be left,
+/// leaves nothing alone: program_targets() names all that is missing.
+void leave_what_has_no_place(RobotProgram& program, const ProgramJoints& joints);
+
 /// Calls leave_alone() for the moves that the controller's model does not reach. If it reaches
 /// none as a whole, frames or arm are wrong: leaves nothing alone and returns false.
 bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program);

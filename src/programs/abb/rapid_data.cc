@@ -118,6 +118,7 @@ void RapidData::note_uses_of_others(const std::string& text,
           note_handed(text, statement, at, cursor, *datum);
         } else if (!names_rapid_parameter(text, statement, at)) {
           ++datum->values;
+          datum->is_lost = true;
           note_set_part(text, word, cursor, *datum);
         }
       });
@@ -132,18 +133,26 @@ void RapidData::note_handed(std::string_view text, const Statement& statement, s
   if (!routines_.may_change(receiver, rapid_type_of_part(datum.type, behind))) return;
   if (TextCursor part = behind; part.take('.') && part.take_name() == "TLOAD") return;
   datum.values += 2;
+  datum.is_lost = true;
   datum.is_set_again |= behind.next() == '.';
 }
 
 // type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
 void RapidData::declare(const std::string& kind, const Statement& statement, TextCursor cursor,
                         int scope) {
-  const std::string type = cursor.take_name(), name = cursor.take_name();
+  const std::string type = cursor.take_name();
+  cursor.next();
+  const size_t at = cursor.at();
+  const std::string name = cursor.take_name();
   if (name.empty()) return;
-  if (cursor.take('{')) skip_indices(cursor);
+  const bool is_array = cursor.take('{');
+  if (is_array) skip_indices(cursor);
   Datum& datum = names_.declare(name, scope);
   datum.line = line_at(program_.texts[0].text, statement, cursor.at());
-  take_value(kind, type, cursor, datum);
+  datum.is_lost |= is_array || !datum.type.empty();  // or declared twice
+  // A routine gives its own variables their values each time that it begins.
+  if (take_value(kind, type, cursor, datum) && kind == "VAR" && scope > 0)
+    note_change(datum, at, cursor, statement.end);
 }
 
 // Behind the name. Returns whether there is a value.
@@ -269,6 +278,7 @@ bool RapidData::note_assignment(const Statement& statement, const std::string& w
   Datum& datum = known ? *known : names_.declare(word, 0);
   ++datum.values;
   note_set_part(text_, word, behind, datum);
+  note_change(datum, at, behind, statement.end);
   return true;
 }
 
@@ -316,6 +326,11 @@ int RapidData::point_at(const Statement& argument, TargetKind kind, int line, st
   if (!cursor.done())
     return refuse("its target is an expression; it starts from points as they are declared");
   if (datum && datum->is_parameter) return refuse("its point is a parameter of the routine");
+  const bool is_assigned = datum && !datum->changes.empty() &&
+                           (datum->values != 1 || datum->list.kind != ListItem::Kind::list);
+  if (is_assigned && kind == TargetKind::cartesian && element->empty() &&
+      datum->type == "ROBTARGET")
+    if (const int point = add_assigned_point(*datum, argument, line); point >= 0) return point;
   const ListItem* const list = datum ? list_of(*datum, *element) : nullptr;
   if (!list)
     return refuse(
@@ -444,11 +459,14 @@ int RapidData::displaced_point(const std::string& function, const Statement& arg
 }
 
 // A number: sums and products of numbers and constants, in brackets or not.
-std::optional<double> RapidData::constant_in(const Statement& argument) {
+std::optional<double> RapidData::constant_in(const Statement& argument, std::optional<size_t> place,
+                                             int depth) {
   TextCursor cursor(text_, argument.begin, argument.end);
   const auto value = take_sum(cursor, [&](TextCursor& rest) -> std::optional<double> {
     const size_t at = rest.at();
-    const Datum* const datum = find(rest.take_name(), at);
+    Datum* const datum = find(rest.take_name(), at);
+    if (datum && place && rest.next() == '.')
+      return number_of_component(*datum, rest, *place, depth);
     if (!datum || datum->is_parameter || datum->values != 1) return std::nullopt;
     return datum->number;
   });
@@ -527,7 +545,8 @@ std::vector<RapidData::Use> RapidData::finish() {
     for (const auto& [element, point] : datum.points) mark(datum, point);
   std::vector<Use> others;
   for (const auto& [use, datum] : uses_) {
-    if (!datum->points.empty() || datum->list.kind != ListItem::Kind::list) continue;
+    if (!datum->points.empty() || datum->is_taken || datum->list.kind != ListItem::Kind::list)
+      continue;
     const auto known = std::ranges::find(others, use.name, &Use::name);
     if (known == others.end())
       others.push_back(use);
@@ -544,9 +563,15 @@ RapidData::FrameList RapidData::value_of(const Statement& argument, const char* 
   TextCursor cursor(text_, argument.begin, argument.end);
   const std::string name = cursor.take_name();
   int scope = 0;
-  const Datum* datum = names_.find(scopes_, name, scopes_.at(argument.begin), &scope);
+  Datum* datum = names_.find(scopes_, name, scopes_.at(argument.begin), &scope);
   if (!datum) datum = find_of_others(name);
   if (scope > 0) why_not = why_not_of_routine(kind);
+  const bool is_given = is_given_frame(known_, name);
+  const bool is_assigned = datum && scope == 0 && !datum->changes.empty() && datum->type == type &&
+                           !datum->is_lost && !datum->is_of_others && datum->text == 0 &&
+                           cursor.done();
+  if (is_assigned && needs_frame(kind) && (!is_given || datum->is_set_again))
+    return assigned_frame(*datum, name, argument.begin, why_not);
   // --frame states one value.
   if (datum && datum->is_set_again && needs_frame(kind))
     why_not = "its tool or work object is given several values, or changed at run time";
@@ -555,8 +580,38 @@ RapidData::FrameList RapidData::value_of(const Statement& argument, const char* 
     why_not = "its tool or work object is an element of an array, whose index is no plain number";
   const bool is_certain = datum && element && cursor.done() && datum->values == 1 &&
                           datum->type == type && datum->list.kind == ListItem::Kind::list;
-  if (!is_certain || scope != 0) return {};
-  return {list_of(*datum, *element), datum->text};
+  const ListItem* const list = is_certain && scope == 0 ? list_of(*datum, *element) : nullptr;
+  if (!list) return {};
+  return {*list, datum->text, ""};
+}
+
+// As its assignments make it at a place. --frame states one value: no remedy where it has several.
+RapidData::FrameList RapidData::assigned_frame(Datum& datum, const std::string& name, size_t place,
+                                               std::string& why_not) {
+  std::vector<std::string> lines;
+  for (const Datum::Change& change : datum.changes)
+    if (const std::string line = fmt::format("{}", line_at(program_.texts[0].text, change.at));
+        std::ranges::find(lines, line) == lines.end())
+      lines.push_back(line);
+  const std::string all = fmt::format("{}", fmt::join(lines, ", "));
+  if (const auto list = record_at(datum, place)) return {list, 0, name + " of line " + all};
+  why_not = fmt::format("its tool or work object {} is changed in line{} {}", name,
+                        lines.size() > 1 ? "s" : "", all);
+  if (!datum.is_set_again)
+    why_not += "; if it is always the same, say where it is: --frame " + name + "=..";
+  return {};
+}
+
+// Another pose with the same name gets another one.
+int RapidData::add_frame_named(std::string name, const std::optional<Pose>& pose) {
+  for (;; name += "'") {
+    const int index = add_frame(program_.frames, known_, name, pose);
+    const ProgramFrame& frame = program_.frames[index];
+    const bool is_it =
+        !pose || !frame.is_known ||
+        (frame.pose.translation == pose->translation && frame.pose.rotation == pose->rotation);
+    if (is_it) return index;
+  }
 }
 
 // Of a frame with a name. The controller refuses a quaternion of another length.
@@ -605,7 +660,8 @@ RapidData::Frame RapidData::work_object_at(const Statement& argument, TargetKind
     frame.is_held = bool_of(parts[0], found.text);
     if (bool_of(parts[1], found.text) == false) why_not = "a mechanical unit moves the work object";
   }
-  frame.index = add_frame(program_.frames, known_, name, pose);
+  frame.index = found.name.empty() ? add_frame(program_.frames, known_, name, pose)
+                                   : add_frame_named(found.name, pose);
   return frame;
 }
 
@@ -622,7 +678,8 @@ RapidData::Frame RapidData::tool_at(const Statement& argument, TargetKind kind,
     pose = pose_of(found.list->items[1], name, kind, why_not);
     frame.is_held = bool_of(found.list->items[0], found.text);
   }
-  frame.index = add_frame(program_.frames, known_, name, pose);
+  frame.index = found.name.empty() ? add_frame(program_.frames, known_, name, pose)
+                                   : add_frame_named(found.name, pose);
   return frame;
 }
 

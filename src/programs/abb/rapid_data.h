@@ -13,10 +13,14 @@
 #include "programs/abb/rapid_insertion.h"
 #include "programs/abb/rapid_words.h"
 #include "programs/move_reader.h"
+#include "programs/program_flow.h"
 #include "programs/scoped_names.h"
 #include "programs/statement.h"
 
 namespace armtrue {
+
+/// The names of a component of a record, TRANS and Z.
+using RapidPath = std::vector<std::string>;
 
 /// The data of a RAPID program: points, tools and work objects that it declares or that are
 /// parameters of its routines.
@@ -28,6 +32,8 @@ class RapidData {
       : program_(program), text_(text), known_(known), parts_(parts) {}
 
   void read(const std::vector<Statement>& statements);
+  /// How the program runs, once it is read; it must outlive this.
+  void set_flow(const ProgramFlow& flow) { flow_.emplace(flow); }
 
   /// The point that an argument stands for; -1 and the reason if it cannot be followed. `depth`: of
   /// the displacements that it stands in.
@@ -98,6 +104,16 @@ class RapidData {
     int text = 0;                    // in RobotProgram::texts
     std::optional<double> number;    // of a constant
     std::map<Element, int> points;
+    // Assignments of it, or of a component: where, of what, and what it becomes.
+    struct Change {
+      size_t at;
+      RapidPath path;
+      Statement value;
+    };
+    std::vector<Change> changes;
+    bool is_taken = false;  // a point that is followed takes its value
+    bool is_lost = false;   // something else may change it, too, or it is an array
+    std::map<std::vector<size_t>, FlowOfVariables::Values> flows;  // by indices of changes
   };
   using FramesOfMove = std::pair<int, int>;  // work object and tool, in RobotProgram::frames
   struct Offset {
@@ -142,8 +158,9 @@ class RapidData {
   static const ListItem* list_of(const Datum& datum, const Element& element);
   // The list of a tool or work object, and its text.
   struct FrameList {
-    const ListItem* list = nullptr;
+    std::optional<ListItem> list;
     int text = 0;
+    std::string name;  // of the frame: with the lines that set it, if any does
   };
   FrameList value_of(const Statement& argument, const char* type, TargetKind kind,
                      std::string& why_not);
@@ -158,7 +175,32 @@ class RapidData {
                                               const Statement& argument);
   int displaced_point(const std::string& function, const Statement& argument, TargetKind kind,
                       int line, std::string& why_not, int depth);
-  std::optional<double> constant_in(const Statement& argument);
+  // `place`: components of data count as they are there; nothing: none does.
+  std::optional<double> constant_in(const Statement& argument,
+                                    std::optional<size_t> place = std::nullopt, int depth = 0);
+
+  // Records that assignments give constants (rapid_records.cc).
+  void note_change(Datum& datum, size_t at, TextCursor behind, size_t end);
+  std::optional<ListItem> record_at(Datum& datum, size_t place);
+  std::optional<ListItem> component_at(Datum& datum, const RapidPath& path, const std::string& type,
+                                       size_t place, int depth);
+  template <class OfField>
+  static std::optional<ListItem> record_of(const std::string& type, OfField of_field);
+  static std::string type_in(const std::string& type, const RapidPath& path);
+  static std::optional<ListItem> item_in(const ListItem& record, const std::string& type,
+                                         const RapidPath& path);
+  std::optional<ListItem> evaluated(const ListItem& item, const std::string& type, size_t place,
+                                    int depth);
+  std::optional<ListItem> value_in(const Statement& expression, const std::string& type,
+                                   const RapidPath& path, size_t place, int depth);
+  std::optional<ListItem> named_component(TextCursor& cursor, const std::string& type,
+                                          const RapidPath& path, size_t place, int depth);
+  std::optional<double> number_of_component(Datum& datum, TextCursor& cursor, size_t place,
+                                            int depth);
+  int add_assigned_point(Datum& datum, const Statement& argument, int line);
+  FrameList assigned_frame(Datum& datum, const std::string& name, size_t place,
+                           std::string& why_not);
+  int add_frame_named(std::string name, const std::optional<Pose>& pose);
   std::string name_of(const Statement& argument) const {
     return upper(std::string_view(text_).substr(argument.begin, argument.end - argument.begin));
   }
@@ -183,6 +225,7 @@ class RapidData {
   RapidRoutines routines_;                                 // of all texts
   std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;
+  std::optional<FlowOfVariables> flow_;
 };
 
 }  // namespace armtrue

@@ -124,6 +124,20 @@ class RapidDialect : public Dialect {
     return {folder_of(path), false};
   }
 
+  // Of a point that no declaration states as a whole.
+  std::string written_out(const RobotProgram& program, const ProgramPoint& point,
+                          const WrittenPoint& texts) const override {
+    if (point.starts_from >= 0) return Dialect::written_out(program, point, texts);
+    const std::vector<std::string>& n = texts.numbers;
+    std::string text =
+        fmt::format("[[{},{},{}],[{},{},{},{}],[", n[0], n[1], n[2], n[3], n[4], n[5], n[6]);
+    for (size_t i = 0; i < point.configuration.size(); ++i)
+      text += (i > 0 ? "," : "") + (texts.configuration[i].empty()
+                                        ? fmt::format("{}", point.configuration[i].value)
+                                        : texts.configuration[i]);
+    return text + "]";
+  }
+
  protected:
   bool begins_program(const std::string& word) const override { return word == "MODULE"; }
 };

@@ -34,6 +34,7 @@ class RapidReader : MoveReader {
     const std::vector<Statement> statements = split_statements(text_, ';');
     data_.read(statements);
     flow_ = follow_with_others(statements);
+    data_.set_flow(flow_.steps);
     for (const Statement& statement : statements) {
       is_move_ = false;
       each_rapid_word(text_, statement,
@@ -41,6 +42,7 @@ class RapidReader : MoveReader {
                         follow_way(word, at, cursor, statement);
                         return read_instruction(word, at, cursor, statement);
                       });
+      read_late_move(statement);
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
     follow_calls(calls_, of_parameters_, "its point is a parameter of the routine", *this);
@@ -73,6 +75,19 @@ class RapidReader : MoveReader {
     TextCursor cursor(text_, statement.begin, statement.end);
     return stands_between_rapid_moves(cursor.take_name()) ||
            is_plain_assignment(text_, statement.begin, statement.end);
+  }
+
+  // %"MoveL"%p1,v100,fine,tool1;
+  void read_late_move(const Statement& statement) {
+    const std::string& original = program_.texts[0].text;
+    for (size_t at = text_.find("%\"", statement.begin); at < statement.end;
+         at = text_.find("%\"", at + 1)) {
+      const std::string name = upper(original.substr(at + 2, text_.find('"', at + 2) - at - 2));
+      if (!find_rapid_move(name)) continue;
+      leave(line_at(original, statement, at), "this instruction is called by its name: " + name);
+      is_move_ = true;
+      follows_ = false;
+    }
   }
 
   // After RETURN or a jump nothing runs until a label or a branch. A local routine is called in its
@@ -295,7 +310,7 @@ class RapidReader : MoveReader {
       for (size_t i = 0; i < pieces.size(); ++i) {
         const bool is_option = i > 0;
         if (!is_option && pieces[i].begin < pieces[i].end) {
-          arguments.push_back(pieces[i]);
+          arguments.push_back(without_name(pieces[i]));
           move_.parts.push_back(part);
         }
         if (!is_option) continue;
@@ -309,6 +324,14 @@ class RapidReader : MoveReader {
       }
     }
     return arguments;
+  }
+
+  // ToPoint:=p1: the names of arguments change nothing in their order.
+  Statement without_name(const Statement& argument) const {
+    TextCursor cursor(text_, argument.begin, argument.end);
+    if (cursor.take_name().empty() || !cursor.take(':') || !cursor.take('=')) return argument;
+    cursor.next();
+    return {argument.line, cursor.at(), argument.end};
   }
 
   void set_frames(const Statement& tool, ProgramTarget& target, std::string& why_not) {

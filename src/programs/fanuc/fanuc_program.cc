@@ -105,12 +105,27 @@ class FanucReader : MoveReader {
     for (ProgramPoint& point : program_.points) point.is_shared |= point.starts_from >= 0;
   }
 
-  // One for each line; a line that begins with a colon continues the one before. A comment may hold
-  // quotes and semicolons.
+  // P[..] behind a line that no semicolon ends: the second point of a circle, as RoboDK writes it.
+  static bool continues_circle(const std::string& part, const Statement& last, TextCursor cursor) {
+    size_t end = last.end;
+    while (end > last.begin && is_blank(part[end - 1])) --end;
+    if (end == last.begin || part[end - 1] == ';') return false;
+    TextCursor before(part, last.begin, end);
+    before.take_number();
+    before.take(':');
+    if (before.take_name() != "C") return false;
+    const std::string word = cursor.take_name();
+    return (word == "P" || word == "PR") && cursor.next() == '[';
+  }
+
+  // One for each line; a line that begins with a colon, or with the second point of a circle,
+  // continues the one before. A comment may hold quotes and semicolons.
   static std::vector<Statement> joined_lines(std::string& part, size_t begin) {
     std::vector<Statement> joined;
     for (const Statement& line : lines_of(part, begin)) {
-      if (TextCursor(part, line.begin, line.end).next() == ':' && !joined.empty()) {
+      TextCursor cursor(part, line.begin, line.end);
+      if (!joined.empty() &&
+          (cursor.next() == ':' || continues_circle(part, joined.back(), cursor))) {
         std::replace(part.begin() + static_cast<long>(joined.back().end), part.begin() + line.begin,
                      '\n', ' ');
         joined.back().end = line.end;

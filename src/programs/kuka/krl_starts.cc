@@ -97,7 +97,11 @@ bool KrlStarts::follow_ways() {
 
 KrlStarts::Start KrlStarts::end_of(size_t move) const {
   Start end{true, unknown_krl_values(), starts_[move].set_up, {}};
-  if (!why_left_alone(move).empty()) return end;
+  if (!why_left_alone(move).empty()) {
+    if (const int axes = syntax_.moves[move].target.only_external; axes >= 0)
+      end.values.tail<6>() = inherit(starts_[move].values, syntax_.frames[axes].values).tail<6>();
+    return end;
+  }
   end.moves = {static_cast<int>(move)};
   if (syntax_.moves[move].circle_angle) return end;
   const KrlTarget& target = syntax_.moves[move].target;
@@ -143,6 +147,7 @@ std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) con
   const KrlMove& move = syntax_.moves[index];
   const bool is_circle = move.motion == KrlMotion::circle;
   const bool is_relative = move.relative != KrlRelative::none;
+  if (move.target.only_external >= 0) return "it moves external axes alone";
   for (const KrlTarget* target : {&move.auxiliary, &move.target})
     if (!is_relative && (target == &move.target || is_circle))
       if (const std::string reason = reason_of(target->kind); !reason.empty()) return reason;

@@ -46,6 +46,7 @@ class KrlParser {
 
   // Those of others first: what the program declares itself takes their place.
   KrlSyntax parse() {
+    find_parameters();
     for (size_t text = own_; text < texts_.size(); ++text) read(text);
     for (size_t text = own_; text-- > 0;) read(text);
     follow_functions();
@@ -176,11 +177,54 @@ class KrlParser {
     if (in_set_up_ || begins_krl_loop(word) || ends_krl_loop(word) ||
         (!word.empty() && !stays && cursor.next() == '('))
       syntax_.set_ups.push_back({statement.line, statement.begin, statement.end, word});
+    if (read_call(statement, word, cursor)) return;
     const size_t changed = stays ? changed_until(statement, word) : statement.end;
     note_changes(statement, changed, word);
     note_names(statement.begin, changed, false);
     note_names(changed, statement.end, true);
     in_set_up_ = false;
+  }
+
+  // DEF sub(point:IN,height:OUT) of the .src; not of a name that has two of them.
+  void find_parameters() {
+    std::unordered_set<std::string> twice;
+    each_line(texts_[0].text, [&](const Statement& line) {
+      TextCursor cursor(texts_[0].text, line.begin, line.end);
+      std::string word = cursor.take_name();
+      if (word == "GLOBAL") word = cursor.take_name();
+      if (word != "DEF") return;
+      const std::string name = cursor.take_name();
+      if (!cursor.take('(')) return;
+      std::vector<bool> is_in;
+      do {
+        cursor.take_name();
+        is_in.push_back(cursor.take(':') && cursor.take_name() == "IN");
+      } while (cursor.take(','));
+      if (cursor.take(')') && !parameters_.try_emplace(name, is_in).second) twice.insert(name);
+    });
+    for (const std::string& name : twice) parameters_.erase(name);
+  }
+
+  // sub(XP1,25): a routine gets a copy of what it takes as :IN. Returns false if the statement is
+  // no call of a routine of the .src. `cursor`: behind its name.
+  bool read_call(const KrlStatement& statement, const std::string& word, TextCursor cursor) {
+    const auto routine = parameters_.find(word);
+    if (routine == parameters_.end() || !cursor.take('(')) return false;
+    const std::string_view text = text_.substr(statement.begin, statement.end - statement.begin);
+    if (text.back() != ')' || text.find('"') != text.npos) return false;
+    const std::vector<Statement> arguments =
+        split_arguments(text_, cursor.at(), statement.end - 1, ",");
+    for (size_t i = 0; i < arguments.size(); ++i) {
+      const KrlStatement part{statement.line, statement.line_begin, arguments[i].begin,
+                              arguments[i].end};
+      const bool calls =
+          text_.substr(part.begin, part.end - part.begin).find('(') != std::string_view::npos;
+      const bool is_copied = i < routine->second.size() && routine->second[i] && !calls;
+      if (!is_copied) note_changes(part, part.end, word);
+      note_names(part.begin, part.end, is_copied);
+    }
+    in_set_up_ = false;
+    return true;
   }
 
   bool is_of_others() const { return index_ >= own_; }
@@ -439,7 +483,10 @@ class KrlParser {
     target.begin = cursor.at();
     if (first == '{') {
       const KrlAggregate aggregate = take_krl_aggregate(cursor);
-      if (aggregate.kind == KrlAggregateKind::other) return false;
+      if (aggregate.kind == KrlAggregateKind::other) {
+        keep_external(aggregate, target);
+        return false;
+      }
       target.kind =
           aggregate.kind == KrlAggregateKind::axes ? KrlTargetKind::axes : KrlTargetKind::frame;
       target.frame = keep(aggregate);
@@ -454,6 +501,17 @@ class KrlParser {
     const char next = cursor.next();
     return cursor.done() || separators.find(next) != std::string_view::npos ||
            (is_letter(next) && (first == '{' || cursor.at() > target.end));
+  }
+
+  // PTP {E1 1700}
+  void keep_external(const KrlAggregate& aggregate, KrlTarget& target) {
+    const KrlFrame& frame = aggregate.frame;
+    const bool is_of_arm =
+        frame.values.head<6>().array().isFinite().any() ||
+        std::ranges::any_of(frame.axes, [](double q) { return std::isfinite(q); });
+    if (frame.end == 0 || is_of_arm || !frame.values.tail<6>().array().isFinite().any()) return;
+    target.only_external = static_cast<int>(syntax_.frames.size());
+    syntax_.frames.push_back(frame);
   }
 
   // The frames behind a point, XP1:{Z 50,..}:fTurned.
@@ -792,6 +850,7 @@ class KrlParser {
   std::vector<NamedTarget> named_;
   std::vector<Product> products_;
   std::vector<NamedUse> uses_;
+  std::unordered_map<std::string, std::vector<bool>> parameters_;  // of routines: which are :IN
   std::optional<std::vector<KrlCall>> calls_;  // of the .src, once they were asked for
 };
 

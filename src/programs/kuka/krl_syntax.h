@@ -42,6 +42,7 @@ struct KrlTarget {
   bool is_expression = false;
   int starts_from = -1;        ///< in KrlSyntax::frames: the named point of a product; -1: none
   std::string before, behind;  ///< what stands beside the point where it is written out
+  int only_external = -1;      ///< in KrlSyntax::frames: the target states E1 to E6 alone
 };
 
 /// LIN_REL and its like: the frame that they count in.

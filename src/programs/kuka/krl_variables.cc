@@ -94,11 +94,21 @@ void KrlVariables::note_what_is_stated(Variable& variable) const {
       variable.states_external[i] |= std::isfinite(point.values[i + 6]);
   };
   note(variable.declared.point);
-  for (const int number : variable.set)
-    if (number == ProgramFlow::kUncertain)
+  for (size_t i = 0; i < variable.set.size(); ++i)
+    if (variable.set[i] != ProgramFlow::kUncertain)
+      note(values_[variable.set[i]].point);
+    else if (!sets_coordinate(variable.changes[i]))
       variable.is_anything = true;
-    else
-      note(values_[number].point);
+}
+
+// XP1.X=.., of a coordinate or an axis of the arm: whatever its value is, it states nothing else.
+bool KrlVariables::sets_coordinate(const KrlChange& change) const {
+  TextCursor cursor(src_, change.begin, change.end);
+  cursor.take_name();
+  if (!change.is_assignment || !cursor.take('.')) return false;
+  const std::string component = cursor.take_name();
+  const int k = krl_component(component);
+  return cursor.take('=') && (axis_of(component) >= 0 || (k >= 0 && k < 6));
 }
 
 bool KrlVariables::may_keep_more(const std::string& name, const KrlValue& value,

@@ -90,6 +90,7 @@ class KrlVariables {
 
   bool follow(const std::string& name, const FlowOfVariables& flow, Variable& variable);
   void note_what_is_stated(Variable& variable) const;
+  bool sets_coordinate(const KrlChange& change) const;
   std::optional<KrlValue> set_by(const std::string& name, const KrlChange& change) const;
   std::optional<KrlValue> fdat_set_by(const std::string& name, const std::string& component,
                                       TextCursor cursor, size_t place) const;

@@ -192,12 +192,8 @@ class UrReader : MoveReader {
   // In the frames.
   int tool_of(const Statement& argument) {
     if (values_.names_local(argument)) return ProgramFlow::kUncertain;
-    std::optional<Pose> pose;
-    if (const auto value = values_.value_of(argument);
-        value && value->kind == TargetKind::cartesian && value->base < 0 &&
-        value->shift.isZero(0) && !values_.names_several(argument))
-      pose = urscript_dialect().pose_of_numbers(*value->list.numbers(6));
-    const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
+    const int tool = add_frame(program_.frames, known_, values_.part_of(argument),
+                               values_.constant_pose(argument));
     const bool is_known = program_.frames[tool].is_known;
     return !is_known && values_.names_several(argument) ? ProgramFlow::kUncertain : tool;
   }

@@ -32,6 +32,24 @@ void UrValues::read(const std::vector<Statement>& statements, const UrStructure&
     moves_.insert(parameter.at);
   }
   for (const Statement& statement : statements) read_assignments(statement);
+  read_returns(statements);
+}
+
+// def T(q): / return pose_trans(base, q) / end
+void UrValues::read_returns(const std::vector<Statement>& statements) {
+  for (size_t i = 0; i + 2 < statements.size(); ++i) {
+    TextCursor head(text_, statements[i].begin, statements[i].end),
+        body(text_, statements[i + 1].begin, statements[i + 1].end),
+        tail(text_, statements[i + 2].begin, statements[i + 2].end);
+    if (head.take_name() != "DEF") continue;
+    const std::string name = head.take_name();
+    const auto [known, is_new] = returns_.try_emplace(name);
+    known->second.reset();
+    if (!is_new || body.take_name() != "RETURN" || tail.take_name() != "END") continue;
+    body.next();
+    known->second = split_arguments(text_, body.at(), statements[i + 1].end, ";")[0];
+    known->second->line = statements[i + 1].line;
+  }
 }
 
 // Every NAME = VALUE outside of brackets, wherever it stands: `if x: a = 1 end`, `a = 1; b = 2`.
@@ -117,13 +135,35 @@ std::optional<UrValue> UrValues::with_elements(Variable& variable, const Assignm
   if (!assignment) return std::nullopt;
   auto value = assigned_value(*assignment, name, depth);
   if (!value || given.empty()) return value;
-  if (value->base >= 0 || !value->shift.isZero(0) || value->near ||
-      value->literal + 1 < value->list.begin)
-    return std::nullopt;
+  if (value->near || value->literal + 1 < value->list.begin) return std::nullopt;
   if (!value->declared) value->declared = value->list;
+  if (value->base >= 0 || !value->shift.isZero(0)) {
+    const bool turns = std::ranges::any_of(given, [](const auto& to) { return to.first > 2; });
+    if (turns || !count_from_base(*value)) return std::nullopt;
+  }
   for (auto element = given.rbegin(); element != given.rend(); ++element)
     value->list.items[static_cast<size_t>(element->first)].value = element->second;
   return value;
+}
+
+// The numbers of a pose in a frame, or shifted, as they are in the base of the arm. Of one rotation
+// there are several vectors: that of a controller is not known.
+bool UrValues::count_from_base(UrValue& value) const {
+  Pose frame;
+  if (value.base >= 0) {
+    if (!frames_[value.base].is_known) return false;
+    frame = frames_[value.base].pose;
+  }
+  const std::vector<double> written = *value.list.numbers(6);
+  Pose pose = urscript_dialect().pose_of_numbers(written);
+  pose.translation += value.shift;
+  const std::vector<double> numbers = urscript_dialect().numbers_of_pose(frame * pose, written);
+  for (size_t i = 0; i < numbers.size(); ++i) value.list.items[i].value = numbers[i];
+  value.base = -1;
+  value.shift.setZero();
+  value.before.clear();
+  value.behind.clear();
+  return true;
 }
 
 std::optional<size_t> UrValues::place_of_tool(const Statement& argument) {
@@ -177,9 +217,10 @@ std::optional<double> UrValues::take_named_number(TextCursor& cursor) {
   }
   if (cursor.next() == '[') {
     const auto index = take_index(cursor);
-    const auto point = index ? value_of({0, begin, end}) : std::nullopt;
-    if (!point || point->base >= 0 || !point->shift.isZero(0) || point->is_inverse)
-      return std::nullopt;
+    auto point = index ? value_of({0, begin, end}) : std::nullopt;
+    if (!point || point->is_inverse) return std::nullopt;
+    if (point->base >= 0 || !point->shift.isZero(0))
+      if (*index > 2 || !count_from_base(*point)) return std::nullopt;
     return point->list.items[static_cast<size_t>(*index)].value;
   }
   Variable* const variable = find(text_.substr(begin, end - begin), begin);
@@ -334,11 +375,14 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
     if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
     return value;
   }
+  if (cursor.next() == '[' && depth <= kDeepest)
+    return element_of(spelled(name, cursor.at()), argument, cursor);
   if (cursor.next() != '(' || depth > kDeepest) return std::nullopt;
   const size_t open = cursor.at(), close = closing(open, argument.end);
   TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
   if (!rest.done()) return std::nullopt;
   const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
+  if (returns_.contains(name)) return returned(name, arguments, depth);
   if (name == "GET_INVERSE_KIN") return inverse_of(arguments, depth);
   if (name == "POSE_ADD" && arguments.size() == 2) return shifted(arguments, depth);
   if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
@@ -347,6 +391,45 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   if (!put_in_frame(*value, arguments[0], constant(arguments[0], depth + 1))) return std::nullopt;
   value->is_in_calculated_frame = !frames_[value->base].is_known && is_calculated(arguments[0]);
   return value;
+}
+
+// NAME[2] of NAME=[p[..],p[..],p[..]].
+std::optional<UrValue> UrValues::element_of(const std::string& name, const Statement& argument,
+                                            TextCursor cursor) {
+  Variable* const variable = find(name, argument.begin);
+  if (!variable || variable->parameter || !cursor.take('[')) return std::nullopt;
+  const size_t begin = cursor.at();
+  cursor.skip_to("]");
+  const auto index = number_of({argument.line, begin, cursor.at()});
+  if (!index || *index < 0 || *index != std::floor(*index) || !cursor.take(']') || !cursor.done())
+    return std::nullopt;
+  const Assignment* const assignment = assignment_at(*variable, argument.begin);
+  if (!assignment || assignment->is_element) return std::nullopt;
+  const auto list = list_of_expressions(assignment->value.begin, assignment->value.end);
+  if (!list || *index >= static_cast<double>(list->items.size())) return std::nullopt;
+  const ListItem& item = list->items[static_cast<size_t>(*index)];
+  auto value = literal_in({assignment->value.line, item.begin, item.end});
+  if (!value) return std::nullopt;
+  value->name = value->variable = part_of(argument);
+  std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
+  return value;
+}
+
+// FUNCTION(point), which returns the point in another frame: it stays a call.
+std::optional<UrValue> UrValues::returned(const std::string& function,
+                                          const std::vector<Statement>& arguments, int depth) {
+  const std::optional<Statement>& expression = returns_.at(function);
+  if (!expression) return std::nullopt;
+  std::vector<std::optional<Statement>> before;
+  for (const Variable* const variable : parameters_[function]) before.push_back(variable->handed);
+  hand_over(function, arguments);
+  const auto value = value_of(*expression, depth + 1);
+  for (size_t i = 0; i < before.size(); ++i) parameters_[function][i]->handed = before[i];
+  numbers_.clear();
+  const bool is_in_call = value && std::ranges::any_of(arguments, [&](const Statement& argument) {
+                            return argument.begin <= value->begin && value->end <= argument.end;
+                          });
+  return is_in_call ? value : std::nullopt;
 }
 
 // A frame in a frame: both must be known.

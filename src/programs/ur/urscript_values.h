@@ -52,6 +52,8 @@ class UrValues {
   std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
   /// Why it is none.
   std::string why_not(const Statement& argument);
+  /// The pose that constants make; nothing if an argument is none.
+  std::optional<Pose> constant_pose(const Statement& argument) { return constant(argument, 0); }
   /// Whether an argument has a name that is given several values, or one of a function's own: its
   /// text does not mean the same everywhere.
   bool names_several(const Statement& argument);
@@ -154,6 +156,12 @@ class UrValues {
   bool is_place_of_arm(const Statement& argument) const;
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
   std::optional<UrValue> shifted(const std::vector<Statement>& arguments, int depth);
+  void read_returns(const std::vector<Statement>& statements);
+  std::optional<UrValue> returned(const std::string& function,
+                                  const std::vector<Statement>& arguments, int depth);
+  std::optional<UrValue> element_of(const std::string& name, const Statement& argument,
+                                    TextCursor cursor);
+  bool count_from_base(UrValue& value) const;
   bool put_in_frame(UrValue& value, const Statement& frame, const std::optional<Pose>& pose);
   std::optional<Pose> constant(const Statement& argument, int depth);
 
@@ -168,6 +176,8 @@ class UrValues {
   int numbers_in_one_another_ = 0;    // that are being found
   std::map<size_t, int> points_;      // of variables, by where their literals stand
   std::map<std::string, std::vector<Variable*>> parameters_;  // of functions
+  // What functions return that do nothing else; nothing of a name that has several.
+  std::map<std::string, std::optional<Statement>> returns_;
   std::set<size_t> moves_;            // where a move, or the head of a function, names its point
   std::map<size_t, Offset> offsets_;  // expressions of moves that are left alone, by their begin
 };
