@@ -17,12 +17,12 @@ namespace armtrue {
 namespace {
 
 // 100 km, or a million turns: beyond, circles through points are lost in rounding.
-constexpr double kFarthest = 1e8;
+constexpr double kLargestNumber = 1e8;
 
 void refuse_huge_numbers(const RobotProgram& program) {
   for (const ProgramPoint& point : program.points)
     for (const ProgramNumber& number : point.numbers)
-      if (number.is_written() && !(std::abs(number.value) < kFarthest))
+      if (number.is_written() && !(std::abs(number.value) < kLargestNumber))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
                                      program.texts[number.text].name, point.line, point.name));
 }

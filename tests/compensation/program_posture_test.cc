@@ -72,7 +72,8 @@ std::vector<std::string> left;
 std::vector<std::vector<double>> driven(const Maker& maker, const std::string& text,
                                         std::optional<JointVector> start = std::nullopt) {
   left.clear();
-  const Robot arm = read_robot(ARMTRUE_CONFIG "/robots/" + std::string(maker.robot) + ".yaml").robot;
+  const Robot arm =
+      read_robot(ARMTRUE_CONFIG "/robots/" + std::string(maker.robot) + ".yaml").robot;
   RobotProgram program =
       parse_program(*find_dialect(maker.dialect), {{maker.file, maker.begin + text}}, {});
   remove_what_never_runs(program);
@@ -99,8 +100,9 @@ auto is_at(const std::vector<double>& expected) {
 }
 
 TEST(ProgramPosture, OfTheMoveBeforeIt) {
-  for (const auto& [maker, end] : {std::pair(kKuka, "END\n"), std::pair(kAbb, "ENDPROC\nENDMODULE\n"),
-                                   std::pair(kUr, "end\n")}) {
+  for (const auto& [maker, end] :
+       {std::pair(kKuka, "END\n"), std::pair(kAbb, "ENDPROC\nENDMODULE\n"),
+        std::pair(kUr, "end\n")}) {
     EXPECT_THAT(driven(maker, maker.up + maker.line + end)[1], is_at(maker.line_up));
     EXPECT_THAT(driven(maker, maker.down + maker.line + end)[1], is_at(maker.line_down));
   }
@@ -156,8 +158,9 @@ TEST(ProgramPosture, WaysWithSeveralPosturesLeaveTheMoveAlone) {
   EXPECT_THAT(driven(kUr, kUr.up + "while x:\n" + kUr.line + kUr.down + "end\nend\n"), SizeIs(2));
   EXPECT_THAT(left, SizeIs(1));
   // With one posture on all ways, and where the point states it.
-  EXPECT_THAT(driven(kUr, kUr.up + "while x:\n" + kUr.line + "if y:\n" + kUr.up + "end\nend\nend\n"),
-              ElementsAre(SizeIs(6), is_at(kUr.line_up), SizeIs(6)));
+  EXPECT_THAT(
+      driven(kUr, kUr.up + "while x:\n" + kUr.line + "if y:\n" + kUr.up + "end\nend\nend\n"),
+      ElementsAre(SizeIs(6), is_at(kUr.line_up), SizeIs(6)));
   EXPECT_THAT(driven(kKuka, kKuka.up + "IF $IN[1] THEN\n" + kKuka.down + "ENDIF\n" +
                                 "LIN {X 280,Y 90,Z 440,A 132,B 12,C 154,S 2,T 43}\nEND\n"),
               ElementsAre(SizeIs(6), SizeIs(6), SizeIs(6)));
@@ -166,12 +169,12 @@ TEST(ProgramPosture, WaysWithSeveralPosturesLeaveTheMoveAlone) {
 TEST(ProgramPosture, AllBranchesTogetherLeaveNoOtherWay) {
   const std::string flipped = kKuka.down + "ELSE\n" + kKuka.down + "ENDIF\n" + kKuka.line + "END\n";
   EXPECT_THAT(driven(kKuka, kKuka.up + "IF $IN[1] THEN\n" + flipped)[3], is_at(kKuka.line_down));
-  EXPECT_THAT(driven(kKuka, kKuka.up + "SWITCH i\nCASE 1\n" + kKuka.down + "DEFAULT\n" + kKuka.down +
-                                "ENDSWITCH\n" + kKuka.line + "END\n")[3],
+  EXPECT_THAT(driven(kKuka, kKuka.up + "SWITCH i\nCASE 1\n" + kKuka.down + "DEFAULT\n" +
+                                kKuka.down + "ENDSWITCH\n" + kKuka.line + "END\n")[3],
               is_at(kKuka.line_down));
-  EXPECT_THAT(driven(kKuka, kKuka.up + "REPEAT\n" + kKuka.down + "UNTIL x\n" + kKuka.line +
-                                "END\n")[2],
-              is_at(kKuka.line_down));
+  EXPECT_THAT(
+      driven(kKuka, kKuka.up + "REPEAT\n" + kKuka.down + "UNTIL x\n" + kKuka.line + "END\n")[2],
+      is_at(kKuka.line_down));
 }
 
 // The start counts where the program begins, and only there.
