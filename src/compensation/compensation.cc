@@ -217,9 +217,9 @@ class Compensation {
   std::string why_in_doubt(const Found& found) const {
     std::string names;
     for (const Posture& posture : found.before)
-      names += fmt::format(
-          "{}{}", names.empty() ? "" : ", ",
-          posture.row == kNoRow ? "--start" : program_.visits.pose_ids[posture.row]);
+      names +=
+          fmt::format("{}{}", names.empty() ? "" : ", ",
+                      posture.row == kNoRow ? "--start" : program_.visits.pose_ids[posture.row]);
     return fmt::format(
         "ways with several postures lead to it (from {}), and its point states none; state it "
         "(KUKA S and T, ABB ConfL \\On, UR qnear), or bring the arm to one posture before it",
@@ -501,7 +501,7 @@ class Compensation {
   std::vector<std::vector<Posture>> postures_;  // of each node
   std::vector<Found> found_;                    // of each row
   const Motions at_begin_;
-  std::vector<Motions> behind_;                 // each row, if motion matters
+  std::vector<Motions> behind_;  // each row, if motion matters
   Motions motion_;
   std::vector<double> by_unknown_directions_;  // of each row [m]
   std::vector<CorrectedTarget> targets_;

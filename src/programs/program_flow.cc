@@ -316,8 +316,7 @@ class FlowOfValue {
       case Step::repeat:
         walk.come_from(
             joined(walk.alive(), passed_back_.try_emplace(index, kUnreached).first->second));
-        blocks.push_back(
-            {index, step.step == Step::loop ? walk.alive() : kUnreached, kUnreached});
+        blocks.push_back({index, step.step == Step::loop ? walk.alive() : kUnreached, kUnreached});
         break;
       case Step::alternative:
       case Step::otherwise:

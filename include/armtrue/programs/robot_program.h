@@ -210,8 +210,9 @@ struct RobotProgram {
   std::vector<int> lines;           ///< of texts[0], each as it counts without copies; or empty
   std::vector<ProgramPoint> points;
   std::vector<ProgramTarget> targets;
-  /// The ways between targets, as a graph: of each node those from which the arm comes to it. A node
-  /// is a target, or where ways meet, or the begin of the program. Empty: the order of the targets.
+  /// The ways between targets, as a graph: of each node those from which the arm comes to it. A
+  /// node is a target, or where ways meet, or the begin of the program. Empty: the order of the
+  /// targets.
   std::vector<std::vector<int>> ways;
   std::vector<ProgramFrame> frames;
   std::optional<KinematicChain> stated_arm;  ///< if the program states it; see StatedPose

@@ -126,13 +126,12 @@ class RapidFlowReader {
 
   static std::optional<Step> block_step(const std::string& word) {
     static const std::map<std::string, Step> kSteps{
-        {"ELSE", Step::otherwise},     {"CASE", Step::alternative},  {"DEFAULT", Step::otherwise},
-        {"TEST", Step::choice},        {"FOR", Step::loop},
-        {"ENDIF", Step::end_block},    {"ENDTEST", Step::end_block}, {"ENDFOR", Step::end_block},
-        {"ENDWHILE", Step::end_block}, {"RETURN", Step::leave},
-        {"EXIT", Step::stop},          {"EXITCYCLE", Step::stop},
-        {"RAISE", Step::jump},         {"RETRY", Step::jump},        {"TRYNEXT", Step::jump},
-        {"ERROR", Step::handler},      {"UNDO", Step::handler},      {"BACKWARD", Step::handler}};
+        {"ELSE", Step::otherwise},    {"CASE", Step::alternative}, {"DEFAULT", Step::otherwise},
+        {"TEST", Step::choice},       {"FOR", Step::loop},         {"ENDIF", Step::end_block},
+        {"ENDTEST", Step::end_block}, {"ENDFOR", Step::end_block}, {"ENDWHILE", Step::end_block},
+        {"RETURN", Step::leave},      {"EXIT", Step::stop},        {"EXITCYCLE", Step::stop},
+        {"RAISE", Step::jump},        {"RETRY", Step::jump},       {"TRYNEXT", Step::jump},
+        {"ERROR", Step::handler},     {"UNDO", Step::handler},     {"BACKWARD", Step::handler}};
     const auto found = kSteps.find(word);
     return found == kSteps.end() ? std::nullopt : std::optional(found->second);
   }

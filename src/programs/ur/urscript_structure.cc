@@ -122,7 +122,8 @@ class UrStructureReader {
   static Step loop_of(TextCursor condition) {
     while (condition.take('(')) {
     }
-    const bool is_true = condition.take_name() == "TRUE" && (condition.next() == ')' || condition.next() == ':');
+    const bool is_true =
+        condition.take_name() == "TRUE" && (condition.next() == ')' || condition.next() == ':');
     return is_true ? Step::repeat : Step::loop;
   }
 
