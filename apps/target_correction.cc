@@ -66,6 +66,7 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
                        const CorrectionArguments& arguments) {
   const Robot &robot = models.robot, &controller = models.controller;
   const CompensationOptions options = compensation_options(arguments, controller);
+  if (program) remove_what_never_runs(*program);
   const auto read = [&] {
     if (program)
       file.program = with_warnings(command, program,

@@ -1,5 +1,7 @@
 #include "armtrue/compensation/compensation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,6 +19,7 @@
 #include "compensation/posture_search.h"
 #include "compensation/program_arm.h"
 #include "compensation/programmed_joints.h"
+#include "compensation/row_ways.h"
 #include "compensation/tcp_way.h"
 #include "statistics/ordered_blocks.h"
 
@@ -48,12 +51,17 @@ class Compensation {
         options_(options),
         visits_(program.visits),
         arms_(arms_of(identified, controller, program, options)),
-        motion_(visits_),
-        programmed_motion_(visits_) {
+        ways_(program),
+        postures_(ways_.count()),
+        found_(program.rows()),
+        at_begin_{CommandedMotion(visits_), CommandedMotion(visits_)},
+        motion_(at_begin_),
+        targets_(program.rows()) {
     motion_matters_ =
         follows_motion(arms_[0].identified.robot()) || follows_motion(arms_[0].controller.robot());
     for (size_t row = 0; row < visits_.force_n.size(); ++row)
       visits_.force_n[row] = arms(row).options.base.rotation * visits_.force_n[row];
+    if (motion_matters_) behind_.resize(visits_.q.size(), at_begin_);
     by_unknown_directions_.resize(visits_.q.size());
     visits_.arrival.resize(visits_.q.size(), Direction{});
     visits_.stroke.resize(
@@ -65,8 +73,10 @@ class Compensation {
 
   // Throws UnreachableTarget once all rows are done, so that it names all that are out of reach.
   std::vector<CorrectedTarget> run(const Robot& identified) {
-    for (int row = 0; row < program_.rows(); ++row) try_row(row);
-    if (unreachable_) throw *unreachable_;
+    find_postures();
+    throw_if_unreachable();
+    for (const int node : ways_.order())
+      if (const int row = ways_.row_of(node); row != kNoRow) targets_[row] = target_at(row);
     for (int row = 0; row < program_.rows(); ++row) visits_.q[row] = targets_[row].programmed;
     if (identified.uncertainty)
       for (const Arms& arms : arms_) cover_rows_of(arms, identified);
@@ -83,39 +93,181 @@ class Compensation {
   const ProgramArm& arm() const { return arms_now_->identified; }
   const ProgramArm& controller() const { return arms_now_->controller; }
 
-  void try_row(int row) {
-    try {
-      targets_.push_back(target_at(row));
-      reached_ = targets_.back().programmed;
-    } catch (const OutOfReach& error) {
-      if (!unreachable_) unreachable_.emplace(row, error.what());
-      unreachable_->out_of_reach.emplace_back(row, error.what());
-      targets_.emplace_back();
-    } catch (const UnreachableTarget&) {
-      if (unreachable_) throw *unreachable_;  // it may be why
-      throw;
+  static constexpr int kNoRow = -1;
+  // Where the arm may stand: joint angles, and the row that has them; none before all rows.
+  struct Posture {
+    JointVector q;
+    int row;
+    Branch branch;
+  };
+  // What is found for a row.
+  struct Found {
+    int from = kNoRow;  // the row from which the arm comes; one of them
+    std::vector<Posture> before{}, own{};
+    std::vector<Branch> tried{};  // of those before
+    std::optional<std::string> failure{};
+    bool is_out_of_reach = false;  // the failure
+  };
+  struct Motions {
+    CommandedMotion commanded, programmed;
+  };
+
+  // The posture of a row may follow from those of the rows from which the arm comes. A loop comes
+  // from a row behind it, so this is repeated until no way brings another one.
+  void find_postures() {
+    for (bool is_changed = true; is_changed;) {
+      is_changed = false;
+      for (const int node : ways_.order()) {
+        std::vector<Posture> now = postures_before(node);
+        if (const int row = ways_.row_of(node); row != kNoRow) {
+          find_postures_of(row, now);
+          if (!found_[row].own.empty()) now = found_[row].own;
+        }
+        is_changed |= now.size() != postures_[node].size() ||
+                      (!now.empty() && now[0].row != postures_[node][0].row);
+        postures_[node] = std::move(now);
+      }
     }
+  }
+
+  std::vector<Posture> postures_before(int node) const {
+    std::vector<Posture> before;
+    for (const int from : ways_.from(node))
+      for (const Posture& posture : postures_[from]) add_new(posture, before);
+    if (ways_.from(node).empty() && options_.start)
+      before.push_back({*options_.start, kNoRow, arms_[0].controller.branch_at(*options_.start)});
+    return before;
+  }
+
+  static bool is_equal(const Branch& a, const Branch& b) {
+    return a.shoulder == b.shoulder && a.elbow == b.elbow && a.wrist == b.wrist;
+  }
+
+  // The first one of a branch stands for all.
+  static void add_new(const Posture& posture, std::vector<Posture>& all) {
+    if (std::ranges::none_of(
+            all, [&](const Posture& other) { return is_equal(other.branch, posture.branch); }))
+      all.push_back(posture);
+  }
+
+  // Whether the posture of a row is that in which the arm comes to it.
+  bool follows_way(size_t row, const std::vector<Posture>& before) const {
+    if (!program_.is_cartesian(row) || program_.hinted[row]) return false;
+    if (program_.configurations.empty()) return true;
+    const Configuration& stated = program_.configurations[row];
+    const auto is_row = [](const Posture& posture) { return posture.row != kNoRow; };
+    return !stated.is_stated() || (stated.continues && std::ranges::any_of(before, is_row));
+  }
+
+  void find_postures_of(int row, const std::vector<Posture>& before) {
+    Found& found = found_[row];
+    if (found.from == kNoRow && !before.empty()) found.from = before[0].row;
+    found.before = before;
+    if (!follows_way(row, before)) {
+      const bool is_new = found.own.empty() && !found.failure;
+      const bool is_known = !before.empty() && before[0].row != kNoRow;
+      if (is_new) try_row(row, is_known ? std::optional(before[0].q) : std::nullopt);
+      return;
+    }
+    for (const Posture& posture : before) {
+      const auto is_it = [&](const Branch& branch) { return is_equal(branch, posture.branch); };
+      if (std::ranges::any_of(found.tried, is_it)) continue;
+      found.tried.push_back(posture.branch);
+      try_row(row, posture.row == kNoRow ? std::nullopt : std::optional(posture.q));
+    }
+  }
+
+  void try_row(int row, const std::optional<JointVector>& previous) {
+    arms_now_ = &arms(row);
+    Found& found = found_[row];
+    try {
+      const JointVector q = programmed_at(row, visits_.context(row), previous);
+      add_new({q, row, controller().branch_at(q)}, found.own);
+    } catch (const OutOfReach& error) {
+      found.failure = error.what();
+      found.is_out_of_reach = true;
+    } catch (const UnreachableTarget& error) {
+      found.failure = error.what();
+    }
+  }
+
+  // It names all rows that are out of reach or in doubt.
+  void throw_if_unreachable() const {
+    std::optional<UnreachableTarget> all;
+    bool is_any_found = false;
+    for (int row = 0; row < program_.rows(); ++row) {
+      const Found& found = found_[row];
+      is_any_found |= !found.own.empty();
+      if (found.own.size() == 1) continue;
+      const bool is_in_doubt = found.own.size() > 1 || (!found.failure && is_any_found);
+      const std::string why = found.own.size() > 1 ? why_in_doubt(found)
+                              : found.failure      ? *found.failure
+                                                   : arms(row).programmed.why_no_hint();
+      if (!all) all.emplace(row, why);
+      if (is_in_doubt)
+        all->in_doubt.emplace_back(row, why);
+      else if (found.is_out_of_reach)
+        all->out_of_reach.emplace_back(row, why);
+      else
+        throw *all;
+    }
+    if (all) throw *all;
+  }
+
+  std::string why_in_doubt(const Found& found) const {
+    std::string names;
+    for (const Posture& posture : found.before)
+      names +=
+          fmt::format("{}{}", names.empty() ? "" : ", ",
+                      posture.row == kNoRow ? "--start" : program_.visits.pose_ids[posture.row]);
+    return fmt::format(
+        "ways with several postures lead to it (from {}), and its point states none; state it "
+        "(KUKA S and T, ABB ConfL \\On, UR qnear), or bring the arm to one posture before it",
+        names);
+  }
+
+  // The state in which the arm comes to a row.
+  void stand_before(int row) {
+    const auto from = [&](int of) {
+      const int before = of == kNoRow ? kNoRow : found_[of].from;
+      return before != kNoRow && targets_[before].q.size() > 0 ? before : kNoRow;
+    };
+    const auto correction = [&](int of) {
+      return of == kNoRow ? std::nullopt
+                          : std::optional<JointVector>(targets_[of].q - targets_[of].programmed);
+    };
+    const int before = from(row);
+    reached_.reset();
+    if (before != kNoRow) reached_ = targets_[before].programmed;
+    last_correction_ = correction(before);
+    correction_before_last_ = correction(from(before));
+    if (motion_matters_) motion_ = before == kNoRow ? at_begin_ : behind_[before];
   }
 
   CorrectedTarget target_at(int row) {
     arms_now_ = &arms(row);
     Context context = visits_.context(row);
     CorrectedTarget target;
-    target.programmed = programmed_at(row, context);
+    stand_before(row);
+    target.programmed = found_[row].own[0].q;
+    if (program_.is_cartesian(row) && follows_motion(controller().robot())) {
+      motion_.commanded.arrive(context, target.programmed);
+      target.programmed = arms_now_->programmed.at(row, context, target.programmed);
+    }
     target.q = target.programmed;
     context.q = target.programmed;
     const ProgrammedWay way = way_to(row, context);
     const std::vector<Waypoint>& places = way.places;
     std::vector<JointVector> programmed;
     for (const Waypoint& place : places) programmed.push_back(place.q);
-    programmed_motion_.arrive(context, programmed);
-    programmed_motion_.go_to(programmed);
+    motion_.programmed.arrive(context, programmed);
+    motion_.programmed.go_to(programmed);
     const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
     settle(target, context, intended, way);
     const std::vector<JointVector> commands = commands_on(way, target);
-    motion_.go_to(commands);
+    motion_.commanded.go_to(commands);
     if (places.size() > 1) target.pace = pace_of(way, commands, target);
-    correction_before_last_ = std::exchange(last_correction_, target.q - target.programmed);
+    if (motion_matters_) behind_[row] = motion_;
     visits_.arrival[row] = context.arrival;
     visits_.stroke[row] = context.stroke;
     finish(target, context, intended);
@@ -147,8 +299,10 @@ class Compensation {
   // The joint angles of the context are those of the row.
   ProgrammedWay way_to(size_t row, const Context& context) const {
     std::optional<TcpWay> way;
-    if (motion_matters_ && reached_)
-      way = tcp_way(program_, row, [&](size_t of) { return programmed_pose(of, row); });
+    const bool is_arc = motion_to(program_, row).kind == MotionKind::arc && row > 0;
+    const int start = found_[is_arc ? row - 1 : row].from;
+    if (motion_matters_ && reached_ && start != kNoRow)
+      way = tcp_way(program_, row, start, [&](size_t of) { return programmed_pose(of, row); });
     if (!way) return {{{1, context.q}}, 0};
     return {waypoints(controller(), program_, context, *way, {*reached_, context.q}),
             way->way.arc ? way->from : 0};
@@ -203,7 +357,7 @@ class Compensation {
     Context assumed;
     for (int k = 0; k < kMostTries; ++k) {
       assumed = context;
-      motion_.arrive(context, commands_on(way, target));
+      motion_.commanded.arrive(context, commands_on(way, target));
       if (context.arrival == assumed.arrival &&
           (context.stroke - assumed.stroke).cwiseAbs().maxCoeff() < kSameStroke)
         return;
@@ -214,7 +368,7 @@ class Compensation {
       if (context.arrival[j] != assumed.arrival[j]) context.arrival[j] = 0;
     context.stroke = (context.stroke + assumed.stroke) / 2;
     correct(target, context, intended);
-    motion_.arrive(context, commands_on(way, target));
+    motion_.commanded.arrive(context, commands_on(way, target));
     target.notes.push_back(CommandNote::arrival);
   }
 
@@ -252,24 +406,20 @@ class Compensation {
   // R_0 from the TCP of a Cartesian target.
   Pose wanted_at(int row) const { return arms_now_->options.base * program_.poses[row]; }
 
-  JointVector programmed_at(int row, Context context) const {
+  JointVector programmed_at(int row, const Context& context,
+                            const std::optional<JointVector>& previous) const {
     const size_t r = row;
-    const std::optional<JointVector>& previous = reached_;
     if (program_.is_cartesian(r) && !program_.configurations.empty() && !program_.hinted[r])
       if (const Configuration& stated = program_.configurations[r];
           stated.is_stated() && !(stated.continues && previous))
         if (const auto q = stated_at(row, context, stated, previous)) return *q;
-    const JointVector hint = arms_now_->programmed.hint(row, previous);
-    motion_.arrive(context, hint);
-    return arms_now_->programmed.at(row, context, hint);
+    return arms_now_->programmed.at(row, context, arms_now_->programmed.hint(row, previous));
   }
 
   // The posture that the target states; nothing if its configuration is weak and no posture has it.
-  std::optional<JointVector> stated_at(int row, Context context, const Configuration& stated,
+  std::optional<JointVector> stated_at(int row, const Context& context, const Configuration& stated,
                                        const std::optional<JointVector>& previous) const {
     const std::optional<JointVector> before = previous ? previous : options_.start;
-    motion_.arrive(
-        context, before.value_or(controller().program_joints().whole(stated.reference, context.q)));
     const Pose wanted = wanted_at(row);
     const PostureSearch search(controller(), context, wanted, stated, before);
     if (search.is_one_of_several())
@@ -351,13 +501,17 @@ class Compensation {
   std::deque<Arms> arms_;           // they refer to their own members: they must not move
   const Arms* arms_now_ = nullptr;  // of the row
   bool motion_matters_ = false;
-  CommandedMotion motion_, programmed_motion_;
+  const RowWays ways_;
+  std::vector<std::vector<Posture>> postures_;  // of each node
+  std::vector<Found> found_;                    // of each row
+  const Motions at_begin_;
+  std::vector<Motions> behind_;  // each row, if motion matters
+  Motions motion_;
   std::vector<double> by_unknown_directions_;  // of each row [m]
   std::vector<CorrectedTarget> targets_;
-  std::optional<JointVector> reached_;  // joint angles of the last row that is reached
+  std::optional<JointVector> reached_;  // joint angles of the row before
   // Corrections of these joint angles, and of those before.
   std::optional<JointVector> last_correction_, correction_before_last_;
-  std::optional<UnreachableTarget> unreachable_;
 };
 
 // The rows of a program on all threads of the machine, if none depends on another.

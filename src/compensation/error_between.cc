@@ -23,9 +23,10 @@ Pose ErrorBetween::intended(const std::vector<CorrectedTarget>& targets, size_t 
 
 std::optional<Way> ErrorBetween::intended_way(const std::vector<CorrectedTarget>& targets,
                                               size_t row) const {
-  if (motion_to(program_, row).kind == MotionKind::via) return std::nullopt;
-  const auto part =
-      tcp_way(program_, row, [&](size_t of) { return intended(targets, of, arms(row)); });
+  const MotionKind kind = motion_to(program_, row).kind;
+  if (kind == MotionKind::via || row < rows_of(kind)) return std::nullopt;
+  const auto part = tcp_way(program_, row, row - rows_of(kind),
+                            [&](size_t of) { return intended(targets, of, arms(row)); });
   return part ? std::optional(part->way) : std::nullopt;
 }
 
@@ -57,8 +58,8 @@ WayError ErrorBetween::error_on(const std::vector<CorrectedTarget>& targets, siz
                                 const WayToRow& way, CommandedMotion& motion) const {
   const Arms& own = arms(row);
   const auto meant = intended_way(targets, row);
-  const auto driven =
-      tcp_way(program_, row, [&](size_t of) { return commanded(targets, of, own); });
+  const auto driven = tcp_way(program_, row, row - rows_of(motion_to(program_, row).kind),
+                              [&](size_t of) { return commanded(targets, of, own); });
   if (!meant || !driven) return {};
   WayError error{0};
   double largest_step = 0;

@@ -196,9 +196,9 @@ std::vector<JointVector> way_to_row(const Program& program, const ErrorMapper& m
                                     const std::optional<JointVector>& previous,
                                     const JointVector& q) {
   std::optional<TcpWay> way;
-  if (mapper.motion_matters() && previous && program.is_cartesian())
-    way =
-        tcp_way(program, row, [&](size_t of) { return mapper.options().base * program.poses[of]; });
+  if (mapper.motion_matters() && previous && program.is_cartesian() && row > 0)
+    way = tcp_way(program, row, row - 1,
+                  [&](size_t of) { return mapper.options().base * program.poses[of]; });
   if (!way) return {q};
   std::vector<JointVector> places;
   for (const Waypoint& place :

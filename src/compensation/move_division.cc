@@ -136,7 +136,26 @@ class MoveDivision {
       result.hinted[i] = false;
       result.configurations[i] = Configuration{};
     }
+    find_ways(result);
     return result;
+  }
+
+  // The rows of a move come one behind the other; the first one where the move begins.
+  void find_ways(Program& divided) const {
+    if (program_.ways.empty()) return;
+    divided.ways = program_.ways;
+    for (size_t i = 0; i < rows_.size(); ++i) {
+      const size_t k = rows_[i].move;
+      const bool is_first = i == 0 || rows_[i - 1].move != k;
+      const int begin = program_.node[k + 1 - rows_of_piece(k)];
+      divided.node.push_back(program_.node[rows_[i].target()]);
+      if (rows_[i].is_inserted) {
+        divided.node.back() = static_cast<int>(divided.ways.size());
+        divided.ways.emplace_back();
+      }
+      divided.ways[divided.node.back()] =
+          is_first ? program_.ways[begin] : std::vector{divided.node[i - 1]};
+    }
   }
 
   // Joints with the external axes at t on the way to a target, which move evenly.

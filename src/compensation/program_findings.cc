@@ -162,11 +162,15 @@ bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& pr
   std::set<size_t> left;  // an arc goes with either of its points
   for (const auto& [row, reason] : error.out_of_reach)
     for (const size_t of_move : targets_of_move(program, row)) left.insert(of_move);
-  bool is_any_reached = false;
+  bool is_any_reached = left.empty();  // all out of reach: the frames are wrong
   for (size_t k = 0; k < program.targets.size(); ++k)
     is_any_reached |= program.targets[k].kind == TargetKind::cartesian && !left.contains(k);
-  if (left.empty() || !is_any_reached) return false;
   std::map<size_t, std::string> why;
+  for (const auto& [row, reason] : error.in_doubt) {
+    why[row] = reason;
+    for (const size_t of_move : targets_of_move(program, row)) left.insert(of_move);
+  }
+  if (left.empty() || left.size() == program.targets.size() || !is_any_reached) return false;
   for (const auto& [row, reason] : error.out_of_reach) {
     const ProgramTarget& target = program.targets[row];
     const auto name = [&](int frame) {

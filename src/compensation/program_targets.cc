@@ -170,9 +170,11 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     return target.kind == TargetKind::cartesian;
   });
   require_frames(program);
+  result.ways = program.ways;
   std::map<std::pair<int, int>, int> set_ups;
   for (const ProgramTarget& target : program.targets) {
     const bool is_joints = target.kind == TargetKind::joints;
+    result.node.push_back(target.node);
     visits.pose.push_back(visits.rows());
     visits.pose_ids.push_back(fmt::format("line {}", target.line));
     visits.line.push_back(target.line);
@@ -239,6 +241,7 @@ CorrectedMoves moves_left_alone(const std::vector<std::string>& why) {
 
 CorrectedMoves moves_left_alone(const RobotProgram& program, const std::string& why) {
   CorrectedMoves moves = moves_left_alone(program.why_left_alone);
+  moves.never_run = program.never_run;
   for (const ProgramTarget& target : program.targets)
     if (target.motion != MotionKind::via && !target.never_runs) leave(why, moves);
   finish(moves);
@@ -248,6 +251,7 @@ CorrectedMoves moves_left_alone(const RobotProgram& program, const std::string& 
 CorrectedMoves corrected_moves(const RobotProgram& program,
                                const std::vector<CorrectedTarget>& targets) {
   CorrectedMoves moves = moves_left_alone(program.why_left_alone);
+  moves.never_run = program.never_run;
   std::string why;  // the move, with the auxiliary point of an arc
   for (size_t k = 0; k < targets.size(); ++k) {
     if (program.targets[k].never_runs) {

@@ -64,13 +64,15 @@ JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& pr
   const size_t r = row;
   if (!program_.is_cartesian(r) || program_.hinted[r]) return program_.visits.q[r];
   if (previous) return with_external(row, *previous);
-  if (!options_.start)
-    throw UnreachableTarget(
-        row, "nothing says on which branch the first target lies; " +
-                 (is_text() ? std::string("give --start, joint angles near it")
-                            : "add columns " + encoder_columns(controller_.robot().chain) +
-                                  " with joint angles near it, or --start"));
+  if (!options_.start) throw UnreachableTarget(row, why_no_hint());
   return with_external(row, *options_.start);
+}
+
+std::string ProgrammedJoints::why_no_hint() const {
+  return "nothing says on which branch the first target lies; " +
+         (is_text() ? std::string("give --start, joint angles near it")
+                    : "add columns " + encoder_columns(controller_.robot().chain) +
+                          " with joint angles near it, or --start");
 }
 
 JointVector ProgrammedJoints::with_external(int row, JointVector q) const {

@@ -68,6 +68,9 @@ class ProgrammedJoints {
   /// `previous`, else CompensationOptions::start. Throws UnreachableTarget if there are none.
   JointVector hint(int row, const std::optional<JointVector>& previous) const;
 
+  /// Why a first Cartesian row has no hint.
+  std::string why_no_hint() const;
+
   /// The angles, with the turns that the row states. Throws OutOfReach if the model does not reach
   /// the pose on the branch of the hint, UnreachableTarget if its turn contradicts it.
   JointVector at(int row, const Context& context, const JointVector& hint,

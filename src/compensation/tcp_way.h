@@ -21,17 +21,19 @@ struct TcpWay {
 ProgramMotion motion_to(const Program& program, size_t row);
 
 /// Nothing of joint moves, of moves without their other points, and of arcs whose points lie on a
-/// line. `pose_of`: of a row, R_0 from the TCP of `row`.
+/// line. `start`: the row from which the move starts; `pose_of`: of a
+/// row, R_0 from the TCP of `row`.
 template <class PoseOf>
-std::optional<TcpWay> tcp_way(const Program& program, size_t row, const PoseOf& pose_of) {
+std::optional<TcpWay> tcp_way(const Program& program, size_t row, size_t start,
+                              const PoseOf& pose_of) {
   const MotionKind kind = motion_to(program, row).kind;
-  if (kind == MotionKind::line && row >= 1) return TcpWay{{pose_of(row - 1), pose_of(row), {}}};
+  if (kind == MotionKind::line) return TcpWay{{pose_of(start), pose_of(row), {}}};
   const size_t end = kind == MotionKind::via ? row + 1 : row;
   const ProgramMotion motion = motion_to(program, end);
-  if (end < 2 || motion.kind != MotionKind::arc ||
+  if (end < 1 || motion.kind != MotionKind::arc ||
       motion_to(program, end - 1).kind != MotionKind::via)
     return std::nullopt;
-  Way way{pose_of(end - 2), pose_of(end), std::nullopt, motion.turning};
+  Way way{pose_of(start), pose_of(end), std::nullopt, motion.turning};
   const Eigen::Vector3d via = pose_of(end - 1).translation;
   way.arc = arc_through(way.start.translation, via, way.end.translation);
   if (!way.arc) return std::nullopt;

@@ -26,18 +26,14 @@ ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
   return program_.targets.back();
 }
 
-void MoveReader::find_first_branch(const ProgramFlow& flow) {
-  if (program_.targets.empty()) return;
-  ProgramTarget& first = program_.targets.front();
-  if (first.kind == TargetKind::joints || first.near || first.configuration.is_stated()) return;
-  std::vector<ProgramFlow::Setting> targets;
-  for (size_t i = 0; i < program_.targets.size(); ++i)
-    targets.push_back({program_.targets[i].begin, static_cast<int>(i)});
-  const int before = flow.follow(targets, ProgramFlow::kUncertain).at(first.begin - 1);
-  if (before == ProgramFlow::kUncertain) return;
-  if (const ProgramTarget& home = program_.targets[static_cast<size_t>(before)];
-      home.kind == TargetKind::joints)
-    first.near = home.q;
+void MoveReader::find_ways(const ProgramFlow& flow) {
+  std::vector<size_t> places;
+  for (const ProgramTarget& target : program_.targets) places.push_back(target.begin);
+  program_.ways = flow.ways(places);
+  for (size_t i = 0; i < program_.targets.size(); ++i) {
+    program_.targets[i].node = static_cast<int>(i);
+    program_.targets[i].never_runs |= program_.ways[i].empty();
+  }
 }
 
 bool MoveReader::drives_alike(const ProgramTarget& a, const ProgramTarget& b) {

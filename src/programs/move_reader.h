@@ -73,9 +73,8 @@ class MoveReader {
       if (is_left[i] || !is_followed[i]) leave_move(moves[i].line, why_left, moves[i].may_run);
     std::ranges::stable_sort(program_.targets, {}, &ProgramTarget::begin);
   }
-  /// The first target may stand in a routine whose call comes later in the text: the arm is near
-  /// the joint angles to which it always drives before. `flow`: all steps.
-  void find_first_branch(const ProgramFlow& flow);
+  /// Finds the ways between all targets. `flow`: all steps.
+  void find_ways(const ProgramFlow& flow);
   /// Whether two moves would drive to the same point with the same joint angles: in the same frame,
   /// with the same tool.
   static bool drives_alike(const ProgramTarget& a, const ProgramTarget& b);

@@ -303,10 +303,15 @@ class FlowOfValue {
       case Step::branch:
         blocks.push_back({std::nullopt, walk.alive(), kUnreached});
         break;
+      case Step::choice:
+        blocks.push_back({std::nullopt, walk.alive(), kUnreached});
+        walk.is_dead = true;
+        break;
       case Step::loop:
+      case Step::repeat:
         walk.come_from(
             joined(walk.alive(), passed_back_.try_emplace(index, kUnreached).first->second));
-        blocks.push_back({index, walk.alive(), kUnreached});
+        blocks.push_back({index, step.step == Step::loop ? walk.alive() : kUnreached, kUnreached});
         break;
       case Step::alternative:
       case Step::otherwise:
@@ -328,6 +333,9 @@ class FlowOfValue {
       case Step::leave:
         pass_on(routine.left, walk);
         break;
+      case Step::stop:
+        walk.is_dead = true;
+        break;
       case Step::exit_loop:
         exit_loop(walk);
         break;
@@ -338,7 +346,8 @@ class FlowOfValue {
         break;
       }
       case Step::handler:
-        value = joined(value, routine.seen);
+        pass_on(routine.left, walk);
+        walk.come_from(routine.seen);
         break;
     }
   }

@@ -22,16 +22,19 @@ class ProgramFlow {
     end_routine,
     call,         ///< without a name: of any routine
     branch,       ///< begins a block that may be passed over
+    choice,       ///< begins a block of alternatives, before the first of them
     alternative,  ///< begins another one in its place
     otherwise,    ///< begins the last one: no way passes over all of them
     loop,
+    repeat,     ///< a loop whose turns begin at least once
     end_block,  ///< of a branch or loop
     jump,       ///< perhaps: to a label, out of a loop or out of the routine
     go_to,      ///< always, to the label with this name
     exit_loop,  ///< always, out of the innermost loop
     leave,      ///< always, out of the routine
+    stop,       ///< always: the program ends
     label,
-    handler  ///< of errors: comes from any place of its routine
+    handler  ///< of errors: comes from any place of its routine, whose other text ends before it
   };
   void add(Step step, size_t at, const std::string& name = "") {
     steps_.push_back({at, step, name});
@@ -63,9 +66,16 @@ class ProgramFlow {
   /// with it, or with what another one of these leaves.
   Values follow(const std::vector<Setting>& settings, int initial) const;
 
+  /// The ways between places, as a graph: of each node those from which the program comes to it.
+  /// The first nodes are the places, then comes the begin of the program; the others are junctions.
+  /// A place to which nothing leads has none. A routine that nothing here calls begins with the
+  /// program; all of these but the first one also where another one ends.
+  std::vector<std::vector<int>> ways(const std::vector<size_t>& places) const;
+
  private:
   friend class FlowOfValue;
   friend class FlowOfVariables;
+  friend class WaysOfFlow;
   struct Place {
     size_t at;
     Step step;

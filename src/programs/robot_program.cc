@@ -15,12 +15,12 @@ namespace armtrue {
 namespace {
 
 // 100 km, or a million turns: beyond, circles through points are lost in rounding.
-constexpr double kFarthest = 1e8;
+constexpr double kLargestNumber = 1e8;
 
 void refuse_huge_numbers(const RobotProgram& program) {
   for (const ProgramPoint& point : program.points)
     for (const ProgramNumber& number : point.numbers)
-      if (number.is_written() && !(std::abs(number.value) < kFarthest))
+      if (number.is_written() && !(std::abs(number.value) < kLargestNumber))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
                                      program.texts[number.text].name, point.line, point.name));
 }
@@ -32,6 +32,24 @@ void count_lines_without_copies(RobotProgram& program) {
   for (ProgramCall& call : program.calls_not_given) call.line = counted(call.line);
   for (ProgramPoint& point : program.points)
     if (point.text == 0) point.line = counted(point.line);
+}
+
+// `is_left`: of each target.
+void remove_targets(RobotProgram& program, const std::vector<char>& is_left) {
+  std::vector<size_t> now(program.targets.size());  // index of each that stays
+  std::vector<ProgramTarget> targets;
+  for (size_t k = 0; k < program.targets.size(); ++k) {
+    now[k] = targets.size();
+    if (is_left[k]) continue;
+    targets.push_back(std::move(program.targets[k]));
+    targets.back().follows_target &= k > 0 && !is_left[k - 1];
+  }
+  for (ProgramTarget& target : targets) {
+    if (std::ranges::any_of(target.starts, [&](size_t start) { return is_left[start]; }))
+      target.starts.clear();
+    for (size_t& start : target.starts) start = now[start];
+  }
+  program.targets = std::move(targets);
 }
 
 // Cuts a long line, between two characters of UTF-8.
@@ -72,20 +90,19 @@ void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why
     ++program.left_alone;
   }
   std::ranges::copy(warnings.list(), std::back_inserter(program.warnings));
-  std::vector<size_t> now(program.targets.size());  // index of each that stays
-  std::vector<ProgramTarget> targets;
-  for (size_t k = 0; k < program.targets.size(); ++k) {
-    now[k] = targets.size();
-    if (is_left[k]) continue;
-    targets.push_back(std::move(program.targets[k]));
-    targets.back().follows_target &= k > 0 && !is_left[k - 1];
+  remove_targets(program, is_left);
+}
+
+void remove_what_never_runs(RobotProgram& program) {
+  std::vector<char> never_runs;
+  for (const ProgramTarget& target : program.targets) never_runs.push_back(target.never_runs);
+  if (std::ranges::count(never_runs, true) == std::ssize(never_runs)) return;
+  for (const ProgramTarget& target : program.targets) {
+    if (!target.never_runs) continue;
+    program.never_run += target.motion != MotionKind::via;
+    if (target.node >= 0) program.ways[target.node].clear();
   }
-  for (ProgramTarget& target : targets) {
-    if (std::ranges::any_of(target.starts, [&](size_t start) { return is_left[start]; }))
-      target.starts.clear();
-    for (size_t& start : target.starts) start = now[start];
-  }
-  program.targets = std::move(targets);
+  remove_targets(program, never_runs);
 }
 
 bool operator==(const HandedFrame& a, const HandedFrame& b) {

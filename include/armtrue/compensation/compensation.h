@@ -58,6 +58,10 @@ struct Program {
   /// hold for all rows.
   std::vector<ProgramSetUp> set_ups;
   std::vector<int> set_up;
+  /// The ways between the rows, as RobotProgram::ways, and the node of each row; no ways: the order
+  /// of the rows.
+  std::vector<std::vector<int>> ways;
+  std::vector<int> node;
   /// Whether `q` of every row holds the external axes as programmed, those of Cartesian targets
   /// too.
   bool states_external = false;
@@ -129,6 +133,8 @@ class UnreachableTarget : public std::runtime_error {
   /// All targets that are out of reach, with the reasons; empty if the first one ended the
   /// computation.
   std::vector<std::pair<int, std::string>> out_of_reach;
+  /// All to which ways with several postures lead, or none of which the posture is known.
+  std::vector<std::pair<int, std::string>> in_doubt;
 };
 
 /// A target that the controller's model does not reach on the branch of its hint.

@@ -92,6 +92,7 @@ struct ProgramTarget {
   /// Whether the arm always comes from the target before: no branch, repetition or call lets it
   /// come from elsewhere.
   bool follows_target = false;
+  int node = -1;  ///< in RobotProgram::ways; -1: none
   /// The targets at which its move may start, if the reader follows branches and loops; none if one
   /// of them is not known.
   std::vector<size_t> starts;
@@ -211,6 +212,10 @@ struct RobotProgram {
   std::vector<int> lines;           ///< of texts[0], each as it counts without copies; or empty
   std::vector<ProgramPoint> points;
   std::vector<ProgramTarget> targets;
+  /// The ways between targets, as a graph: of each node those from which the arm comes to it. A
+  /// node is a target, or where ways meet, or the begin of the program. Empty: the order of the
+  /// targets.
+  std::vector<std::vector<int>> ways;
   std::vector<ProgramFrame> frames;
   std::optional<KinematicChain> stated_arm;  ///< if the program states it; see StatedPose
   std::vector<StatedArm> stated_arms;        ///< that one and those of points, each once
@@ -224,6 +229,7 @@ struct RobotProgram {
   /// before the call.
   std::vector<ProgramCall> calls_not_given;
   int left_alone = 0;  ///< moves that may run and that the parser does not understand
+  int never_run = 0;   ///< moves that remove_what_never_runs() has removed
   std::vector<std::string> why_left_alone;  ///< of each of them
   std::vector<std::string> warnings;
 };
@@ -263,6 +269,10 @@ std::vector<size_t> targets_of_move(const RobotProgram& program, size_t target);
 /// Removes targets, with the reasons `why` by index, and leaves their moves as they are; an arc
 /// goes with either of its points. Declared points that they use stay as they are.
 void leave_alone(RobotProgram& program, const std::map<size_t, std::string>& why);
+
+/// Removes the targets of moves that never run, unless all are such: their moves stay as they are,
+/// but for declared points that other moves use, too.
+void remove_what_never_runs(RobotProgram& program);
 
 /// The command that replaces a target.
 struct ProgramCommand {

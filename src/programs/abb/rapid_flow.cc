@@ -84,6 +84,12 @@ class RapidFlowReader {
       } else if (word == "THEN") {
         if (!is_then_of_elseif) is_compact = false;
         is_then_of_elseif = false;
+      } else if (word == "WHILE") {
+        TextCursor condition = cursor;
+        flow_.add(condition.take_name() == "TRUE" ? Step::repeat : Step::loop, at);
+      } else if (word == "GOTO") {
+        TextCursor target = cursor;
+        flow_.add(Step::go_to, at, target.take_name());
       } else if (const auto step = block_step(word)) {
         flow_.add(*step, at);
       } else if (word == "CALLBYVAR") {
@@ -100,7 +106,7 @@ class RapidFlowReader {
       } else if (cursor.next() == ':') {
         TextCursor behind = cursor;
         behind.take(':');
-        if (behind.next() != '=') flow_.add(Step::label, at);
+        if (behind.next() != '=') flow_.add(Step::label, at, word);
       }
       return false;
     });
@@ -117,12 +123,12 @@ class RapidFlowReader {
 
   static std::optional<Step> block_step(const std::string& word) {
     static const std::map<std::string, Step> kSteps{
-        {"ELSE", Step::otherwise},     {"CASE", Step::alternative},  {"DEFAULT", Step::alternative},
-        {"TEST", Step::branch},        {"FOR", Step::loop},          {"WHILE", Step::loop},
-        {"ENDIF", Step::end_block},    {"ENDTEST", Step::end_block}, {"ENDFOR", Step::end_block},
-        {"ENDWHILE", Step::end_block}, {"GOTO", Step::jump},         {"RETURN", Step::jump},
-        {"RAISE", Step::jump},         {"RETRY", Step::jump},        {"TRYNEXT", Step::jump},
-        {"ERROR", Step::handler},      {"UNDO", Step::handler},      {"BACKWARD", Step::handler}};
+        {"ELSE", Step::otherwise},    {"CASE", Step::alternative}, {"DEFAULT", Step::otherwise},
+        {"TEST", Step::choice},       {"FOR", Step::loop},         {"ENDIF", Step::end_block},
+        {"ENDTEST", Step::end_block}, {"ENDFOR", Step::end_block}, {"ENDWHILE", Step::end_block},
+        {"RETURN", Step::leave},      {"EXIT", Step::stop},        {"EXITCYCLE", Step::stop},
+        {"RAISE", Step::jump},        {"RETRY", Step::jump},       {"TRYNEXT", Step::jump},
+        {"ERROR", Step::handler},     {"UNDO", Step::handler},     {"BACKWARD", Step::handler}};
     const auto found = kSteps.find(word);
     return found == kSteps.end() ? std::nullopt : std::optional(found->second);
   }

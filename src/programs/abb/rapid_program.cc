@@ -46,7 +46,7 @@ class RapidReader : MoveReader {
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
     follow_calls(calls_, of_parameters_, "its point is a parameter of the routine", *this);
-    find_first_branch(flow_.steps);
+    find_ways(flow_.steps);
     is_dead_ = false;
     is_called_ = true;
     for (const RapidData::Use& use : data_.finish())

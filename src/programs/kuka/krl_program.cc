@@ -75,6 +75,7 @@ class KrlReader : MoveReader {
     find_what_runs();
     for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
     find_starts();
+    find_ways(syntax_.steps.flow());
     for (const auto& [point, frame] : starts_of_points_)
       program_.points[point].starts_from = point_of_frame_[frame];
     for (size_t i = 0; i < program_.points.size(); ++i)

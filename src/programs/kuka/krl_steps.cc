@@ -12,10 +12,11 @@ using Step = ProgramFlow::Step;
 std::optional<Step> step_of(const std::string& word) {
   static const std::map<std::string, Step> kSteps{
       {"DEF", Step::routine},        {"DEFFCT", Step::routine},      {"END", Step::end_routine},
-      {"ENDFCT", Step::end_routine}, {"IF", Step::branch},           {"SWITCH", Step::branch},
-      {"ELSE", Step::otherwise},     {"CASE", Step::alternative},    {"DEFAULT", Step::alternative},
+      {"ENDFCT", Step::end_routine}, {"IF", Step::branch},           {"SWITCH", Step::choice},
+      {"ELSE", Step::otherwise},     {"CASE", Step::alternative},    {"DEFAULT", Step::otherwise},
       {"ENDIF", Step::end_block},    {"ENDSWITCH", Step::end_block}, {"EXIT", Step::exit_loop},
       {"GOTO", Step::go_to},         {"RETURN", Step::leave},        {"RESUME", Step::jump}};
+  if (word == "LOOP" || word == "REPEAT") return Step::repeat;
   if (begins_krl_loop(word)) return Step::loop;
   if (ends_krl_loop(word)) return Step::end_block;
   const auto found = kSteps.find(word);

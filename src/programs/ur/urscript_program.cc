@@ -57,7 +57,7 @@ class UrReader : MoveReader {
     values_.note_uses(statements, program_.targets);
     follow_calls(calls_, of_parameters_, "its point is a parameter of the function", *this);
     values_.finish(statements, program_.targets, program_.points);
-    find_first_branch(structure_.flow);
+    find_ways(structure_.flow);
     program_.warnings = warnings_.list();
   }
 

@@ -88,7 +88,7 @@ class UrStructureReader {
       read_parameters(name, cursor, result_.scopes.at(at));
       open_.push_back({at, true, is_inner ? name : ""});
     } else if (word == "IF" || word == "WHILE") {
-      flow.add(word == "IF" ? Step::branch : Step::loop, at);
+      flow.add(word == "IF" ? Step::branch : loop_of(cursor), at);
       open_.push_back({at, false});
     } else if (word == "ELIF" || word == "ELSE") {
       flow.add(word == "ELIF" ? Step::alternative : Step::otherwise, at);
@@ -104,6 +104,7 @@ class UrStructureReader {
       flow.add(word == "BREAK" ? Step::exit_loop : Step::leave, at);
       if (word == "RETURN") note_leave(cursor);
     } else if (word == "HALT" && cursor.next() != '=' && cursor.next() != '(') {
+      flow.add(Step::stop, at);
       note_leave(cursor);
     } else if (word == "CONTINUE") {
       flow.add(Step::jump, at);
@@ -115,6 +116,15 @@ class UrStructureReader {
       flow.add(Step::call, at, word);
       begun_by_[inner_function()].insert(word);
     }
+  }
+
+  // while (True):
+  static Step loop_of(TextCursor condition) {
+    while (condition.take('(')) {
+    }
+    const bool is_true =
+        condition.take_name() == "TRUE" && (condition.next() == ')' || condition.next() == ':');
+    return is_true ? Step::repeat : Step::loop;
   }
 
   // In a block it may be passed over.
