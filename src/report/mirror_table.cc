@@ -11,7 +11,7 @@ namespace armtrue {
 
 std::string mirror_table(const MirrorFindings& findings) {
   const auto& [result, options, files, lines, forces, accuracy, form, before, form_before,
-               deviation_before, from_executed, force, robot, goal] = findings;
+               deviation_before, from_executed, force, robot, goal, reversals] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];

@@ -188,20 +188,20 @@ class KrlParser {
   // DEF sub(point:IN,height:OUT) of the .src; not of a name that has two of them.
   void find_parameters() {
     std::unordered_set<std::string> twice;
-    each_line(texts_[0].text, [&](const Statement& line) {
+    for (const Statement& line : lines_of(texts_[0].text)) {
       TextCursor cursor(texts_[0].text, line.begin, line.end);
       std::string word = cursor.take_name();
       if (word == "GLOBAL") word = cursor.take_name();
-      if (word != "DEF") return;
+      if (word != "DEF") continue;
       const std::string name = cursor.take_name();
-      if (!cursor.take('(')) return;
+      if (!cursor.take('(')) continue;
       std::vector<bool> is_in;
       do {
         cursor.take_name();
         is_in.push_back(cursor.take(':') && cursor.take_name() == "IN");
       } while (cursor.take(','));
       if (cursor.take(')') && !parameters_.try_emplace(name, is_in).second) twice.insert(name);
-    });
+    }
     for (const std::string& name : twice) parameters_.erase(name);
   }
 
