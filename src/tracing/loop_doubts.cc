@@ -41,9 +41,12 @@ std::string common_backlash_in_words(const LoopResult& result) {
 LoopDoubts doubts_of_loop(const Robot& robot, const Campaign& training, const LoopResult& result) {
   const CalibrationResult& fit = result.trace.fit;
   const std::string not_used = why_not_used(robot, result);
-  // As for calibrate: what others of the links err by was taken up by those that are fitted.
-  const bool all_shown = lost_to_poses(robot, training, fit.set).empty();
-  LoopDoubts doubts{not_shown_by_touches(robot, training, fit.set), not_used.empty() && all_shown};
+  // What the others of the links err by was taken up by those that are fitted, and no pose that
+  // took no part says how much.
+  const bool unknown_elsewhere =
+      result.held_out_poses == 0 && !lost_to_poses(robot, training, fit.set).empty();
+  LoopDoubts doubts{not_shown_by_touches(robot, training, fit.set),
+                    not_used.empty() && !unknown_elsewhere};
   for (const std::string& sentence :
        {result.trace.left_out ? left_out_in_words(robot, *result.trace.left_out) : "",
         lost_in_words(robot, training, fit), not_used, common_backlash_in_words(result),

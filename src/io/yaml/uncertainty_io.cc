@@ -29,10 +29,11 @@ Eigen::Index rows_of_root(size_t numbers, size_t parameters, const std::vector<E
 void check_root(const YamlMap& map, const Uncertainty& uncertainty,
                 const std::map<std::string, double>& deviations) {
   constexpr double kRounding = 1.01;
+  constexpr double kNone = 1e-12;  // [m, rad]: of readings that agree exactly
   for (size_t k = 0; k < uncertainty.parameters.size(); ++k) {
     const std::string& name = uncertainty.parameters[k];
     const auto stated = deviations.find(name);
-    if (stated == deviations.end()) continue;
+    if (stated == deviations.end() || stated->second < kNone) continue;
     const double times = uncertainty.root.row(static_cast<Eigen::Index>(k)).norm() / stated->second;
     if (times == 0 || times > kRounding)
       map.fail("root",

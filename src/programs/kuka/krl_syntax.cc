@@ -215,8 +215,8 @@ class KrlParser {
     const std::vector<Statement> arguments =
         split_arguments(text_, cursor.at(), statement.end - 1, ",");
     for (size_t i = 0; i < arguments.size(); ++i) {
-      const KrlStatement part{statement.line, statement.line_begin, arguments[i].begin,
-                              arguments[i].end};
+      const KrlStatement part{{statement.line, arguments[i].begin, arguments[i].end},
+                              statement.line_begin};
       const bool calls =
           text_.substr(part.begin, part.end - part.begin).find('(') != std::string_view::npos;
       const bool is_copied = i < routine->second.size() && routine->second[i] && !calls;
