@@ -282,7 +282,7 @@ TEST(LackOfFit, OfReplicatesIsThatOfFisher) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;
   ReadTwice readings(20, 0);
-  double squares = 0;
+  double squares = 0, within = 0;
   for (size_t row = 0; row < 40; row += 2) {
     Eigen::Matrix<double, 6, 1>*const first = &readings.evaluation.residuals[row], *const second =
                                                                                        first + 1;
@@ -290,6 +290,7 @@ TEST(LackOfFit, OfReplicatesIsThatOfFisher) {
       residual->head<3>() =
           1e-4 * Eigen::Vector3d(normal(random), normal(random), 4 * normal(random));
     squares += 2 * ((*first + *second) / 2).squaredNorm();
+    within += (*first - *second).squaredNorm() / 2;
   }
   CalibrationResult fit;
   fit.determined = {4, 0};
@@ -297,10 +298,10 @@ TEST(LackOfFit, OfReplicatesIsThatOfFisher) {
   const NoiseFloor& floor = quality.noise;
   ASSERT_EQ(floor.source, NoiseFloor::Source::replicates);
   ASSERT_LT(floor.even_axes, 2);
-  const double freedom = 3 * 20 - 4;
+  const double freedom = 3 * 20 - 4, of_replicates = 3 * 20;
   EXPECT_NEAR(*quality.lack_of_fit,
-              fisher_f_above(squares / (floor.position * floor.position) / freedom,
-                             freedom * floor.even_axes / 3, floor.degrees_of_freedom),
+              fisher_f_above(squares / freedom / (within / of_replicates),
+                             freedom * floor.even_axes / 3, of_replicates * floor.even_axes / 3),
               1e-9);
 }
 

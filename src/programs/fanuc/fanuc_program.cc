@@ -83,6 +83,7 @@ class FanucReader : MoveReader {
 
   void read_moves(size_t begin, size_t end) {
     std::string part = text_.substr(0, std::min(end, text_.size()));
+    begin = std::min(begin, part.size());  // /POS may stand before /MN
     std::replace_if(
         part.begin(), part.begin() + static_cast<long>(begin), [](char c) { return c != '\n'; },
         ' ');
