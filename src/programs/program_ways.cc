@@ -93,7 +93,7 @@ class WaysOfFlow {
     }
     for (const auto& [caller, name] : calls)
       for (const size_t callee : called(name)) {
-        routines_[callee].is_called = true;
+        routines_[callee].is_called |= !name.empty();
         routines_[callee].callers.push_back(caller);
       }
     find_places_of_calls();
@@ -288,13 +288,22 @@ class WaysOfFlow {
     for (size_t node = 0; node < ways_.size(); ++node)
       for (const int from : ways_[node]) to[from].push_back(static_cast<int>(node));
     std::vector<char> runs(ways_.size(), false);
-    runs[begin_] = true;
-    for (std::vector<int> open{begin_}; !open.empty();) {
-      const int node = open.back();
-      open.pop_back();
-      for (const int next : to[node])
-        if (!std::exchange(runs[next], true)) open.push_back(next);
-    }
+    const auto run_from = [&](int begin) {
+      runs[begin] = true;
+      for (std::vector<int> open{begin}; !open.empty();) {
+        const int node = open.back();
+        open.pop_back();
+        for (const int next : to[node])
+          if (!std::exchange(runs[next], true)) open.push_back(next);
+      }
+    };
+    run_from(begin_);
+    // Called by itself alone, or by what never runs: other programs may call it.
+    for (const Routine& routine : routines_)
+      if (routine.step == Step::routine && !runs[routine.begin]) {
+        add_way(begin_, routine.begin);
+        run_from(routine.begin);
+      }
     for (std::vector<int>& from : ways_) std::erase_if(from, [&](int node) { return !runs[node]; });
   }
 

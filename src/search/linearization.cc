@@ -249,8 +249,8 @@ double estimate_design_effect(const Linearization& problem, Eigen::Index tool,
       shared - size.share_of_position() * static_cast<double>(problem.basis().cols());
   if (others < 1 || freedom < 1 || !(squares > of_shared)) return 1.0;
   const double mean_shared = of_shared / freedom, mean_others = (squares - of_shared) / others;
-  return std::max(
-      1.0, (shared + others) * mean_shared / (shared * mean_shared + others * mean_others));
+  return std::max(1.0,
+                  (shared + others) * mean_shared / (shared * mean_shared + others * mean_others));
 }
 
 }  // namespace

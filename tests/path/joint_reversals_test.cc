@@ -10,14 +10,15 @@
 namespace armtrue {
 namespace {
 
-// A joint that swings by 2 deg turns back at each quarter of its period, one that trembles by 0.001 deg on its way never, and
-// one that stands still neither.
+// A joint that swings by 2 deg turns back at each quarter of its period, one that trembles by 0.001
+// deg on its way never, and one that stands still neither.
 TEST(JointReversals, AreWhereAJointTurnsBack) {
   const Eigen::VectorXd time = Eigen::VectorXd::LinSpaced(401, 0, 4);
   JointMatrix q(3, 401);
   for (Eigen::Index i = 0; i < 401; ++i) {
     const double t = time[i];
-    q.col(i) << 2 * kDegree * std::sin(std::numbers::pi * t), t * kDegree + 0.001 * kDegree * std::sin(50 * t), 0.3;
+    q.col(i) << 2 * kDegree * std::sin(std::numbers::pi * t),
+        t * kDegree + 0.001 * kDegree * std::sin(50 * t), 0.3;
   }
   std::vector<double> times;
   for (const JointReversal& reversal : joint_reversals(time, q)) {

@@ -451,31 +451,6 @@ TEST(Certainty, ARapidFrameThatCannotBeReadLeavesOnlyItsMoves) {
   EXPECT_THAT(lines_of(given), ElementsAre(5));
 }
 
-// Of the first target in the text: where the arm comes from.
-std::optional<double> first_near(const std::string& name, const std::string& text) {
-  const RobotProgram program = parsed(name, text);
-  const auto& near = program.targets.at(0).near;
-  return near ? std::optional((*near)[0]) : std::nullopt;
-}
-
-TEST(Certainty, ARoutineBeforeItsCallBeginsAtTheJointAnglesBeforeTheCall) {
-  const std::string rapid = robtarget("p1") +
-                            "PROC part()\nConfL\\Off;\nMoveL p1,v1,fine,tool0;\nENDPROC\n"
-                            "PROC main()\n",
-                    home = "MoveAbsJ [[9,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n",
-                    away = "MoveAbsJ [[50,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n";
-  const auto near = first_near("p.mod", rapid + home + "part;\n" + away + "ENDPROC\n");
-  ASSERT_TRUE(near);
-  EXPECT_NEAR(*near, 9 * kDegree, 1e-12);
-  EXPECT_FALSE(first_near("p.mod", rapid + "part;\n" + home + "ENDPROC\n"));
-  EXPECT_FALSE(first_near("p.mod", rapid + home + "part;\n" + away + "part;\nENDPROC\n"));
-  const std::string ur = "def prog():\ndef part():\nmovel(p[1,2,3,0,0,0])\nend\n";
-  const auto of_ur = first_near("p.script", ur + "movej([0.5,-1,1,0,1,0])\npart()\nend\n");
-  ASSERT_TRUE(of_ur);
-  EXPECT_NEAR(*of_ur, 0.5, 1e-12);
-  EXPECT_FALSE(first_near("p.script", ur + "part()\nmovej([0.5,-1,1,0,1,0])\nend\n"));
-}
-
 TEST(Certainty, ARapidFrameThatARoutineChangesIsNotKnown) {
   const std::string declared =
       "PERS wobjdata w1:=[FALSE,TRUE,\"\",[[1,2,3],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n" +
@@ -858,7 +833,7 @@ TEST(Certainty, WhatStandsBehindHaltOfUrNeverRuns) {
   EXPECT_THAT(never_run("if x:\nhalt\nend\n" + move), ElementsAre());
   EXPECT_THAT(never_run("def f():\n" + move + "return 1\nend\nf()\n" + move), ElementsAre());
   EXPECT_THAT(never_run("def f():\n" + move + "halt\n" + move + "end\nf()\n" + move),
-              ElementsAre(5));
+              ElementsAre(5, 8));
 }
 
 TEST(Certainty, AUrPoseThatConstantsMakeIsCorrected) {
@@ -1306,6 +1281,7 @@ TEST(Certainty, ARapidMoveBehindAJumpOrInALocalRoutineThatNothingCallsNeverRuns)
   EXPECT_THAT(lines(local), ElementsAre(5));
   EXPECT_THAT(lines("other;\n" + local), IsEmpty());
   EXPECT_THAT(lines("%\"other\"%;\n" + local), IsEmpty());
+  EXPECT_THAT(lines(move + "main;\n"), IsEmpty());
 }
 
 TEST(Certainty, AFanucMoveBehindAJumpOrTheEndNeverRuns) {

@@ -1,5 +1,5 @@
-// A program as a path in time: where the arm is when, by the closed form of a motion that speeds up, keeps its feed and
-// slows down.
+// A program as a path in time: where the arm is when, by the closed form of a motion that speeds
+// up, keeps its feed and slows down.
 
 #include "armtrue/programs/timed_path.h"
 
@@ -80,15 +80,18 @@ TEST(TimedPath, AnArcHasItsLength) {
 
 TEST(TimedPath, TimesIncreaseAndTheToolStandsAtBothEnds) {
   const Path path = krl("LIN {X 133.3,Y 0,Z 50} C_DIS\nLIN {X 133.3,Y 41.7,Z 50}\n").path;
-  for (Eigen::Index i = 1; i < path.samples(); ++i) EXPECT_GT(path.time[i], path.time[i - 1] + 4e-3);
+  for (Eigen::Index i = 1; i < path.samples(); ++i)
+    EXPECT_GT(path.time[i], path.time[i - 1] + 4e-3);
   EXPECT_EQ(path.position.col(0), path.position.col(40));
   EXPECT_EQ(path.position.col(path.samples() - 1), path.position.col(path.samples() - 40));
 }
 
 TEST(TimedPath, OrientationsAreThereIfAllPointsStateThem) {
   EXPECT_FALSE(krl("LIN {X 200,Y 0,Z 50}\n").path.has_orientation());
-  const Path path = timed("krl", "DEF p()\nPTP {X 100,Y 0,Z 50,A 0,B 0,C 0}\n"
-                                 "LIN {X 200,Y 0,Z 50,A 90,B 0,C 0}\nEND\n").path;
+  const Path path = timed("krl",
+                          "DEF p()\nPTP {X 100,Y 0,Z 50,A 0,B 0,C 0}\n"
+                          "LIN {X 200,Y 0,Z 50,A 90,B 0,C 0}\nEND\n")
+                        .path;
   ASSERT_TRUE(path.has_orientation());
   EXPECT_NEAR(path.orientation(0, path.samples() - 1), 90 * kDegree, 1e-12);
 }
@@ -98,7 +101,8 @@ TEST(TimedPath, TheLongestRowOfMovesIsThePath) {
   const auto [path, warnings] =
       krl("LIN {X 110,Y 0,Z 50}\nPTP {X 0,Y 0,Z 50}\nLIN {X 100,Y 0,Z 50}\n");
   EXPECT_NEAR(path.position(0, 0), 0, 1e-12);
-  EXPECT_THAT(warnings, ElementsAre(HasSubstr("p:4: no part of the path, which is that of line 6")));
+  EXPECT_THAT(warnings,
+              ElementsAre(HasSubstr("p:4: no part of the path, which is that of line 6")));
 }
 
 TEST(TimedPath, AProgramOfJointsHasNone) {
@@ -118,13 +122,14 @@ TEST(TimedPath, EachMakerSaysWhereTheArmStops) {
   };
   const auto abb = [](const std::string& zone) {
     const std::string tail = ",[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v50,";
-    return "MODULE m\n  PROC p()\n    MoveL [[0,0,500]" + tail + "fine,tool0;\n    MoveL [[100,0,500]" +
-           tail + zone + ",tool0;\n    MoveL [[100,100,500]" + tail +
-           "fine,tool0;\n  ENDPROC\nENDMODULE\n";
+    return "MODULE m\n  PROC p()\n    MoveL [[0,0,500]" + tail +
+           "fine,tool0;\n    MoveL [[100,0,500]" + tail + zone +
+           ",tool0;\n    MoveL [[100,100,500]" + tail + "fine,tool0;\n  ENDPROC\nENDMODULE\n";
   };
   const auto fanuc = [](const std::string& end) {
     const auto position = [](int k, const char* xyz) {
-      return "P[" + std::to_string(k) + "]{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\t" + xyz +
+      return "P[" + std::to_string(k) +
+             "]{\n   GP1:\n\tUF : 0, UT : 1,\t\tCONFIG : 'N U T, 0, 0, 0',\n\t" + xyz +
              ",\n\tW =     0.000  deg,\tP =     0.000  deg,\tR =     0.000  deg\n};\n";
     };
     return "/PROG  P\n/MN\n   1:L P[1] 50mm/sec FINE    ;\n   2:L P[2] 50mm/sec " + end +
@@ -133,9 +138,12 @@ TEST(TimedPath, EachMakerSaysWhereTheArmStops) {
            position(2, "X =   100.000  mm,\tY =     0.000  mm,\tZ =   500.000  mm") +
            position(3, "X =   100.000  mm,\tY =   100.000  mm,\tZ =   500.000  mm") + "/END\n";
   };
-  const std::vector<Maker> stop{{"urscript", ur("")}, {"rapid", abb("fine")}, {"fanuc", fanuc("FINE")},
+  const std::vector<Maker> stop{{"urscript", ur("")},
+                                {"rapid", abb("fine")},
+                                {"fanuc", fanuc("FINE")},
                                 {"fanuc", fanuc("CNT0")}};
-  const std::vector<Maker> pass{{"urscript", ur(",r=0.01")}, {"rapid", abb("z5")}, {"fanuc", fanuc("CNT100")}};
+  const std::vector<Maker> pass{
+      {"urscript", ur(",r=0.01")}, {"rapid", abb("z5")}, {"fanuc", fanuc("CNT100")}};
   for (const auto& [dialect, text] : stop)
     EXPECT_NEAR(duration(timed(dialect, text).path), 4.2, 1e-9) << text;
   for (const auto& [dialect, text] : pass)

@@ -12,8 +12,7 @@ namespace {
 YAML::Node numbers_of_pose(const PendantPose& pose) {
   YAML::Node node;
   constexpr const char* kKeys[] = {"x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"};
-  for (size_t i = 0; i < pose.size(); ++i)
-    node[kKeys[i]] = number_in_form("{:.6f}", pose[i] + 0.0);
+  for (size_t i = 0; i < pose.size(); ++i) node[kKeys[i]] = number_in_form("{:.6f}", pose[i] + 0.0);
   return node;
 }
 

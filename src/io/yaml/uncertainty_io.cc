@@ -34,10 +34,11 @@ void check_root(const YamlMap& map, const Uncertainty& uncertainty,
     const auto stated = deviations.find(name);
     if (stated != deviations.end() && stated->second > 0 &&
         uncertainty.root.row(static_cast<Eigen::Index>(k)).isZero(0))
-      map.fail("root",
-               fmt::format("has no standard deviation of '{}', and 'std' states one: one of them was "
-                           "changed by hand; calibrate again",
-                           name));
+      map.fail(
+          "root",
+          fmt::format("has no standard deviation of '{}', and 'std' states one: one of them was "
+                      "changed by hand; calibrate again",
+                      name));
   }
 }
 
