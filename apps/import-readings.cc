@@ -76,7 +76,9 @@ int run_program(app::Command& command, const app::ImportArguments& arguments) {
   const ProgramSpeed speed{arguments.feed_mm_s * kMillimetre, arguments.acceleration_m_s2,
                            arguments.period_ms * 1e-3};
   const TimedProgram program =
-      timed_path(app::read_original_program(command, arguments.program, arguments.with), speed);
+      timed_path(app::read_original_program(command, arguments.program, arguments.with,
+                                            "give the original program"),
+                 speed);
   app::warn_of_all(command, program.warnings);
   const Path& path = program.path;
   command.tell(fmt::format("{}: {:.1f} mm in {:.2f} s\n", arguments.program,

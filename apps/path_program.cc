@@ -71,21 +71,22 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
 }
 
 RobotProgram read_original_program(Command& command, const std::string& path,
-                                   const std::vector<std::string>& with) {
+                                   const std::vector<std::string>& with, const char* remedy) {
   const Dialect& dialect = likely_dialect(path);
   std::vector<ProgramText> texts =
       command.read_program_texts(path, "", !dialect.facts().data_list.empty());
-  refuse_mark(texts, Corrector::mirror, kInsteadOfCorrected);
+  refuse_mark(texts, Corrector::mirror, remedy);
   refuse_cut_off(dialect, texts);
   const std::vector<ProgramText> others = read_others(command, texts, with);
   RobotProgram program = parse_with(dialect, std::move(texts), others, {}, TargetParts::position);
-  refuse_check_digits(program, Corrector::mirror, kInsteadOfCorrected);
+  refuse_check_digits(program, Corrector::mirror, remedy);
   return program;
 }
 
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments) {
   program_out(arguments);  // throws if there is none
-  RobotProgram program = read_original_program(command, arguments.path, arguments.with);
+  RobotProgram program =
+      read_original_program(command, arguments.path, arguments.with, kInsteadOfCorrected);
   check_program_out(command, arguments, program);
   return program;
 }

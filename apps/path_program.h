@@ -25,9 +25,9 @@ struct PathProgramArguments {
 void add_path_program(Command& command, PathProgramArguments& arguments);
 
 /// Reads a program for its positions, with what the files and folders of `with` declare. Throws
-/// InputError if it bears the mark of mirror-correct.
+/// InputError, with the remedy, if it bears the mark of mirror-correct.
 RobotProgram read_original_program(Command& command, const std::string& path,
-                                   const std::vector<std::string>& with);
+                                   const std::vector<std::string>& with, const char* remedy);
 
 /// The same, and checks that the corrected program can be written where it shall be.
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments);
