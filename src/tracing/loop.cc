@@ -426,7 +426,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                 .left_out_together = !result.left_out_together.empty(),
                 .is_explained = !result.explanation.empty() || result.angles_read_early,
                 .wanders = !result.wandering.empty(),
-                .angles_read_early = result.common_backlash.has_value(),
+                .common_backlash = result.common_backlash.has_value(),
                 .shown_family = !result.trace.shown_family.empty(),
                 .pattern_remains = result.trace.pattern_remains,
                 .all_from_few = result.all_from_few,

@@ -42,7 +42,7 @@ struct Grounds {
   bool left_out_together = false;  ///< see left_out_together()
   bool is_explained = false;       ///< the residual has a cause, see explanation_of_rest()
   bool wanders = false;            ///< see LoopResult::wandering
-  bool angles_read_early = false;  ///< see common_backlash()
+  bool common_backlash = false;    ///< see common_backlash()
   bool shown_family = false;       ///< see TraceResult::shown_family
   bool pattern_remains = false;    ///< see TraceResult::pattern_remains
   bool all_from_few = false;       ///< see LoopResult::all_from_few
@@ -66,7 +66,7 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 /// if a pattern remains: then the residual is no noise, however large replicates say that noise is.
 /// Otherwise `not_separable` if an effect has a rival with is_other_cause() or may be the
 /// instrument's (programs are not corrected by it), if no effect but a family is shown, or if
-/// `angles_read_early`. Otherwise `unknown_noise` without a known noise. Otherwise
+/// `common_backlash`. Otherwise `unknown_noise` without a known noise. Otherwise
 /// `too_few_poses` if the held-out error exceeds `floor_high`: then something may be left.
 Verdict conclude(const Grounds& grounds);
 
