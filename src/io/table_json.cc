@@ -1,10 +1,16 @@
 #include "io/table_json.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <utility>
 #include <vector>
 
 #include "armtrue/io/source.h"
@@ -50,35 +56,95 @@ std::string json_cell(std::string_view cell, bool is_name) {
   return json_quoted(std::string(cell));
 }
 
-// Columns in the order in which rows have them first.
-std::vector<std::string> columns_of(const YAML::Node& rows, const std::string& name) {
-  std::vector<std::string> columns;
-  int entry = 0;
-  for (const YAML::Node& row : rows) {
-    ++entry;
-    if (!row.IsMap())
-      throw InputError(
-          fmt::format("{}: entry {} of the list is no row such as "
-                      "{{\"pose\": \"1\", \"q1_deg\": 10}}",
-                      name, entry));
-    for (const auto& cell : row)
-      if (std::ranges::find(columns, cell.first.Scalar()) == columns.end())
-        columns.push_back(cell.first.Scalar());
-  }
-  if (columns.empty()) throw InputError(name + ": is an empty list; a table needs a row");
-  return columns;
-}
+constexpr const char* kRow = R"({"pose": "1", "q1_deg": 10})";
 
-std::string text_of_cell(const YAML::Node& cell, const std::string& column,
-                         const std::string& name) {
-  if (!cell.IsDefined() || cell.IsNull()) return "";
-  if (!cell.IsScalar() || cell.Scalar().find_first_of("\r\n") != std::string::npos)
-    throw InputError(
-        fmt::format("{}: '{}' holds no single value; a cell of a table is a number, a "
-                    "text of one line or null",
-                    name, column));
-  return csv_cell(cell.Scalar());
-}
+// Takes the events of a list of rows; no tree of nodes takes memory for it.
+class RowReader : public YAML::EventHandler {
+ public:
+  explicit RowReader(std::string name) : name_(std::move(name)) {}
+
+  // Columns in the order in which rows have them first.
+  std::string csv() const {
+    if (columns_.empty()) throw InputError(name_ + ": is an empty list; a table needs a row");
+    std::string csv;
+    for (const std::string& column : columns_) csv += (csv.empty() ? "" : ",") + csv_cell(column);
+    for (const std::vector<std::string>& row : rows_) {
+      csv += '\n';
+      for (size_t c = 0; c < columns_.size(); ++c)
+        csv += (c ? "," : "") + (c < row.size() ? row[c] : "");
+    }
+    return csv + '\n';
+  }
+
+ private:
+  using Mark = YAML::Mark;
+  using Anchor = YAML::anchor_t;
+  using Style = YAML::EmitterStyle::value;
+  static constexpr int kInList = 1, kInRow = 2;
+
+  [[noreturn]] void fail(const Mark& mark, const std::string& why) const {
+    throw InputError(fmt::format("{}:{}: {}", name_, mark.line + 1, why));
+  }
+
+  void require_row(const Mark& mark) const {
+    if (depth_ != kInRow)
+      fail(mark, fmt::format("entry {} of the list is no row such as {}", rows_.size() + 1, kRow));
+  }
+
+  [[noreturn]] void fail_value(const Mark& mark) const {
+    fail(mark, fmt::format("'{}' holds no single value; a cell of a table is a number, a text of "
+                           "one line or null",
+                           key_.value_or("")));
+  }
+
+  void take(const Mark& mark, const std::string& text) {
+    require_row(mark);
+    if (!key_) {
+      const auto [found, is_new] = index_.try_emplace(text, columns_.size());
+      if (is_new) columns_.push_back(text);
+      column_ = found->second;
+      if (!has_.insert(column_).second)
+        fail(mark, fmt::format("'{}' stands twice in a row; remove one", text));
+      key_ = text;
+      return;
+    }
+    if (text.find_first_of("\r\n") != std::string::npos) fail_value(mark);
+    std::vector<std::string>& row = rows_.back();
+    row.resize(std::max(row.size(), column_ + 1));
+    row[column_] = csv_cell(text);
+    key_.reset();
+  }
+
+  void OnDocumentStart(const Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const Mark& mark, Anchor) override { take(mark, ""); }
+  void OnAlias(const Mark& mark, Anchor) override { fail_value(mark); }
+  void OnScalar(const Mark& mark, const std::string&, Anchor, const std::string& text) override {
+    take(mark, text);
+  }
+  void OnSequenceStart(const Mark& mark, const std::string&, Anchor, Style) override {
+    if (depth_ == kInRow) fail_value(mark);
+    if (depth_ == kInList) require_row(mark);
+    ++depth_;
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const Mark& mark, const std::string&, Anchor, Style) override {
+    if (depth_ == kInRow) fail_value(mark);
+    ++depth_;
+    rows_.emplace_back();
+    has_.clear();
+  }
+  void OnMapEnd() override { --depth_; }
+
+  const std::string name_;
+  int depth_ = 0;
+  std::vector<std::string> columns_;
+  std::map<std::string, size_t> index_;
+  std::vector<std::vector<std::string>> rows_;
+  std::set<size_t> has_;            // columns of the last row
+  std::optional<std::string> key_;  // whose value comes next
+  size_t column_ = 0;
+};
 
 }  // namespace
 
@@ -104,24 +170,20 @@ std::string table_as_json(const std::string& csv) {
 }
 
 std::string table_from_json(const std::string& json, const std::string& name) {
-  YAML::Node rows;
+  RowReader reader(name);
   try {
-    rows = YAML::Load(with_whole_characters(json));
+    std::istringstream text(with_whole_characters(json));
+    YAML::Parser parser(text);
+    parser.HandleNextDocument(reader);
+    const size_t end = json.find_last_not_of(" \t\r\n");
+    RowReader more(name);
+    if (json[end] != ']' || parser.HandleNextDocument(more))
+      throw InputError(name + ": more stands behind the list of rows; give one list");
   } catch (const YAML::Exception& error) {
-    throw InputError(
-        fmt::format("{}:{}:{}: is no JSON here; a table is a list of rows such as "
-                    "{{\"pose\": \"1\", \"q1_deg\": 10}}",
-                    name, error.mark.line + 1, error.mark.column + 1));
+    throw InputError(fmt::format("{}:{}:{}: is no JSON here; a table is a list of rows such as {}",
+                                 name, error.mark.line + 1, error.mark.column + 1, kRow));
   }
-  const std::vector<std::string> columns = columns_of(rows, name);
-  std::string csv;
-  for (const std::string& column : columns) csv += (csv.empty() ? "" : ",") + csv_cell(column);
-  for (const YAML::Node& row : rows) {
-    csv += '\n';
-    for (size_t c = 0; c < columns.size(); ++c)
-      csv += (c ? "," : "") + text_of_cell(row[columns[c]], columns[c], name);
-  }
-  return csv + '\n';
+  return reader.csv();
 }
 
 }  // namespace armtrue
