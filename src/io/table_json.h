@@ -11,8 +11,8 @@ namespace armtrue {
 std::string table_as_json(const std::string& csv);
 
 /// The CSV table of such a list; its lines count as those of table_as_json(). Columns are those of
-/// all objects. Throws InputError with `name` if the text is no list of objects of single values, if
-/// a column stands twice in an object, or if more stands behind the list.
+/// all objects. Throws InputError with `name` if the text is no list of objects of single values,
+/// if a column stands twice in an object, or if more stands behind the list.
 std::string table_from_json(const std::string& json, const std::string& name);
 
 }  // namespace armtrue
