@@ -22,9 +22,6 @@ constexpr double kSameProjection = 0.95;  // correlation from which two candidat
 // replacement.
 const double kMaxOfIt = std::sqrt(0.5);
 constexpr double kSameEvidence = 6.0;  // EBIC: odds of 20 to 1
-// BIC: odds of 1000 to 1. The charge for the number of candidates does not count, because it does
-// not come from the readings.
-const double kRuledOut = 2 * std::log(1000.0);
 // Twice the fall of the likelihood within which 95 % of the times of a step lie. The time of a step
 // is not a regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
 const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "armtrue/search/trace.h"
@@ -13,6 +14,10 @@ namespace armtrue {
 /// and rivals. The effect that explains most comes first.
 TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                           const TraceOptions& options);
+
+/// BIC: odds of 1000 to 1. The charge for the number of candidates does not count, because it does
+/// not come from the readings.
+inline const double kRuledOut = 2 * std::log(1000.0);
 
 /// By which share the masses of robot files are off.
 inline constexpr double kMassesOff = 0.3;

@@ -88,6 +88,7 @@ void ModelSearch::run() {
     drop_by_refit();
     if (model_.chosen_count() < found) note_rest();
   } while (drop_half_shown());
+  share_in_station();
   split_families();
   hold_family_of_most_arms();
   if (std::optional<CalibrationResult> geometry = model_.settle_tool())
@@ -300,7 +301,7 @@ bool ModelSearch::is_new_model() {
 // Whether the event of a chosen family may as well be that of the station or of the tool, which are
 // moved more often than an arm is bent: not excluded by odds of 1000 to 1.
 bool ModelSearch::may_be_knock(int k) {
-  const double least = model_.score_of({k}).score - 2 * std::log(1000.0);
+  const double least = model_.score_of({k}).score - kRuledOut;
   const DriverKind driver = model_.chosen()[k].effect.driver.kind;
   const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
       least, std::vector<int>{model_.in_fit(k)}, [&](int candidate) {

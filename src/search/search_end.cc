@@ -7,6 +7,7 @@
 #include "armtrue/calibration/refit.h"
 #include "armtrue/effects/robot_model.h"
 #include "search/cross_validation.h"
+#include "search/evidence.h"
 #include "search/search_phases.h"
 
 namespace armtrue {
@@ -83,6 +84,38 @@ void ModelSearch::drop_by_refit() {
     }
 }
 
+// Where readings do not tell which member of a family errs, as the scales of two wires, one alone
+// would take the difference of both, and the lengths of the arm its own part. If programs do not
+// follow the family, because it is the instrument's, that part would be lost to them: all members
+// that may err share what was found, under the prior of the family.
+void ModelSearch::share_in_station() {
+  for (int k = 0; k < model_.chosen_count(); ++k) {
+    const Candidate found = model_.chosen()[k];
+    if (!found.effect.members.empty() || !moves_reading_alone(owner_of(found.effect))) continue;
+    const auto is_found = [&](const Effect& effect) { return same_form(effect, found.effect); };
+    const auto family = std::ranges::find_if(candidates(), [&](const Candidate& candidate) {
+      return std::ranges::any_of(candidate.effect.members, is_found);
+    });
+    if (family == candidates().end()) continue;
+    Candidate shared = *family;
+    std::vector<Candidate> alone;
+    for (const Effect& member : shared.effect.members)
+      alone.push_back(*std::ranges::find_if(candidates(), [&](const Candidate& candidate) {
+        return same_form(candidate.effect, member);
+      }));
+    const std::vector<CandidateScore> scores = model_.scores_of(alone, model_.in_fit(k));
+    const double least = model_.score_of({k}).score - kRuledOut;
+    size_t member = 0;
+    std::erase_if(shared.effect.members, [&](const Effect& effect) {
+      const double score = scores[member++].score;
+      return !is_found(effect) && (score < least || model_.contains(effect));
+    });
+    if (shared.effect.members.size() < 2) continue;
+    shared_.insert(found.of_family);
+    model_.exchange(k, shared);
+  }
+}
+
 // Members of a family with evidence of their own become findings. The others stay in the model,
 // held by their common prior, if there is evidence for all of them together.
 void ModelSearch::split_families() {
@@ -92,6 +125,7 @@ void ModelSearch::split_families() {
     std::vector<int> weak;
     for (int k = 0; k < model_.chosen_count(); ++k)
       if (model_.chosen()[k].effect.family && model_.score_of({k}).score <= 0) weak.push_back(k);
+    add_those_that_share(weak);
     if (weak.empty()) break;
     const CandidateScore together = model_.score_of(weak);
     if (together.gain > kAic * together.degrees_of_freedom) {
@@ -108,6 +142,19 @@ void ModelSearch::split_families() {
       for (Effect& single : single_effects(effect)) singles.push_back(std::move(single));
     stage.robot.effects = std::move(singles);
   }
+}
+
+// A member without a direction of its own shares that of the others.
+void ModelSearch::add_those_that_share(std::vector<int>& ascending) {
+  std::set<std::string> shared;
+  for (int k : ascending)
+    if (const Candidate& weak = model_.chosen()[k];
+        shared_.contains(weak.of_family) && model_.score_of({k}).degrees_of_freedom == 0)
+      shared.insert(weak.of_family);
+  for (int k = 0; k < model_.chosen_count(); ++k)
+    if (shared.contains(model_.chosen()[k].of_family)) ascending.push_back(k);
+  std::ranges::sort(ascending);
+  ascending.erase(std::unique(ascending.begin(), ascending.end()), ascending.end());
 }
 
 // A family that most arms have needs no evidence to stay in the model, only none against it: its

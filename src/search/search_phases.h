@@ -74,7 +74,9 @@ class ModelSearch {
   void settle_inner_values(const std::function<bool(const Candidate&)>& asked, double least);
   void drop_idle();
   void drop_by_refit();
+  void share_in_station();
   void split_families();
+  void add_those_that_share(std::vector<int>& ascending);
   void hold_family_of_most_arms();
   bool add_beside_found(Candidate family);
   Eigen::VectorXd errors_left_out(const Robot& robot) const;
@@ -89,6 +91,7 @@ class ModelSearch {
   std::set<std::multiset<std::string>> seen_;
   // Families that were half shown beside the present model, or beside all that was found.
   std::set<std::string> barred_, rejected_;
+  std::set<std::string> shared_;  // families whose members share what was found of one
   // Pairs of forms that changed places and changed back. They may do so again once nothing is to be
   // added, when known causes give way.
   std::vector<std::array<Effect, 2>> taken_back_;

@@ -312,17 +312,17 @@ std::string errors_in_words(const LoopResult& result) {
 
 std::string not_separable_in_words(const LoopResult& result) {
   const std::vector<TracedEffect>& effects = result.trace.effects;
-  if (effects.empty())
-    return fmt::format(
-        "'{}' is there, but these poses cannot tell in which parts: all of 'held_by_priors' share "
-        "it",
-        result.trace.shown_family);
   if (const std::string doubtful = only_doubtful(effects); !doubtful.empty())
     return "these poses cannot tell whether it is the arm that moves where " + doubtful +
            ": programs are not corrected by that";
   if (result.common_backlash && std::ranges::none_of(effects, is_undecided))
     return "the joints have one backlash, as if their angles had been read before the arm stood "
            "still";
+  if (!result.trace.shown_family.empty() && std::ranges::none_of(effects, is_undecided))
+    return fmt::format(
+        "'{}' is there, but these poses cannot tell in which parts: all of 'held_by_priors' share "
+        "it",
+        result.trace.shown_family);
   return "the cause is one of several that these poses cannot distinguish";
 }
 

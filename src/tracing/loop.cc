@@ -389,6 +389,17 @@ Campaign sound_held_out(const Campaign& held_out, LoopResult& result) {
   return without_rows(held_out, rows);
 }
 
+// Whether a family is shown without its members, and that counts: nothing else is found, or the
+// family moves no program, so that the lengths of the arm depend on the parts.
+bool has_parts_in_doubt(const LoopResult& result) {
+  const std::string& family = result.trace.shown_family;
+  return !family.empty() &&
+         (result.trace.effects.empty() || std::ranges::any_of(result.held, [&](const Effect& held) {
+            return held.family && held.family->name == family &&
+                   moves_reading_alone(owner_of(held));
+          }));
+}
+
 void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
   double raised = 1;
   if (held_out.rows() > 0) {
@@ -427,7 +438,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                 .is_explained = !result.explanation.empty() || result.angles_read_early,
                 .wanders = !result.wandering.empty(),
                 .common_backlash = result.common_backlash.has_value(),
-                .shown_family = !result.trace.shown_family.empty(),
+                .shown_family = has_parts_in_doubt(result),
                 .pattern_remains = result.trace.pattern_remains,
                 .all_from_few = result.all_from_few,
                 .unconfirmed_curve = !result.unconfirmed_curve.empty()});

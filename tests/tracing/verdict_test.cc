@@ -39,11 +39,10 @@ TEST(Verdict, AtTheFloorNothingIsLeft) {
 
 // The arm moves, and nothing shows which of its parts.
 TEST(Verdict, AFamilyOfWhichNoMemberIsShownIsNotNothing) {
-  for (const auto& [effects, verdict] :
-       {std::pair{kNone, Verdict::not_separable}, {kOne, Verdict::closed}}) {
+  for (const auto& effects : {kNone, kOne}) {
     Grounds grounds = at_the_floor(effects);
     grounds.shown_family = true;
-    EXPECT_EQ(conclude(grounds), verdict);
+    EXPECT_EQ(conclude(grounds), Verdict::not_separable);
   }
 }
 
