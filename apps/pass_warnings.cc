@@ -31,10 +31,14 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
 // Why a record does not show the places of the program at their times; empty if it does. A
 // correction that belongs elsewhere on the path is wrong at corners by as much as it is off. An
 // arm that errs along the path errs across it too, unless the path is straight.
-std::string why_out_of_time(const PathFile& programmed, const PathFile& record, const TimeLag& lag,
-                            const ClockOptions& options) {
-  constexpr double kMaxByArm = 0.02;  // [s], by which it lags more or less in fast motion
+std::string why_out_of_time(const PathFile& programmed, const PathFile& record,
+                            const RecordDoubts& doubts, const ClockOptions& options) {
   constexpr double kMaxAlong = 2e-3;  // [m]
+  if (doubts.pause && !is_straight(programmed.path, kMaxAlong))
+    return record.source + ": the tool " + in_words(*doubts.pause);
+  if (!doubts.lag) return "";
+  const TimeLag& lag = *doubts.lag;
+  constexpr double kMaxByArm = 0.02;  // [s], by which it lags more or less in fast motion
   constexpr double kMaxTimesAcross = 4;
   const auto is_of_time = [&](double late) {
     const double along = late * lag.speed;
@@ -64,8 +68,11 @@ std::string why_out_of_time(const PathFile& programmed, const PathFile& record, 
 }
 
 // None is certain: an arm may have the same error all along a path.
-void warn_of_record(Command& command, const PathFile& record, const RecordDoubts& doubts,
-                    bool frame_is_fitted, const std::string& consequence) {
+void warn_of_record(Command& command, const PathFile& programmed, const PathFile& record,
+                    const RecordDoubts& doubts, bool frame_is_fitted,
+                    const std::string& consequence) {
+  if (doubts.pause)
+    command.warn(record.source + ": the tool " + in_words(*doubts.pause));
   if (doubts.feed) command.warn(record.source + ": the measured path " + *doubts.feed);
   if (doubts.aside) command.warn(record.source + ": " + in_words(*doubts.aside));
   if (doubts.step)
@@ -308,11 +315,9 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
   for (size_t p = 0; p < passes.size(); ++p) {
     const RecordDoubts doubts = record_doubts(programmed.path, passes[p].path,
                                               result.passes[p].clock, result.passes[p].bad);
-    if (doubts.lag) {
-      const std::string why = why_out_of_time(programmed, passes[p], *doubts.lag, options.clock);
-      if (!why.empty()) throw InputError(why);
-    }
-    warn_of_record(command, passes[p], doubts, options.clock.fit_frame,
+    const std::string why = why_out_of_time(programmed, passes[p], doubts, options.clock);
+    if (!why.empty()) throw InputError(why);
+    warn_of_record(command, programmed, passes[p], doubts, options.clock.fit_frame,
                    "The correction carries that into the part");
   }
   warn_of_steps(command, passes, result);
@@ -346,9 +351,8 @@ void warn_of_certified(Command& command, const PathFile& commanded,
   for (size_t p = 0; p < passes.size(); ++p) {
     const RecordDoubts doubts = record_doubts(commanded.path, passes[p].path, clocks[p],
                                               find_bad_samples(commanded.path, passes[p].path));
-    if (doubts.lag)
-      warn_of_all(command, {why_out_of_time(commanded, passes[p], *doubts.lag, options)});
-    warn_of_record(command, passes[p], doubts, options.fit_frame, "AT contains that");
+    warn_of_all(command, {why_out_of_time(commanded, passes[p], doubts, options)});
+    warn_of_record(command, commanded, passes[p], doubts, options.fit_frame, "AT contains that");
   }
 }
 

@@ -505,6 +505,7 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const auto open = aside || step || turned
                         ? std::nullopt
                         : find_open(programmed, deviation, velocity, straight, good);
+  const auto pause = find_pause(programmed, without(measured, bad));
   const auto scaled = aside || step ? std::nullopt : find_scale(wanted, deviation, velocity, time);
   return {aside,
           step,
@@ -512,9 +513,10 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
           turned,
           scaled,
           open,
-          find_unfollowed(position, wanted, time, good),
+          pause ? std::nullopt : find_unfollowed(position, wanted, time, good),
           find_lag(deviation, velocity),
-          feed_of(programmed, joined, without(measured, bad))};
+          pause ? std::nullopt : feed_of(programmed, joined, without(measured, bad)),
+          pause};
 }
 
 }  // namespace armtrue

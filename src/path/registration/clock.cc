@@ -12,6 +12,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/registration/aside.h"
+#include "armtrue/path/registration/pause.h"
 #include "linear_algebra/decompositions.h"
 #include "path/registration/clock_estimator.h"
 #include "path/registration/feed.h"
@@ -77,6 +78,33 @@ Eigen::VectorXd distances(const Path& programmed, const Path& measured, const Cl
   return off.colwise().norm().transpose();
 }
 
+// The record without a pause: what comes after it, as much earlier.
+Path without(const Path& record, const Pause& pause) {
+  std::vector<Eigen::Index> kept;
+  Path path;
+  for (Eigen::Index k = 0; k < record.samples(); ++k)
+    if (k < pause.sample || record.time[k] >= pause.begin + pause.longer) kept.push_back(k);
+  path.time = record.time(kept);
+  path.position = record.position(Eigen::all, kept);
+  path.time.tail(std::ssize(kept) - pause.sample).array() -= pause.longer;
+  return path;
+}
+
+// After a pause a record lies far from the program, and near it without the pause.
+void check_pause(const Path& programmed, const Path& measured, bool fit_frame) {
+  const auto pause = find_pause(programmed, measured);
+  if (!pause) return;
+  const Path record = without(measured, *pause);
+  const double offset = first_offset(programmed, record);
+  const double off = fit_frame
+                         ? distances(programmed, record, fit_with_frame(programmed, record, offset))
+                                   .squaredNorm() /
+                               static_cast<double>(record.samples())
+                         : mean_square_distance(programmed, record, offset);
+  if (off < kMaxPathDistance * kMaxPathDistance)
+    throw std::invalid_argument("the tool " + in_words(*pause));
+}
+
 // A record of another feed lies far from the program, in whatever frame, and is of this pass.
 void check_feed(const Path& programmed, const Path& measured, bool fit_frame) {
   const auto feed = find_other_feed(programmed, measured);
@@ -113,6 +141,7 @@ std::string mistaken_columns(const Path& programmed, const Path& measured) {
 namespace {
 
 [[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
+  check_pause(programmed, measured, false);
   check_feed(programmed, measured, false);
   const double apart = std::sqrt(mean_square_distance(programmed, measured, offset));
   if (const std::string mistake = mistaken_columns(programmed, measured); !mistake.empty())
@@ -145,6 +174,7 @@ void check_joined(const Path& programmed, const Path& measured, const ClockFit& 
   const Eigen::VectorXd off = distances(programmed, measured, fit);
   const double rms = std::sqrt(off.array().square().mean());
   if (!(rms > kMaxPathDistance)) return;
+  check_pause(programmed, measured, true);
   check_feed(programmed, measured, true);
   throw std::invalid_argument("the measured path lies " + formatted("%.4g", rms / kMillimetre) +
                               " mm from the programmed one in whatever frame: it is not of this "

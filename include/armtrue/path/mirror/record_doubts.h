@@ -8,6 +8,7 @@
 #include "armtrue/path/path.h"
 #include "armtrue/path/registration/aside.h"
 #include "armtrue/path/registration/clock.h"
+#include "armtrue/path/registration/pause.h"
 #include "armtrue/path/samples/bad_samples.h"
 
 namespace armtrue {
@@ -91,12 +92,15 @@ struct RecordDoubts {
   /// Takes halves and quarters of the samples. There p and m are the differences of the program and
   /// of the record from their best straight motion with constant velocity. Present if p is above 2
   /// mm (rms) and <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
+  /// Empty if `pause` is present.
   std::optional<UnfollowedShape> unfollowed;
   /// Empty if too few samples are in motion.
   std::optional<TimeLag> lag;
   /// Says that the pass ran at another feed, see find_other_feed(). Only of a record that begins
   /// and ends where the program does. On a straight path such a pass can be registered.
+  /// Empty if `pause` is present.
   std::optional<std::string> feed;
+  std::optional<Pause> pause;
 };
 
 /// The coordinates (0 to 2) of a record that were not measured: all samples have one value, or
