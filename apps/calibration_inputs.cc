@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "armtrue/diagnosis/stated_deviations.h"
 #include "columns.h"
 #include "option_text.h"
 
@@ -71,6 +72,7 @@ Campaign campaign_to_fit(Command& command, const CalibrationArguments& arguments
     command.warn("--identify-per-session " + arguments.identify_per_session +
                  " changes nothing: " + campaign.source +
                  " is one session; name sessions in a column, or give --new-session-at-s");
+  warn_of_all(command, {trust_usual_deviation(robot, campaign)});
   refuse_mistakes(command, robot, campaign);
   command.sensor_error.take_off(campaign, robot.chain);
   command.warn_if_needless(robot, campaign);

@@ -106,9 +106,10 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
     robot = refit_to_sound(robot, campaign, refit);
   }
   options.path = app::certified_path(command, arguments);
-  const Certificate certificate = app::about_file(campaign.source, [&] {
-    return certify(robot, campaign, evaluate(robot, campaign), about, options);
-  });
+  const Evaluation evaluation = evaluate(robot, campaign);
+  app::warn_of_all(command, {contradiction_of_uncertainty(robot, campaign, evaluation)});
+  const Certificate certificate = app::about_file(
+      campaign.source, [&] { return certify(robot, campaign, evaluation, about, options); });
   if (before && before->date > about.date)
     command.warn(fmt::format(
         "{}: is of {}, younger than these readings of {} ({}): before and now look exchanged; give "

@@ -110,6 +110,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (robot.uncertainty) {
     predictions = predict(robot, campaign);
     app::warn_of_all(command, off_and_counted(find_gross_held_out(robot, campaign)));
+    app::warn_of_all(command, {contradiction_of_uncertainty(robot, campaign, evaluation)});
   }
   const std::string broken = broken_bounds(robot, campaign, evaluation, predictions);
   const bool is_met =

@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/hold_out.h"
 #include "armtrue/diagnosis/mistakes.h"
+#include "armtrue/diagnosis/stated_deviations.h"
 #include "columns.h"
 
 namespace armtrue::app {
@@ -73,6 +74,7 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
                      ": --test and FILE are the same file; --test needs poses that no fit uses");
   MeasuredLoop measured;
   measured.all = command.read_campaign(command.input, robot);
+  warn_of_all(command, {trust_usual_deviation(robot, measured.all)});
   refuse_mistakes(command, robot, measured.all);
   const SensorError sensor = command.sensor_error;
   sensor.take_off(measured.all, robot.chain);
@@ -89,6 +91,7 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
     measured.training = measured.all;
     measured.held_out = command.read_campaign(arguments.test, robot);
     sensor.take_off(measured.held_out, robot.chain);
+    warn_of_all(command, {trust_usual_deviation(robot, measured.held_out)});
     refuse_mistakes(command, robot, measured.held_out);
   }
   if (const std::string why = why_not_apart(measured.training, measured.held_out); !why.empty())

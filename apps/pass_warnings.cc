@@ -28,12 +28,13 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
+constexpr double kMaxAlong = 2e-3;  // [m]
+
 // Why a record does not show the places of the program at their times; empty if it does. A
 // correction that belongs elsewhere on the path is wrong at corners by as much as it is off. An
 // arm that errs along the path errs across it too, unless the path is straight.
 std::string why_out_of_time(const PathFile& programmed, const PathFile& record,
                             const RecordDoubts& doubts, const ClockOptions& options) {
-  constexpr double kMaxAlong = 2e-3;  // [m]
   if (doubts.pause && !is_straight(programmed.path, kMaxAlong))
     return record.source + ": the tool " + in_words(*doubts.pause);
   if (!doubts.lag) return "";
@@ -71,7 +72,7 @@ std::string why_out_of_time(const PathFile& programmed, const PathFile& record,
 void warn_of_record(Command& command, const PathFile& programmed, const PathFile& record,
                     const RecordDoubts& doubts, bool frame_is_fitted,
                     const std::string& consequence) {
-  if (doubts.pause)
+  if (doubts.pause && is_straight(programmed.path, kMaxAlong))
     command.warn(record.source + ": the tool " + in_words(*doubts.pause));
   if (doubts.feed) command.warn(record.source + ": the measured path " + *doubts.feed);
   if (doubts.aside) command.warn(record.source + ": " + in_words(*doubts.aside));

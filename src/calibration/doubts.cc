@@ -327,6 +327,22 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
             "refit base and tool if they are others, or calibrate anew");
 }
 
+std::string contradiction_of_uncertainty(const Robot& robot, const Campaign& campaign,
+                                         const Evaluation& evaluation) {
+  constexpr double kMuchTooLarge = 30;
+  if (!robot.uncertainty) return "";
+  const MeanSquare stated = mean_square_by_uncertainty(robot, campaign);
+  const double seen = summarize(evaluation.position).rms;
+  if (stated.expected <= 0 || kMuchTooLarge * seen > std::sqrt(stated.expected)) return "";
+  const double squares = stated.freedom * seen * seen / stated.expected;
+  if (1 - chi_squared_above(squares, stated.freedom) > kNoChance) return "";
+  return fmt::format(
+      "by the 'uncertainty' of the robot file positions err by {:.4g} mm (RMS), and they err by "
+      "{:.4g} mm, which is no chance: is its 'root' in another unit? Its bounds and deviations say "
+      "nothing; calibrate again",
+      std::sqrt(stated.expected) / kMillimetre, seen / kMillimetre);
+}
+
 std::string not_converged(const CalibrationResult& fit) {
   if (fit.converged) return "";
   return fmt::format(

@@ -404,6 +404,7 @@ std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& camp
 
 std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& held_out) {
   constexpr double kFar = 8;         // times as far as predicted, and as the others
+  constexpr double kMost = 0.5;      // of the poses: the others show what is usual
   constexpr size_t kMostNamed = 50;  // each is compared with every other pose
   if (held_out.poses() > kMostPoses) return {};
   const Reduced all = reduced(held_out);
@@ -426,8 +427,7 @@ std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& h
     judged.off = mean_of(judged.rows_off, [&](int k) { return misses[k]; });
     if (!is_share_of_pose(judged.rows_off, all.of_pose[pose])) far.pop_back();
   }
-  if (static_cast<double>(far.size()) >
-      std::max(1.0, kLargestShare * static_cast<double>(sizes.size())))
+  if (static_cast<double>(far.size()) > std::max(1.0, kMost * static_cast<double>(sizes.size())))
     return {};
   if (far.size() > kMostNamed) far.resize(kMostNamed);
   std::vector<GrossPose> gross =

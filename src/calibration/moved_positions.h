@@ -7,19 +7,20 @@
 #include <utility>
 #include <vector>
 
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/observation/session_models.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 
 /// Derivatives of the positions of all rows by the columns of a root. The own parameters of a
-/// further session count as those of the first, because a root has no others.
+/// further session that has no root of its own count as those of the first.
 class MovedPositions {
  public:
-  /// `geometric`: as for ObservationModel. `root`: unknowns of the first session x columns. Keeps
-  /// references to `campaign` and `root`, which must outlive it.
+  /// `geometric`: as for ObservationModel. `root`: unknowns of the first session x columns.
+  /// Keeps references to `campaign` and the roots, which must outlive it.
   MovedPositions(const Robot& robot, const Campaign& campaign, const std::vector<int>& geometric,
-                 const Eigen::MatrixXd& root);
+                 const Eigen::MatrixXd& root, const RootsOfSessions& of_sessions = kNoSessions);
 
   /// Calls add(result, rows, moved, residuals) for groups of rows, on the machine's threads, and
   /// joins the results of blocks in their order. `moved`: derivatives of the positions of these
@@ -53,6 +54,8 @@ class MovedPositions {
   }
 
  private:
+  inline static const RootsOfSessions kNoSessions;
+
   // The unknowns of a group that the root knows, and its rows of them.
   struct OwnRoot {
     std::vector<Eigen::Index> unknowns;
@@ -97,6 +100,7 @@ class MovedPositions {
   std::optional<Campaign> by_axis_;  // without covariances: the positions themselves are asked for
   SessionModels models_;
   const Eigen::MatrixXd& root_;
+  const RootsOfSessions& of_sessions_;
   int axes_;
 };
 

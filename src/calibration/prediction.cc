@@ -153,12 +153,13 @@ Spread spread_of(const CalibrationResult& fit, const Campaign& campaign,
 
 }  // namespace
 
-MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign) {
+MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign,
+                                      const RootsOfSessions& roots) {
   const Uncertainty& known = robot.uncertainty.value();
   const Eigen::Index columns = known.root.cols();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(columns, columns);  // its lower triangle
   const std::vector<int> geometric = indices_of(robot, known.parameters);
-  MovedPositions(robot, campaign, geometric, known.root)
+  MovedPositions(robot, campaign, geometric, known.root, roots)
       .add_up<Eigen::MatrixXd>(
           [&](Eigen::MatrixXd& of_block, std::span<const int>, const auto& moved, const auto&) {
             if (of_block.size() == 0) of_block = Eigen::MatrixXd::Zero(columns, columns);
@@ -263,15 +264,47 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   return uncertainty;
 }
 
-Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign) {
+namespace {
+
+// The rows of a root of all unknowns, `stated` those of the first session, with the own parameters
+// of each further session in their place. Where few points determine it, a base errs by much, and
+// by its own amount.
+RootsOfSessions roots_of_sessions(const CalibrationResult& fit, const std::vector<int>& stated,
+                                  const Eigen::MatrixXd& root) {
+  RootsOfSessions roots;
+  for (const auto& [name, session] : fit.robot.sessions) {
+    std::vector<Eigen::Index> rows(stated.begin(), stated.end());
+    bool is_further = false;
+    for (Eigen::Index& row : rows)
+      if (const auto own = std::find(fit.names.begin() + fit.shared, fit.names.end(),
+                                     "session " + name + " " + fit.names[row]);
+          own != fit.names.end()) {
+        row = own - fit.names.begin();
+        is_further = true;
+      }
+    if (is_further) roots[name] = root(rows, Eigen::all);
+  }
+  return roots;
+}
+
+}  // namespace
+
+IfComplete uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign) {
+  constexpr Eigen::Index kMaxColumns =
+      800;  // of all sessions: a filter of their bases takes its cube
   Uncertainty uncertainty = uncertainty_of_fit(fit, campaign, evaluate(fit.robot, campaign));
-  const Eigen::MatrixXd root = fit.inverse_root(stated_unknowns(fit), Eigen::all);
+  const std::vector<int> stated = stated_unknowns(fit);
+  const Eigen::MatrixXd root = fit.inverse_root(stated, Eigen::all);
   // Readings of a pose may err together: they scatter about the model as single ones do.
   const double usual =  // of fit.sigma a row has the median
       campaign.sigma_position.empty() ? 1 : usual_sigma(campaign) / median(campaign.sigma_position);
   const double scatter = std::max(1.0, uncertainty.reading.position / (usual * fit.sigma.position));
-  uncertainty.root = scatter * root_of(root * root.transpose());
-  return uncertainty;
+  if (fit.robot.sessions.empty() || fit.inverse_root.cols() > kMaxColumns) {
+    uncertainty.root = scatter * root_of(root * root.transpose());
+    return {uncertainty, {}};
+  }
+  uncertainty.root = scatter * root;
+  return {uncertainty, roots_of_sessions(fit, stated, scatter * fit.inverse_root)};
 }
 
 Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
@@ -350,14 +383,15 @@ double usual_sigma(const Campaign& campaign) {
   return own.empty() ? 0 : std::sqrt(mean_of(own, [](double sigma) { return sigma * sigma; }));
 }
 
-double p_of_errors(const Robot& robot, const Campaign& campaign, double usual) {
+double p_of_errors(const Robot& robot, const Campaign& campaign, double usual,
+                   const RootsOfSessions& roots) {
   const Uncertainty& known = robot.uncertainty.value();
   const Eigen::Index columns = known.root.cols();
   const int axes = campaign.reading_size().position;
   const std::vector<int> geometric = indices_of(robot, known.parameters);
   const std::vector<double> times = times_of_usual(campaign, usual);
   std::map<int, PoseError> poses;
-  MovedPositions(robot, campaign, geometric, known.root)
+  MovedPositions(robot, campaign, geometric, known.root, roots)
       .for_each_row([&](size_t row, const auto& moved, const auto& residual) {
         PoseError& pose = poses[campaign.pose[row]];
         if (pose.readings++ == 0) {

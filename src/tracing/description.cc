@@ -292,10 +292,17 @@ std::string errors_in_words(const LoopResult& result) {
                         counted(effects, "found effect"), effects == 1 ? "is" : "are");
   if (result.applied && held_out)
     text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
+  std::vector<std::string> wrong;
   if (const size_t rows = result.contradicted_rows.size(); rows > 0)
-    text += fmt::format("; {:.3g} mm without {} that the others of {} contradict",
-                        result.after_sound / kMillimetre, counted(rows, "held-out reading"),
-                        rows == 1 ? "its pose" : "their poses");
+    wrong.push_back(fmt::format("{} that the others of {} contradict",
+                                counted(rows, "held-out reading"),
+                                rows == 1 ? "its pose" : "their poses"));
+  if (result.are_blunders)
+    wrong.push_back(fmt::format("{} that {} off as blunders of the training poses are",
+                                counted(result.gross_held_out.size(), "held-out pose"),
+                                result.gross_held_out.size() == 1 ? "is" : "are"));
+  if (!wrong.empty())
+    text += fmt::format("; {:.3g} mm without {}", result.after_sound / kMillimetre, listed(wrong));
   if (const size_t rows = result.not_judged_rows.size(); rows > 0)
     text += fmt::format("; {} at a step in time may be of either side and {} not judged",
                         counted(rows, "held-out reading"), rows == 1 ? "is" : "are");
@@ -315,9 +322,6 @@ std::string not_separable_in_words(const LoopResult& result) {
   if (const std::string doubtful = only_doubtful(effects); !doubtful.empty())
     return "these poses cannot tell whether it is the arm that moves where " + doubtful +
            ": programs are not corrected by that";
-  if (result.common_backlash && std::ranges::none_of(effects, is_undecided))
-    return "the joints have one backlash, as if their angles had been read before the arm stood "
-           "still";
   if (!result.trace.shown_family.empty() && std::ranges::none_of(effects, is_undecided))
     return fmt::format(
         "'{}' is there, but these poses cannot tell in which parts: all of 'held_by_priors' share "
@@ -353,6 +357,13 @@ std::string unexplained_in_words(const LoopResult& result) {
     return "a change among the readings explains what is left: " + result.explanation +
            (result.moved ? "; do not correct programs with this result" : "");
   if (!result.wandering.empty()) return wandering_in_words(result.wandering);
+  if (result.outside_p < kUnlikely && !result.gross_held_out.empty() && !result.are_blunders)
+    return fmt::format(
+        "{} of {} held-out poses {} wrong as {}, and hardly any training pose is: look at their "
+        "readings, or the model lacks something that the training poses do not show",
+        result.gross_held_out.size(), result.held_out_poses,
+        result.gross_held_out.size() == 1 ? "is" : "are",
+        result.gross_held_out.size() == 1 ? "a whole" : "wholes");
   if (result.outside_p < kUnlikely)
     return "held-out poses lie beyond their predicted bounds: the model lacks something that the "
            "training poses do not show";

@@ -88,6 +88,34 @@ void set_excluded_rows(const Training& training, const Campaign& given, LoopResu
   result.left_out_together = left_out_together(given, result.excluded_rows);
 }
 
+// Training poses with a reading that is a blunder, or wrong as wholes.
+int blunders_in_training(const Training& training) {
+  std::set<int> poses;
+  for (int row : training.quality.blunders) poses.insert(training.sound->pose[row]);
+  return static_cast<int>(poses.size() + training.gross_poses.size());
+}
+
+// The held-out poses that are wrong as wholes. The geometry, too, errs there by half as much: where
+// it errs less, the effects do.
+void set_gross_held_out(const Training& training, const Campaign& held_out, LoopResult& result) {
+  constexpr double kShare = 0.5, kNoChance = 0.01;
+  if (held_out.rows() == 0) return;
+  Robot robot = training.trace.fit.robot;
+  robot.uncertainty = training.if_complete->uncertainty;
+  result.gross_held_out = find_gross_held_out(robot, held_out);
+  if (result.gross_held_out.empty()) return;
+  const Evaluation geometry = evaluate(training.trace.stages.front().robot, held_out);
+  std::erase_if(result.gross_held_out, [&](const GrossPose& pose) {
+    return geometry.position[pose.rows.front()] < kShare * pose.off;
+  });
+  const int gross = static_cast<int>(result.gross_held_out.size()),
+            in_training = blunders_in_training(training);
+  result.are_blunders =
+      gross > 0 && in_training > 0 &&
+      hypergeometric_at_least(gross, result.held_out_poses, gross + in_training,
+                              result.held_out_poses + result.training_poses) >= kNoChance;
+}
+
 // A cycle with a refined frequency counts as the same effect.
 bool same_but_for_refinement(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape.kind == b.shape.kind &&
@@ -143,16 +171,16 @@ double highest_of_floor(const NoiseFloor& noise, int readings, const Campaign& h
   return 1 + 2.33 * std::sqrt(times * cv2 / std::max(1, readings) + by_replicates);
 }
 
-// Sets the p of the held-out errors and the poses that are wrong as wholes. Returns the factor by
-// which the uncertainty of the unknowns raises the error of a complete model over the floor (99 %
-// quantile): sqrt(1 + mean square by the unknowns / variance of a reading).
+// Sets the p of the held-out errors. Returns the factor by which the uncertainty of the unknowns
+// raises the error of a complete model over the floor (99 % quantile): sqrt(1 + mean square by the
+// unknowns / variance of a reading).
 double judge_held_out(const Training& training, const Campaign& held_out, LoopResult& result) {
   Robot robot = result.trace.fit.robot;
-  robot.uncertainty = *training.if_complete;
-  result.outside_p = p_of_errors(robot, held_out, usual_sigma(*training.sound));
-  result.gross_held_out = find_gross_held_out(robot, held_out);
+  robot.uncertainty = training.if_complete->uncertainty;
+  const RootsOfSessions& roots = training.if_complete->roots;
+  result.outside_p = p_of_errors(robot, held_out, usual_sigma(*training.sound), roots);
   constexpr double kBeyond = 0.01;
-  const MeanSquare by_unknowns = mean_square_by_uncertainty(robot, held_out);
+  const MeanSquare by_unknowns = mean_square_by_uncertainty(robot, held_out, roots);
   const double highest = by_unknowns.expected / by_unknowns.freedom *
                          chi_squared_quantile_above(kBeyond, by_unknowns.freedom);
   const double of_reading = robot.uncertainty->reading.position;
@@ -194,8 +222,9 @@ HeldOutGain gain_over(const Robot& without, const std::vector<double>& with,
 }
 
 // Errors before and after on the held-out poses, and the held-out gain of each effect.
-void set_held_out(const Training& training, const Campaign& held_out, const TraceOptions& options,
-                  LoopResult& result) {
+// Errors count all of `held_out`, gains those that are `sound`.
+void set_held_out(const Training& training, const Campaign& held_out, const Campaign& sound,
+                  const TraceOptions& options, LoopResult& result) {
   const std::vector<int> poses = poses_of_readings(held_out);
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).reading_errors();
   const std::vector<double> named = evaluate(result.trace.fit.robot, held_out).reading_errors();
@@ -218,8 +247,9 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
   result.removed_ci95 = removed_ci95(result, poses, options);
   result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
+  const std::vector<double> with = evaluate(result.trace.fit.robot, sound).reading_errors();
   for (const Robot& without : training.without_effect)
-    result.gains.push_back(gain_over(without, named, held_out, options));
+    result.gains.push_back(gain_over(without, with, sound, options));
 }
 
 double standard_error(const std::array<double, 2>& ci95) {
@@ -372,7 +402,6 @@ void set_applied(const JudgedTraining& judged, const Campaign& held_out, LoopRes
     // Beside random errors of the instrument the arm need not predict better than beside a law.
     const double most = judged.instrument_errs ? kCountsAsWorse : 1;
     if (summarize(after).mean > most * summarize(before).mean) return;
-    applied.stage.held_out = errors_of(robot, held_out);
   }
   applied.stage.name = "+ what the arm does besides, without a name";
   applied.stage.parameters = static_cast<int>(applied.fit.names.size());
@@ -401,26 +430,28 @@ bool has_parts_in_doubt(const LoopResult& result) {
 }
 
 void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
-  double raised = 1;
+  double raised = 1, after = 0, nominal = 0;
   if (held_out.rows() > 0) {
     const Campaign sound = sound_held_out(held_out, result);
     raised = judge_held_out(training, sound, result);
-    result.after_sound = summarize(evaluate(result.trace.fit.robot, sound).reading_errors()).mean;
+    const auto mean_of = [](const Robot& robot, const Campaign& readings) {
+      return summarize(evaluate(robot, readings).reading_errors()).mean;
+    };
+    result.after_sound = mean_of(result.trace.fit.robot, sound);
+    after = mean_of(result_of(result).robot, held_out);
+    nominal = mean_of(result.nominal, held_out);
   }
-  const auto readings = static_cast<int>(result.errors_after.size());
+  const int readings = held_out.readings();
   const double of_noise = highest_of_floor(result.noise, readings, held_out);
   // However uncertain the unknowns are: an error 30 % above the floor does not count as noise.
   constexpr double kMostOfUnknowns = 1.3;
   const double complete_high = raised * of_noise * result.floor;
   const double floor_high =
       std::min(complete_high, result.floor * std::max(of_noise, kMostOfUnknowns));
-  result.worse_than_nominal = held_out.rows() > 0 && result.after > floor_high &&
-                              result.after > result.stages.front().held_out.position.mean;
+  result.worse_than_nominal = held_out.rows() > 0 && after > floor_high && after > nominal;
   result.all_from_few =
       held_out.rows() == 0 &&
       distinct_equations(*training.sound) < kEquationsOfUnknown * unknowns_of(result.trace.fit);
-  result.common_backlash =
-      common_backlash(result.trace.fit.robot.chain, result.trace.effects);
   for (size_t k = 0; k < result.gains.size() && result.unconfirmed_curve.empty(); ++k)
     if (const TracedEffect& traced = result.trace.effects[k];
         traced.in_words.empty() && !result.gains[k].confirmed())
@@ -437,7 +468,6 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                 .left_out_together = !result.left_out_together.empty(),
                 .is_explained = !result.explanation.empty() || result.angles_read_early,
                 .wanders = !result.wandering.empty(),
-                .common_backlash = result.common_backlash.has_value(),
                 .shown_family = has_parts_in_doubt(result),
                 .pattern_remains = result.trace.pattern_remains,
                 .all_from_few = result.all_from_few,
@@ -521,7 +551,6 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
                       bool angles_read_early) {
   require_known_sessions(given, all_held_out);
   LoopResult result;
-  result.angles_read_early = angles_read_early;
   result.of_touches = given.has_touches();
   result.of_images = given.has_pixels_only();
   result.of_distances = given.reads_one_number() && !result.of_touches;
@@ -532,10 +561,18 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   Training& training = judged.training;
   result.not_judged_rows =
       all_held_out.lines_of(rows_at_steps(training.trace, *training.sound, all_held_out));
-  const Campaign held_out = judged_readings(result, all_held_out);
-  result.held_out_poses = count_poses(held_out);
+  const Campaign judged_held_out = judged_readings(result, all_held_out);
+  result.held_out_poses = count_poses(judged_held_out);
+  set_gross_held_out(training, judged_held_out, result);
+  std::optional<Campaign> without_blunders;
+  const Campaign& held_out =
+      result.are_blunders
+          ? without_blunders.emplace(without_gross(judged_held_out, result.gross_held_out))
+          : judged_held_out;
   result.moved = something_moved(given, training);
-  const bool geometry_alone = result.moved || angles_read_early;
+  result.common_backlash = common_backlash(robot.chain, training.trace.effects);
+  result.angles_read_early = angles_read_early || result.common_backlash;
+  const bool geometry_alone = result.moved || result.angles_read_early;
   const bool has_effects = training.trace.stages.size() > 1;
   if (!geometry_alone) result.rejected = rejected_model(training.trace, held_out, options);
   const bool against_held = !result.rejected && is_against_held(training.trace, held_out, options);
@@ -549,16 +586,20 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)
-    result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
+    result.stages.push_back(stage_of(k, training, result.trace.stages, judged_held_out));
   result.nominal = training.nominal;
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
   if (against_held)
     result.stages.back().name = "geometric, as what priors alone hold predicts no better";
   if (result.moved && has_effects)
     result.stages.back().name = "geometric, as something moved among the images";
-  if (angles_read_early && has_effects)
+  if (result.angles_read_early && has_effects)
     result.stages.back().name = "geometric, as the angles were not read at standstill";
-  if (result.applied) result.stages.push_back(result.applied->stage);
+  if (result.applied) {
+    Stage& stage = result.applied->stage;
+    if (held_out.rows() > 0) stage.held_out = errors_of(result.applied->fit.robot, judged_held_out);
+    result.stages.push_back(stage);
+  }
   set_parts(result);
   set_excluded_rows(training, given, result);
   set_floor(training, held_out, result);
@@ -575,7 +616,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
     result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");
   if (result.explanation.empty() && !result.rejected && !result.applied && !catalogue.empty())
     look_at_order(training, catalogue, options, result);
-  if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
+  if (held_out.rows() > 0) set_held_out(training, judged_held_out, held_out, options, result);
   set_verdict(training, held_out, result);
   return result;
 }

@@ -18,7 +18,8 @@ namespace {
 // Why the result must not be used; empty if it may be.
 std::string why_not_used(const Robot& robot, const LoopResult& result) {
   if (!result.trace.fit.converged) return not_converged(result.trace.fit);
-  const std::string beyond = beyond_any_arm(robot, result.after, result.noise.position);
+  const double after = result.are_blunders ? result.after_sound : result.after;
+  const std::string beyond = beyond_any_arm(robot, after, result.noise.position);
   if (!beyond.empty() || !result.worse_than_nominal) return beyond;
   const double nominal = result.stages.front().held_out.position.mean;
   return fmt::format(
@@ -30,9 +31,8 @@ std::string why_not_used(const Robot& robot, const LoopResult& result) {
 std::string common_backlash_in_words(const LoopResult& result) {
   if (!result.common_backlash) return "";
   return fmt::format(
-      "the joints have one backlash, {:.2g} deg, and gears have each their own: were the joint "
-      "angles not read at standstill? A campaign with angles read so tells; until then the verdict "
-      "is not 'closed'",
+      "the joints look as if they had one backlash, {:.2g} deg, and gears have each their own: the "
+      "joint angles were not read at standstill; read the angles when the arm stands",
       std::abs(*result.common_backlash) / kDegree);
 }
 

@@ -42,7 +42,7 @@ std::string to_string(Verdict verdict) {
 std::optional<double> common_backlash(const KinematicChain& chain,
                                       const std::vector<TracedEffect>& effects) {
   constexpr size_t kFewestJoints = 3;
-  constexpr double kDeviations = 3, kAlike = 0.25;
+  constexpr double kDeviations = 3, kQuarter = 0.25;
   struct Backlash {
     double value, std;
   };
@@ -60,11 +60,15 @@ std::optional<double> common_backlash(const KinematicChain& chain,
     sum += found.back().value / (c.std * c.std);
     weight += 1 / (c.std * c.std);
   }
-  if (found.size() < kFewestJoints || 2 * std::ssize(found) <= joint_count(chain))
-    return std::nullopt;
+  if (found.size() < kFewestJoints) return std::nullopt;
   const double mean = sum / weight;
+  const bool go_on = mean > 0;
+  const auto twice = 2 * static_cast<int>(found.size());
+  if (twice < joint_count(chain) || (!go_on && twice == joint_count(chain))) return std::nullopt;
+  const double near = kQuarter * std::abs(mean);
   const bool are_alike = std::ranges::all_of(found, [&](const Backlash& backlash) {
-    return std::abs(backlash.value - mean) < std::max(kDeviations * backlash.std, kAlike * std::abs(mean));
+    const double apart = std::abs(backlash.value - mean), clear = kDeviations * backlash.std;
+    return go_on ? apart < std::max(near, clear) : apart < near && clear < near;
   });
   return are_alike ? std::optional(mean) : std::nullopt;
 }
@@ -80,7 +84,7 @@ Verdict conclude(const Grounds& grounds) {
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
   if (beyond_floor && grounds.after > most) return Verdict::unexplained;
-  if (grounds.common_backlash || grounds.shown_family ||
+  if (grounds.shown_family ||
       std::ranges::any_of(grounds.effects, is_undecided))
     return Verdict::not_separable;
   if (!grounds.knows_noise) return Verdict::unknown_noise;

@@ -141,7 +141,7 @@ TEST(Prediction, OfACompleteModelIsThatOfTheInformation) {
     if (row % 4 == 0) campaign.position[static_cast<size_t>(row)] += 8e-4 * random.normal3();
   }
   const CalibrationResult fit = calibrate(robot, campaign);
-  const Eigen::MatrixXd root = uncertainty_if_complete(fit, campaign).root;
+  const Eigen::MatrixXd root = uncertainty_if_complete(fit, campaign).uncertainty.root;
   const double expected = (fit.inverse_root * fit.inverse_root.transpose()).trace();
   // Student's sigma lies some way below the scatter; the RMS of what the rows state is four times
   // their median, which would count sixteen times.

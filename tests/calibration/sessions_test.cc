@@ -374,6 +374,27 @@ TEST(Sessions, PredictionsOfEachFollowItsOwnColumns) {
   }
 }
 
+// Four points leave the base of each session uncertain, and held-out poses of one say nothing of
+// the base of another.
+TEST(Sessions, AHeldOutPoseOfOneOfFewPointsIsBoundedByItsOwnBase) {
+  constexpr int kCampaigns = 20, kMost = 4;  // of Binomial(20, 0.05) more has p 0.003
+  const Robot robot = shipped("kr360-spindle");
+  int beyond = 0;
+  for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+    const Campaign campaign = measured(
+        robot, {.sessions = 10, .poses = 5, .seed = seed, .noise_mm = 0.03, .orientation = false});
+    std::vector<int> training, rest;
+    for (int row = 0; row < campaign.rows(); ++row) (row % 5 == 4 ? rest : training).push_back(row);
+    const Campaign fitted = campaign.select(training), held_out = campaign.select(rest);
+    const CalibrationResult fit = calibrate(robot, fitted);
+    const IfComplete known = uncertainty_if_complete(fit, fitted);
+    Robot found = fit.robot;
+    found.uncertainty = known.uncertainty;
+    beyond += p_of_errors(found, held_out, 0, known.roots) < 0.05;
+  }
+  EXPECT_LE(beyond, kMost);
+}
+
 TEST(Sessions, OwnZeroOffsetsAreFound) {
   const Robot truth = shipped("kr360-table4");
   Robot robot = shipped("kr360-spindle");

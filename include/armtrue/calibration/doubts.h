@@ -52,6 +52,12 @@ void widen_deviations(double factor, CalibrationResult& fit);
 std::string broken_bounds(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<Prediction>& predictions);
 
+/// A sentence if the parameters of a robot are much less uncertain than its file states: its mean
+/// square error at these readings, noise included, is below a thousandth (30^2) of the mean square
+/// by Uncertainty::root, and p < 0.001 (see MeanSquare). Else empty.
+std::string contradiction_of_uncertainty(const Robot& robot, const Campaign& campaign,
+                                         const Evaluation& evaluation);
+
 /// A sentence with the remedy if a fit did not converge; else empty.
 std::string not_converged(const CalibrationResult& fit);
 

@@ -48,7 +48,7 @@ std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& camp
 /// uncertainty. A pose is gross if the RMS of its errors over their predicted deviations
 /// (Prediction::deviation) is above 8, and above 8 times the median of the poses; that of points is
 /// then 14 standard deviations of an axis. Where the model lacks something, poses may be as far
-/// off: so a mistake must explain it, or it must be 5 mm or more. None if more than a quarter of
+/// off: so a mistake must explain it, or it must be 5 mm or more. None if more than half of
 /// the poses are as far off, or beyond 2000 poses; at most 50.
 std::vector<GrossPose> find_gross_held_out(const Robot& robot, const Campaign& held_out);
 

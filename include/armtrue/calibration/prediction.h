@@ -1,5 +1,8 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
@@ -25,6 +28,10 @@ struct Prediction {
   double leverage = 0;
 };
 
+/// Uncertainty::root of further sessions, by name, with their own parameters in the place of those
+/// of the first. A session without one counts as the first.
+using RootsOfSessions = std::map<std::string, Eigen::MatrixXd>;
+
 /// Contribution of the uncertainty of a robot to the mean square of the position errors of a
 /// campaign. It is a quadratic form of normal errors: m = tr M with M = mean of G^T J^T J G over
 /// the rows.
@@ -32,7 +39,8 @@ struct MeanSquare {
   double expected = 0;  ///< m [m^2]
   double freedom = 1;   ///< of the chi-square law m chi^2 / f (Satterthwaite): m^2 / tr M^2
 };
-MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign);
+MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign,
+                                      const RootsOfSessions& roots = {});
 
 /// p-value of the number of held-out poses beyond their 95 % bounds under the stated uncertainty of
 /// the robot: P(X >= outside), X ~ Binomial(poses, 0.05). The errors of the robot are common to the
@@ -40,7 +48,8 @@ MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campai
 /// Bar-Shalom, "Estimation with Applications", 2001, 5.4): these prediction errors are independent.
 /// The robot must state its uncertainty. Where rows state standard deviations, each counts by its
 /// own over `usual`, the usual_sigma() of the calibration [m]; 0: over that of the campaign.
-double p_of_errors(const Robot& robot, const Campaign& campaign, double usual = 0);
+double p_of_errors(const Robot& robot, const Campaign& campaign, double usual = 0,
+                   const RootsOfSessions& roots = {});
 
 /// RMS of the standard deviations that rows state [m], 0 if they state none: Uncertainty::reading
 /// is that of a row which states it.
@@ -52,8 +61,13 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign);
 
 /// The same for a model that lacks nothing: from the information of readings and priors, not from
-/// the scatter of the poses, which few poses estimate poorly.
-Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign);
+/// the scatter of the poses, which few poses estimate poorly. That of a session of few points is
+/// its own; of more than 800 unknowns all count as the first.
+struct IfComplete {
+  Uncertainty uncertainty;
+  RootsOfSessions roots;
+};
+IfComplete uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign);
 
 /// The uncertainty of `robot` after the geometric parameters `refitted` were fitted again to a
 /// campaign. With B the whitened derivatives of its readings by these, A those by the others, C the

@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/search/trace.h"
 
 namespace armtrue {
@@ -23,7 +24,7 @@ struct Training {
   /// For each found effect, the last model without it, with all else refitted (to first order where
   /// the readings do not fit much worse); see Then.
   std::vector<Robot> without_effect;
-  std::optional<Uncertainty> if_complete;  ///< of the last model, if it lacks nothing; see Then
+  std::optional<IfComplete> if_complete;  ///< of the last model, if it lacks nothing; see Then
 };
 
 /// The next step: held-out poses are predicted, which needs `without_effect` and `if_complete`, or

@@ -87,13 +87,18 @@ struct LoopResult {
   /// poses.
   std::vector<int> excluded_rows;
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
-  std::vector<GrossPose> gross_held_out;  ///< see find_gross_held_out(); their errors count
+  /// See find_gross_held_out(); errors count them.
+  std::vector<GrossPose> gross_held_out;
+  /// Whether training poses are blunders, too, and no less often: then the choices and the verdict
+  /// do without `gross_held_out`.
+  bool are_blunders = false;
   std::string left_out_together;       ///< see left_out_together()
   std::string explanation;             ///< see explanation_of_rest()
   std::string wrong_readings;          ///< see Findings; then nothing is explained
-  /// Whether the joint angles were read before the arm stood: the result is the geometry.
+  /// Whether the joint angles were read before the arm stood, as the diagnosis says or as the
+  /// effects that were found show (`common_backlash`): the result is the geometry.
   bool angles_read_early = false;
-  std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
+  std::optional<double> common_backlash;  ///< of the effects that were found
   Robot nominal;  ///< with base and tool fitted to the training readings: that of the first stage
   std::vector<Stage> stages;
   /// Whether a camera or a board moved among the images: the result is the geometry.
@@ -113,7 +118,8 @@ struct LoopResult {
   /// Lines of held-out readings that the others of their pose contradict. Errors count them; the
   /// verdict does not.
   std::vector<int> contradicted_rows;
-  double after_sound = 0;                           ///< as `after_named`, without them [m]
+  /// As `after_named`, without them and without `gross_held_out` if `are_blunders` [m].
+  double after_sound = 0;
   /// Lines of held-out readings at a step in time: between the training readings between which it
   /// lies. They may be of either side, so nothing counts them.
   std::vector<int> not_judged_rows;
@@ -166,8 +172,9 @@ struct LoopResult {
 /// out, unless it is one of a family, which has its evidence together, or is_undecided(); a weak
 /// one (p above TraceOptions::significance_without_lack_of_fit) that they do not support is; and
 /// random effects are applied only where the mean error does not rise (by 5 % at most where
-/// AppliedArm::instrument_errs). With `angles_read_early` (Findings::early_angles) the result is
-/// the geometry: any effect would follow what the angles err by. Throws std::invalid_argument if a
+/// AppliedArm::instrument_errs). With `angles_read_early` (Findings::early_angles), or if the found
+/// effects are one backlash of the joints (common_backlash()), the result is the geometry: any
+/// effect would follow what the angles err by. Throws std::invalid_argument if a
 /// session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {},

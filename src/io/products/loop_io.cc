@@ -128,6 +128,10 @@ Document write_loop(const LoopResult& result, const TraceOptions& options,
     root["contradicted"]["rows"] = lines_node(result.contradicted_rows);
     root["contradicted"]["after_mm"] = rounded(result.after_sound / kMillimetre);
   }
+  if (!result.gross_held_out.empty())
+    root["gross_held_out"]["poses"] = gross_poses_node(result.gross_held_out);
+  if (result.are_blunders)
+    root["gross_held_out"]["after_mm"] = rounded(result.after_sound / kMillimetre);
   if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));

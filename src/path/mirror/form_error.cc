@@ -51,10 +51,26 @@ Eigen::Matrix2Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix2Xd>& samp
 struct Band {
   double power = 0;  // sum of |z|^2
   double count = 0;
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();  // sum of z z', of the form
+};
+
+// Noise of the coefficients of some bands of the form.
+struct Noise {
+  size_t first = 0, end = 0;                       // bands
+  Eigen::Matrix2d mean = Eigen::Matrix2d::Zero();  // of z z'
+  double count = 0;                                // of coefficients that show it
+  double variance() const { return mean.trace(); }
+  // Numbers of a coefficient that vary: two, if the noise is the same along both axes.
+  double axes() const {
+    const double squares = mean.squaredNorm();
+    return squares > 0 ? variance() * variance() / squares : 1;
+  }
 };
 
 class FormSpectrum {
  public:
+  void begin_pass() { passes_.emplace_back(); }
+
   // A deviation across the path in one piece.
   void add(const Eigen::Ref<const Eigen::Matrix2Xd>& across, double period) {
     const double duration = period * static_cast<double>(across.cols());
@@ -70,46 +86,35 @@ class FormSpectrum {
   FormError form() const {
     if (noise_count_ == 0)
       throw std::invalid_argument("form error: fewer than two samples in motion");
-    const Eigen::Matrix2d noise = noise_ / noise_count_;
-    const double squares = noise.squaredNorm(), variance = noise.trace();
-    // The square of the form in `count` coefficients, and its standard deviation from noise alone.
-    const auto square = [&](const Band& band) {
-      return (band.power - band.count * variance) / samples_;
-    };
-    const auto from_noise = [&](double count) {
-      return std::sqrt(2 * count * squares * (1 + count / noise_count_)) / samples_;
-    };
-    Band all;
-    double least_biased = 0;
-    // Numbers of a coefficient that vary: two, if the noise is the same along both axes.
-    const double axes = squares > 0 ? variance * variance / squares : 1;
-    const auto stands_out = [&](const Band& band) {
-      if (variance == 0) return band.power > 0;
-      const double ratio = band.power / (band.count * variance);
-      return fisher_f_above(ratio, axes * band.count, axes * noise_count_) < kStandsOut;
-    };
-    for (size_t b = 0; b < bands_.size(); ++b) {
-      if (b == 0 || from_noise(bands_[b].count) < kHardlyUncertain * least_biased ||
-          stands_out(bands_[b]))
-        least_biased += square(bands_[b]);
-      all.power += bands_[b].power;
-      all.count += bands_[b].count;
+    const Noise above{0, bands_.size(), noise_ / noise_count_, noise_count_};
+    const std::vector<Noise> slow = slow_noise(above);
+    const std::vector<Noise> noises = slow.empty() ? std::vector{above} : slow;
+    double least_biased = 0, power = 0, square = 0, crossing = 0;
+    for (const Noise& noise : noises) {
+      for (size_t b = noise.first; b < noise.end; ++b) {
+        const Band& band = bands_[b];
+        const double own = (band.power - band.count * noise.variance()) / samples_;
+        if (b == 0 || std::sqrt(of_noise(noise, b, b + 1)) < kHardlyUncertain * least_biased ||
+            stands_out(band, noise))
+          least_biased += own;
+        power += band.power;
+        square += own;
+        crossing += (noise.mean * band.squares).trace();
+      }
     }
+    const Eigen::Matrix2d form = sum_of_form();
     // Variance of a sample along the form.
-    const double along = form_.trace() > 0 ? (noise * form_).trace() / form_.trace() : 0;
-    const auto squared_ci95 = not_negative_ci95(square(all), [&](double truth) {
-      const double crossed = 4 * truth * along * samples_, own = 2 * all.count * squares;
-      if (own == 0) return std::sqrt(crossed) / samples_;
-      // If this is the truth, the band of the form shows the noise as well, by its weight (score).
-      const double weight = all.count * all.count / (crossed + own);
-      const double weight_above = noise_count_ / (2 * squares);
-      const double shown = std::max(0.0, (all.power - truth * samples_) / all.count);
-      const double pooled = (weight * shown + weight_above * variance) / (weight + weight_above);
-      return pooled / variance * std::hypot(std::sqrt(crossed) / samples_, from_noise(all.count));
+    const double along = form.trace() > 0 ? crossing / form.trace() : 0;
+    const auto squared_ci95 = not_negative_ci95(square, [&](double truth) {
+      double variance = 4 * truth * along / samples_;
+      for (const Noise& noise : noises) variance += of_noise(noise, noise.first, noise.end);
+      const double times = slow.empty() ? pooled(above, power, truth, along) : 1;
+      return times * std::sqrt(variance);
     });
     FormError error;
-    error.faster = faster(axes);
+    error.faster = faster(above.axes());
     for (size_t k = 0; k < 2; ++k) error.ci95[k] = std::sqrt(squared_ci95[k]);
+    if (slow.empty() && !are_comparable() && may_be_slow(above)) error.ci95[0] = 0;
     // The root of a square of variance 4 form^2 along / n is too small by along / (2 n form).
     error.rms = std::clamp(std::sqrt(std::max(0.0, least_biased + along / samples_)), error.ci95[0],
                            error.ci95[1]);
@@ -117,6 +122,99 @@ class FormSpectrum {
   }
 
  private:
+  // Variance that noise alone gives the square of the form in some bands.
+  double of_noise(const Noise& noise, size_t first, size_t end) const {
+    double count = 0;
+    for (size_t b = first; b < end; ++b) count += bands_[b].count;
+    return 2 * count * noise.mean.squaredNorm() * (1 + count / noise.count) / (samples_ * samples_);
+  }
+
+  static bool stands_out(const Band& band, const Noise& noise) {
+    if (noise.variance() == 0) return band.power > 0;
+    return fisher_f_above(band.power / (band.count * noise.variance()), noise.axes() * band.count,
+                          noise.axes() * noise.count) < kStandsOut;
+  }
+
+  Eigen::Matrix2d sum_of_form() const {
+    Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+    for (const Band& band : bands_) sum += band.squares;
+    return sum;
+  }
+
+  // If this is the truth, the bands of the form show the noise as well, by their weight (score).
+  // Over the noise that is seen above them.
+  double pooled(const Noise& above, double power, double truth, double along) const {
+    const double squares = above.mean.squaredNorm();
+    if (squares == 0) return 1;
+    double count = 0;
+    for (const Band& band : bands_) count += band.count;
+    const double weight = count * count / (4 * truth * along * samples_ + 2 * count * squares);
+    const double weight_above = above.count / (2 * squares);
+    const double shown = std::max(0.0, (power - truth * samples_) / count);
+    return (weight * shown / above.variance() + weight_above) / (weight + weight_above);
+  }
+
+  // Whether all passes have the same stretches.
+  bool are_comparable() const {
+    return passes_.size() > 1 && std::ranges::all_of(passes_, [&](const auto& pass) {
+             return pass.size() == passes_.front().size();
+           });
+  }
+
+  // The noise of each band, as passes differ there; bands that few coefficients show together.
+  // Nothing if that is no more than the noise above the form, or if there is nothing to compare.
+  std::vector<Noise> slow_noise(const Noise& above) const {
+    constexpr double kFewest = 8, kMoreByChance = 0.03;
+    if (!are_comparable() || above.variance() == 0) return {};
+    std::vector<Noise> of_bands(bands_.size());
+    for (size_t s = 0; s < passes_.front().size(); ++s) add_differences(s, of_bands);
+    std::vector<Noise> slow;
+    Noise all;
+    for (size_t b = 0; b < of_bands.size(); ++b) {
+      if (slow.empty() || slow.back().count >= kFewest) slow.push_back({b, b, all.mean * 0, 0});
+      for (Noise* noise : {&slow.back(), &all}) {
+        noise->mean += of_bands[b].mean;
+        noise->count += of_bands[b].count;
+        noise->end = b + 1;
+      }
+    }
+    for (Noise& noise : slow) noise.mean /= std::max(1.0, noise.count);
+    all.mean /= std::max(1.0, all.count);
+    return fisher_f_above(all.variance() / above.variance(), all.axes() * all.count,
+                          above.axes() * above.count) < kMoreByChance
+               ? slow
+               : std::vector<Noise>();
+  }
+
+  // Adds the differences of all passes from their mean in one stretch, without those of the first
+  // coefficient: a pass may run aside of the others by an offset, which is no noise.
+  void add_differences(size_t stretch, std::vector<Noise>& of_bands) const {
+    Eigen::Index count = passes_.front()[stretch].cols();
+    for (const auto& pass : passes_) count = std::min(count, pass[stretch].cols());
+    Eigen::Matrix2Xd mean = Eigen::Matrix2Xd::Zero(2, count);
+    const auto passes = static_cast<double>(passes_.size());
+    for (const auto& pass : passes_) mean += pass[stretch].leftCols(count) / passes;
+    size_t band = 1;
+    for (Eigen::Index first = 1, end = 2; first < count; first = end, end *= 2, ++band) {
+      const Eigen::Index last = std::min(end, count);
+      for (const auto& pass : passes_) {
+        const Eigen::Matrix2Xd apart =
+            pass[stretch].middleCols(first, last - first) - mean.middleCols(first, last - first);
+        of_bands[band].mean += apart * apart.transpose();
+      }
+      of_bands[band].count += (passes - 1) * static_cast<double>(last - first);
+    }
+  }
+
+  // Whether the noise near the form is more than that from sample to sample: then it rises towards
+  // slow changes, and may be all of the form.
+  bool may_be_slow(const Noise& above) const {
+    if (differences_ == 0) return false;
+    return fisher_f_above(above.variance() / (differences_ / difference_count_),
+                          above.axes() * above.count,
+                          above.axes() * kEfficiencyOfDifferences * difference_count_) < kStandsOut;
+  }
+
   // See FormError. `axes`: numbers of a coefficient that vary.
   double faster(double axes) const {
     if (differences_ == 0 || above_.count == 0) return 0;
@@ -138,27 +236,29 @@ class FormSpectrum {
     const Eigen::Matrix2Xd z = cosine_transform(across, of_form + of_noise);
     noise_ += z.rightCols(of_noise) * z.rightCols(of_noise).transpose();
     noise_count_ += of_noise;
-    form_ += z.leftCols(of_form) * z.leftCols(of_form).transpose();
     above_.power += across.squaredNorm() - z.leftCols(of_form).squaredNorm();
     above_.count += n - of_form;
     for (Eigen::Index i = 1; i + 1 < n; ++i)
       differences_ += (across.col(i - 1) - 2 * across.col(i) + across.col(i + 1)).squaredNorm() / 6;
     difference_count_ += n - 2;
     samples_ += n;
+    passes_.back().push_back(z.leftCols(of_form));
     size_t band = 0;
     for (int first = 0, end = 1; first < of_form; first = end, end *= 2, ++band) {
       const int count = std::min(end, of_form) - first;
       if (band == bands_.size()) bands_.emplace_back();
       bands_[band].power += z.middleCols(first, count).squaredNorm();
+      bands_[band].squares += z.middleCols(first, count) * z.middleCols(first, count).transpose();
       bands_[band].count += count;
     }
   }
 
-  Eigen::Matrix2d noise_ = Eigen::Matrix2d::Zero(), form_ = Eigen::Matrix2d::Zero();  // of z z'
+  Eigen::Matrix2d noise_ = Eigen::Matrix2d::Zero();  // of z z'
   double noise_count_ = 0, samples_ = 0;
   Band above_;                                     // all that the form does not have
   double differences_ = 0, difference_count_ = 0;  // squares of second differences, as of a sample
   std::vector<Band> bands_;
+  std::vector<std::vector<Eigen::Matrix2Xd>> passes_;  // coefficients of the form, by stretch
 };
 
 using AxesAcross = Eigen::Matrix<double, 3, 2>;
@@ -188,6 +288,7 @@ void add_pass(const Path& programmed, const Eigen::Matrix3Xd& tangent,
               const std::vector<Corner>& corners, const std::vector<AxesAcross>& axes,
               const Path& pass, FormSpectrum& spectrum) {
   const AcrossInMotion across = across_in_motion(programmed, tangent, pass);
+  spectrum.begin_pass();
   const double period = median_period(pass);
   Eigen::Matrix2Xd moving(2, across.deviation.cols());
   Eigen::Index begin = 0;

@@ -39,8 +39,12 @@ struct FormError {
 /// the frequency,
 ///     form^2 = (sum over the K of |z|^2 - K tr S) / n,
 /// all stretches together. So noise counts with its power near the frequencies of the form,
-/// whatever its spectrum above; noise that changes more slowly cannot be distinguished from the
-/// form. The interval is that of this square, not_negative_ci95(), with the variance
+/// whatever its spectrum above. Noise that changes more slowly, such as correlated one, differs
+/// from pass to pass, and the form does not: if several passes differ by more than S in the bands
+/// of the form (p < 0.03), S of each band is that of their differences, and that of frequency 0 the
+/// same as next to it: there a pass may be aside. Of one pass slow noise cannot be distinguished
+/// from the form: if S is more than the noise from sample to sample (p < 0.001), the interval
+/// begins at zero. The interval is that of this square, not_negative_ci95(), with the variance
 ///     (4 n form^2 tr(S R) / tr R + 2 K tr(S S) (1 + K / number of S)) / n^2,
 /// R the sum of z z' over the K. There S is scaled to the variance that both bands show together if
 /// the form is as large as the interval supposes (score interval). For `rms` a band of frequencies
