@@ -180,7 +180,8 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
     turn.block<3, 3>(kFirstBaseParameter, kFirstBaseParameter) =
         turn.block<3, 3>(kFirstBaseParameter + 3, kFirstBaseParameter + 3) =
             model.common_from_own(s).rotation.transpose();
-    covariance = (turn * covariance * turn.transpose()).eval();
+    const Eigen::MatrixXd turned = turn * covariance;
+    covariance = turned * turn.transpose();
     Session& session = result.robot.sessions.at(model.name(s));
     session.std.clear();
     for (int parameter : own)

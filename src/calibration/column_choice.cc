@@ -353,7 +353,8 @@ void ColumnChoice::choose_target(const TargetRows& target, const Eigen::MatrixXd
     }
     absorb(target.parameters[k], std::move(shares));
   }
-  of_head -= (alone.basis() * (alone.basis().transpose() * of_head)).eval();
+  const Eigen::MatrixXd on_basis = alone.basis().transpose() * of_head;
+  of_head -= alone.basis() * on_basis;
   before = folded(before, of_head);
   rank_of_own_ += alone.rank();
   own.basis = std::move(alone);

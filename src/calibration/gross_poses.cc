@@ -156,8 +156,8 @@ Deleted deleted(const Eigen::MatrixXd& shown, const Eigen::VectorXd& residual,
   constexpr double kSmallestShareLeft = 1e-3;
   const Eigen::MatrixXd gram = shown * shown.transpose();
   const Eigen::VectorXd root = weight.cwiseMax(1e-12).cwiseSqrt();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root.asDiagonal() * gram *
-                                                             root.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+      Eigen::MatrixXd(root.asDiagonal() * gram * root.asDiagonal())};
   const Eigen::VectorXd left = 1 - eigen.eigenvalues().cwiseMax(0.0).array();
   const Eigen::Index others = (left.array() > kSmallestShareLeft).count();  // they are the first
   const Eigen::MatrixXd all_axes = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();

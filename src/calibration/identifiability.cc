@@ -279,7 +279,8 @@ bool imitates_scale(const Contact& artefact, const std::set<int>& parts) {
   Eigen::MatrixXd equations(rows.size(), 4);
   for (size_t k = 0; k < rows.size(); ++k) equations.row(k) = rows[k];
   const Eigen::Map<const Eigen::VectorXd> wanted(right.data(), std::ssize(right));
-  const Eigen::VectorXd solution = equations.completeOrthogonalDecomposition().solve(wanted);
+  const Eigen::VectorXd solution =
+      equations.completeOrthogonalDecomposition().solve(Eigen::VectorXd(wanted));
   return (equations * solution - wanted).norm() < kExactTo;
 }
 

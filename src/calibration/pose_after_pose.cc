@@ -25,7 +25,7 @@ std::vector<double> PoseAfterPose::squares_of(const std::vector<PoseError>& pose
   std::vector<double> squares;
   for (Eigen::Index own = 0; own < rows; own += axes) {
     const Eigen::Index after = rows - own - axes;
-    const Eigen::LLT<Eigen::MatrixXd> l(s.block(own, own, axes, axes));
+    const Eigen::LLT<Eigen::MatrixXd> l{Eigen::MatrixXd(s.block(own, own, axes, axes))};
     const Eigen::VectorXd own_e = l.matrixL().solve(e.segment(own, axes));
     squares.push_back(own_e.squaredNorm());
     if (!(squares.back() <= gross)) {  // no number is gross too

@@ -49,8 +49,8 @@ Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& information) {
   constexpr double kSmallest = 1e-14;
   // Columns of unit norm before inverting: m and rad differ by orders of magnitude.
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * information *
-                                                             unit.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+      Eigen::MatrixXd(unit.asDiagonal() * information * unit.asDiagonal())};
   const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
   const Eigen::Index rank =
       values.size() == 0 ? 0 : (values.array() > kSmallest * values.tail(1)[0]).count();

@@ -61,8 +61,8 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd unit = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
   // A covariance from fewer poses than unknowns has no Cholesky factor; its QR one exists.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
-                                                             inverse.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+      Eigen::MatrixXd(inverse.asDiagonal() * covariance * inverse.asDiagonal())};
   const Eigen::MatrixXd square_root =
       eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(square_root);
@@ -333,13 +333,13 @@ Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
   const auto rest = std::min<Eigen::Index>(std::ssize(others), model.unknowns() - own);
   others.resize(rest);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.leftCols(own));
-  const Eigen::MatrixXd taken_up = -qr.solve(rows.middleCols(own, rest));
+  const Eigen::MatrixXd taken_up = -qr.solve(Eigen::MatrixXd(rows.middleCols(own, rest)));
   const Eigen::MatrixXd root = known.root(others, Eigen::all);
   Eigen::MatrixXd joint(own + rest, root.cols());
   joint << taken_up * root, root;
   Eigen::MatrixXd covariance = joint * joint.transpose();
   const Eigen::MatrixXd gram = rows.leftCols(own).transpose() * rows.leftCols(own);
-  covariance.topLeftCorner(own, own) += gram.ldlt().solve(Eigen::MatrixXd::Identity(own, own));
+  covariance.topLeftCorner(own, own) += gram.ldlt().solve(identity(own));
   known.root = root_of(covariance);
   known.parameters.clear();
   for (int k : all) known.parameters.push_back(parameter_name(robot.chain, k));

@@ -294,7 +294,7 @@ Eigen::VectorXd variances(const Eigen::MatrixXd& of_readings, const Priors& prio
   if (llt.info() == Eigen::Success)
     set_diagonal_of_inverse(llt, priors.of_unknowns, inverse);
   else
-    inverse = Eigen::MatrixXd(scaled.ldlt().solve(Eigen::MatrixXd::Identity(p, p))).diagonal();
+    inverse = Eigen::MatrixXd(scaled.ldlt().solve(identity(p))).diagonal();
   return inverse.cwiseProduct(unit.cwiseAbs2()) / factor;
 }
 

@@ -171,18 +171,18 @@ std::optional<JointVector> nearest_joints(const ProgramArm& arm, Context context
 // `held`: joints that stay, whose columns are zero.
 double least_singular_value(const JointJacobian& jacobian, Eigen::Index held) {
   if (jacobian.cols() - held < jacobian.rows()) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobian.transpose() * jacobian,
-                                                                Eigen::EigenvaluesOnly);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+        Eigen::MatrixXd(jacobian.transpose() * jacobian), Eigen::EigenvaluesOnly);
     return std::sqrt(std::max(0.0, solver.eigenvalues()[held]));
   }
-  Matrix6 square;
+  Eigen::MatrixXd square;
   if (jacobian.cols() == 6) {
     const Matrix6 six = jacobian;
     square = six.transpose() * six;
   } else {
     square = jacobian * jacobian.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(square, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(square, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
 }
 

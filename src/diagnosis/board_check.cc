@@ -91,7 +91,8 @@ double off_grid(const Image& image, int columns) {
       equations.block<1, 3>(row, 6) = -to[axis] * from;
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(equations.transpose() * equations);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+      Eigen::MatrixXd(equations.transpose() * equations)};
   const Eigen::VectorXd map = eigen.eigenvectors().col(0);
   double square = 0;
   for (const Corner& c : image) {

@@ -213,7 +213,7 @@ void ChangeProblem::correlate_errors() {
   }
   if (rows.empty()) return;
   const Eigen::MatrixXd root = previous_.uncertainty->root(rows, Eigen::all);
-  const Eigen::LLT<Eigen::MatrixXd> llt(root * root.transpose());
+  const Eigen::LLT<Eigen::MatrixXd> llt{Eigen::MatrixXd(root * root.transpose())};
   if (llt.info() != Eigen::Success) return;
   const Eigen::Index count = rows.size();
   correlated_ = llt.matrixL().solve(Eigen::MatrixXd::Identity(count, count));

@@ -65,14 +65,14 @@ std::vector<int> angles(const KinematicChain& chain, bool with_links) {
 struct Turns {
   Eigen::Matrix3d base, tool;
   double left(const Eigen::Matrix3d& of_arm, const Eigen::Matrix3d& read) const {
-    return Eigen::AngleAxisd(read.transpose() * base * of_arm * tool).angle();
+    return Eigen::AngleAxisd(Eigen::Matrix3d(read.transpose() * base * of_arm * tool)).angle();
   }
 };
 
 Turns turns_between(const std::vector<Eigen::Matrix3d>& of_arm,
                     const std::vector<Eigen::Matrix3d>& read) {
   const auto motion = [](const Eigen::Matrix3d& from, const Eigen::Matrix3d& to) {
-    const Eigen::AngleAxisd turn(to * from.transpose());
+    const Eigen::AngleAxisd turn{Eigen::Matrix3d(to * from.transpose())};
     return Eigen::Vector3d(turn.angle() * turn.axis());
   };
   const Eigen::Index motions = std::ssize(of_arm) - 1;

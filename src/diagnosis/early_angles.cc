@@ -99,7 +99,7 @@ FitEquations beside(FitEquations equations, const Eigen::MatrixXd& columns) {
   qr.setThreshold(kIndependent);
   qr.compute(left);
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(left.rows(), qr.rank());
-  basis = qr.householderQ() * basis;
+  basis = product(qr.householderQ(), basis);
   Eigen::MatrixXd both(left.rows(), equations.basis.cols() + basis.cols());
   both << equations.basis, basis;
   equations.basis = both;
@@ -133,8 +133,7 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff();
   const double variance = equations.residual.squaredNorm() * (1 - own.share) / freedom;
   const Eigen::MatrixXd covariance =
-      variance * Eigen::LDLT<Eigen::MatrixXd>(gram).solve(
-                     Eigen::MatrixXd::Identity(gram.rows(), gram.cols()));
+      variance * Eigen::LDLT<Eigen::MatrixXd>(gram).solve(identity(gram.rows()));
   long alike = 0, unlike = 0, go_on = 0, stay_behind = 0;
   for (Eigen::Index j = 0; j < own.value.size(); ++j) {
     const double clear = kDeviations * std::sqrt(covariance(j, j));

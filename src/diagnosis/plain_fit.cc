@@ -122,7 +122,7 @@ FitEquations with_basis(RawEquations raw) {
   for (Eigen::Index k = 0; k < raw.fitted.cols(); ++k) raw.fitted.col(k).normalize();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(raw.fitted);
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(raw.residual.size(), qr.rank());
-  basis = qr.householderQ() * basis;
+  basis = product(qr.householderQ(), basis);
   raw.residual -= basis * (basis.transpose() * raw.residual);
   return {raw.row_size, std::move(raw.rows), std::move(basis), std::move(raw.beside),
           std::move(raw.residual)};
@@ -139,7 +139,7 @@ std::vector<int> agreeing_rows(const std::vector<int>& rows, const Eigen::Matrix
   for (int step = 0; step < kSteps; ++step) {
     const Eigen::VectorXd root = left.cwiseAbs().cwiseMax(kSmallest).cwiseSqrt().cwiseInverse();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(root.asDiagonal() * place);
-    left = residual - place * qr.solve(root.cwiseProduct(residual));
+    left = residual - place * qr.solve(Eigen::VectorXd(root.cwiseProduct(residual)));
   }
   const Eigen::VectorXd sizes = left.cwiseAbs();
   const double limit =
@@ -171,8 +171,7 @@ RawEquations by_images(const RawEquations& of_rows, const PlainFit& fit,
         agreeing_rows(rows, of_rows.beside(rows, place), of_rows.residual(rows));
     if (std::ssize(sound) < kParametersPerPose) continue;
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(of_rows.beside(sound, place));
-    bases.push_back({sound, qr.householderQ() *
-                                Eigen::MatrixXd::Identity(std::ssize(sound), kParametersPerPose)});
+    bases.push_back({sound, first_columns(qr.householderQ(), kParametersPerPose)});
     of_images.rows.push_back(std::move(rows));
   }
   const Eigen::Index equations = kParametersPerPose * std::ssize(bases);
@@ -294,9 +293,9 @@ TakenOut worst_reading(const FitEquations& equations) {
   const int size = equations.row_size;
   TakenOut worst;
   for (int row = 0; row * size < equations.residual.size(); ++row) {
-    const auto own = equations.basis.middleRows(row * size, size);
-    const Eigen::LLT<Eigen::MatrixXd> freedom(Eigen::MatrixXd::Identity(size, size) -
-                                              own * own.transpose());
+    const Eigen::MatrixXd own = equations.basis.middleRows(row * size, size);
+    const Eigen::LLT<Eigen::MatrixXd> freedom{
+        Eigen::MatrixXd(Eigen::MatrixXd::Identity(size, size) - own * own.transpose())};
     if (freedom.info() != Eigen::Success ||
         freedom.matrixLLT().diagonal().minCoeff() < std::sqrt(kLeastFreedom))
       continue;
@@ -313,7 +312,7 @@ void leave_out(int row, FitEquations& equations) {
   Eigen::MatrixXd own = -equations.basis * equations.basis.middleRows(row * size, size).transpose();
   own.middleRows(row * size, size) += Eigen::MatrixXd::Identity(size, size);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(own);
-  own = qr.householderQ() * Eigen::MatrixXd::Identity(own.rows(), size);
+  own = first_columns(qr.householderQ(), size);
   equations.residual -= own * (own.transpose() * equations.residual);
   equations.basis.conservativeResize(Eigen::NoChange, equations.basis.cols() + size);
   equations.basis.rightCols(size) = own;

@@ -175,9 +175,10 @@ void compare(const Reading& reading, const std::vector<std::string>& changes, do
     if (std::any_of(frames.begin(), frame,
                     [&](const ShownFrame& other) { return same_frame(other.pose, frame->pose); }))
       continue;
-    Agreement agreement{changes, frame->name + ", " + frame->what, frame == frames.begin(),
-                        (frame->pose.translation - reading.place).norm(),
-                        AngleAxisd(frame->pose.rotation.transpose() * reading.rotation).angle()};
+    Agreement agreement{
+        changes, frame->name + ", " + frame->what, frame == frames.begin(),
+        (frame->pose.translation - reading.place).norm(),
+        AngleAxisd(Eigen::Matrix3d(frame->pose.rotation.transpose() * reading.rotation)).angle()};
     if (agreement.distance <= distance && agreement.angle <= angle)
       found.push_back(std::move(agreement));
   }

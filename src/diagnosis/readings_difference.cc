@@ -127,7 +127,7 @@ Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor_of(const Eigen::MatrixXd& col
 Eigen::MatrixXd of_the_arm(const Eigen::MatrixXd& rows, Eigen::Index set_up) {
   const auto qr = factor_of(rows.leftCols(set_up));
   const Eigen::MatrixXd turned =
-      qr.householderQ().adjoint() * Eigen::MatrixXd(rows.rightCols(rows.cols() - set_up));
+      product(qr.householderQ().adjoint(), Eigen::MatrixXd(rows.rightCols(rows.cols() - set_up)));
   return turned.bottomRows(rows.rows() - qr.rank());
 }
 
@@ -138,7 +138,8 @@ struct ChowFit {
 
 ChowFit chow_fit(const Eigen::MatrixXd& rows) {
   const auto qr = factor_of(rows.leftCols(rows.cols() - 1));
-  const Eigen::VectorXd turned = qr.householderQ().adjoint() * Eigen::VectorXd(rows.rightCols<1>());
+  const Eigen::VectorXd turned =
+      product(qr.householderQ().adjoint(), Eigen::VectorXd(rows.rightCols<1>()));
   const Eigen::Index left = rows.rows() - qr.rank();
   return {turned.tail(left).squaredNorm(), static_cast<double>(left), qr.rank()};
 }

@@ -103,7 +103,8 @@ struct Evidence {
 Eigen::VectorXd without_leverage(const Eigen::MatrixXd& basis, const Eigen::VectorXd& residual) {
   constexpr double kLeast = 1e-12, kMost = 1 - 1e-6;
   if (basis.cols() == 0) return residual;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(basis.transpose() * basis);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+      Eigen::MatrixXd(basis.transpose() * basis)};
   Eigen::VectorXd factor = eigen.eigenvalues();
   for (double& value : factor) {
     const double leverage = std::min(value, kMost);
@@ -120,7 +121,7 @@ class Test {
     basis_ = Eigen::MatrixXd(equations.others.rows(), 0);
     if (equations.others.cols() > 0) {
       const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(equations.others);
-      basis_ = qr.householderQ() * Eigen::MatrixXd::Identity(equations.others.rows(), qr.rank());
+      basis_ = first_columns(qr.householderQ(), qr.rank());
     }
     residual_ = equations.residual - basis_ * (basis_.transpose() * equations.residual);
     columns_ = equations.columns;
@@ -253,8 +254,7 @@ void append(Equations& equations, int cluster, const Eigen::MatrixXd& place,
             const Eigen::MatrixXd& columns, const Eigen::MatrixXd& others,
             const Eigen::VectorXd& residual) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(place);
-  const Eigen::MatrixXd basis =
-      qr.householderQ() * Eigen::MatrixXd::Identity(place.rows(), place.cols());
+  const Eigen::MatrixXd basis = first_columns(qr.householderQ(), place.cols());
   const auto beside = [&](const Eigen::MatrixXd& of) -> Eigen::MatrixXd {
     return of - basis * (basis.transpose() * of);
   };
@@ -466,8 +466,7 @@ Eigen::VectorXd values_beside_fit(const PlainFit& fit, const CameraEquations& eq
   for (const Corner& corner : equations.corners) rows.push_back(corner.row);
   const FitEquations fitted = fit_equations(fit, {});
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted.basis(rows, Eigen::all));
-  const Eigen::MatrixXd basis =
-      qr.householderQ() * Eigen::MatrixXd::Identity(std::ssize(rows), qr.rank());
+  const Eigen::MatrixXd basis = first_columns(qr.householderQ(), qr.rank());
   Eigen::MatrixXd columns = equations.columns;
   columns -= basis * (basis.transpose() * columns);
   Eigen::MatrixXd information = columns.transpose() * columns;

@@ -10,7 +10,8 @@
 
 /// The decompositions that the house uses, of dense matrices of doubles. They are instantiated
 /// once, in decompositions.cc; a file that includes this header instead of Eigen's compiles none of
-/// them.
+/// them, if it gives them a matrix or a vector: an expression, or a part of a matrix, makes Eigen
+/// compile most of a decomposition for its type, which takes seconds.
 #define ARMTRUE_DECOMPOSITIONS(instantiate)                                                        \
   instantiate class HouseholderQR<MatrixXd>;                                                       \
   instantiate class ColPivHouseholderQR<MatrixXd>;                                                 \
@@ -29,7 +30,11 @@
   instantiate void ColPivHouseholderQR<MatrixXd>::_solve_impl(const VectorXd&, VectorXd&) const;   \
   instantiate void CompleteOrthogonalDecomposition<MatrixXd>::_solve_impl(const VectorXd&,         \
                                                                           VectorXd&) const;        \
+  instantiate void ColPivHouseholderQR<MatrixXd>::_solve_impl(const MatrixXd&, MatrixXd&) const;   \
   instantiate void LDLT<MatrixXd>::_solve_impl_transposed<true>(const VectorXd&, VectorXd&) const; \
+  instantiate void LDLT<MatrixXd>::_solve_impl_transposed<true>(const MatrixXd&, MatrixXd&) const; \
+  instantiate void LLT<MatrixXd>::_solve_impl_transposed<true>(const VectorXd&, VectorXd&) const;  \
+  instantiate void LLT<MatrixXd>::_solve_impl_transposed<true>(const MatrixXd&, MatrixXd&) const;  \
   /* What the solvers call for an argument of any type. */                                         \
   instantiate void internal::tridiagonalization_inplace(MatrixXd&, VectorXd&, VectorXd&,           \
                                                         VectorXd&, bool);                          \
@@ -40,3 +45,19 @@ namespace Eigen {
 ARMTRUE_DECOMPOSITIONS(extern template)
 
 }  // namespace Eigen
+
+namespace armtrue {
+
+/// Q of a decomposition, as householderQ() gives it.
+using Reflections = Eigen::HouseholderSequence<Eigen::MatrixXd, Eigen::VectorXd>;
+
+/// Q times a matrix or a vector; Eigen's operator compiles for seconds in each file.
+Eigen::MatrixXd product(const Reflections& q, const Eigen::MatrixXd& columns);
+Eigen::VectorXd product(const Reflections& q, const Eigen::VectorXd& column);
+
+/// The first `count` columns of Q.
+Eigen::MatrixXd first_columns(const Reflections& q, Eigen::Index count);
+
+Eigen::MatrixXd identity(Eigen::Index size);
+
+}  // namespace armtrue

@@ -99,8 +99,8 @@ Eigen::Vector2d direction_of(const Contact& camera, const Eigen::Vector2d& pixel
 Eigen::VectorXd least_direction(const Eigen::MatrixXd& equations) {
   const Eigen::Index unknowns = equations.cols();
   if (equations.rows() < unknowns)
-    return Eigen::HouseholderQR<Eigen::MatrixXd>(equations.transpose()).householderQ() *
-           Eigen::VectorXd::Unit(unknowns, unknowns - 1);
+    return product(Eigen::HouseholderQR<Eigen::MatrixXd>(equations.transpose()).householderQ(),
+                   Eigen::VectorXd(Eigen::VectorXd::Unit(unknowns, unknowns - 1)));
   return Eigen::JacobiSVD<Eigen::MatrixXd>(equations, Eigen::ComputeFullV)
       .matrixV()
       .col(unknowns - 1);

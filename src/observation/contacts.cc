@@ -141,7 +141,7 @@ double refine_artefact(const Touches& touches, Contact& contact, bool with_radiu
   const double most = kMostDamping * here.normal.trace();
   for (int k = 0; k < kMaxSteps && damping < most; ++k) {
     const Eigen::MatrixXd damped = here.normal + damping * Eigen::Matrix<double, 7, 7>::Identity();
-    const Eigen::VectorXd step = damped.ldlt().solve(here.right);
+    const Eigen::VectorXd step = damped.ldlt().solve(Eigen::VectorXd(here.right));
     Contact moved = contact;
     moved.place = contact.place * Pose{rotation_exp(step.segment<3>(3)), step.head<3>()};
     moved.radius += step[6];
@@ -207,7 +207,7 @@ void place_plane(const Touches& touches, Contact& contact) {
 void place_sphere(const Touches& touches, Contact& contact) {
   const SphereEquations sphere = sphere_equations(touches.matrix());
   const Eigen::Vector4d solution =
-      sphere.columns.completeOrthogonalDecomposition().solve(sphere.squares);
+      Eigen::VectorXd(sphere.columns.completeOrthogonalDecomposition().solve(sphere.squares));
   const Eigen::Vector3d centre = solution.head<3>();
   const Eigen::Map<const Eigen::VectorXd> gauge(touches.gauge.data(), std::ssize(touches.gauge));
   contact.place.translation = sphere.middle + centre;

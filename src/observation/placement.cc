@@ -115,8 +115,9 @@ Eigen::VectorXd step_of(const Links& links, const State& state, double scale, do
     base -= target.shared * own.back().solve(target.shared.transpose());
     gradient -= target.shared * own.back().solve(target.gradient);
   }
-  const Eigen::VectorXd of_all =
-      Eigen::MatrixXd(base.bottomRightCorner(taken, taken)).ldlt().solve(gradient.tail(taken));
+  const Eigen::VectorXd of_all = Eigen::MatrixXd(base.bottomRightCorner(taken, taken))
+                                     .ldlt()
+                                     .solve(Eigen::VectorXd(gradient.tail(taken)));
   Eigen::VectorXd step(taken + state.targets.size());
   step.head(taken) = of_all;
   for (int t = 0; t < std::ssize(targets); ++t)

@@ -121,8 +121,10 @@ GainLeftOut CrossValidation::of(const Directions& added) const {
     const Eigen::MatrixXd columns = added.at_rows(fold.equations, Eigen::all);
     const Eigen::VectorXd residual = whole(fold.equations);
     Errors errors{residual, {}, whole_rests(fold.rests), {}};
-    const Eigen::MatrixXd of_basis = -fold.others.solve(fold.basis.transpose() * columns);
-    const Eigen::VectorXd alone = -fold.others.solve(fold.basis.transpose() * residual);  // x
+    const Eigen::MatrixXd of_basis =
+        -fold.others.solve(Eigen::MatrixXd(fold.basis.transpose() * columns));
+    const Eigen::VectorXd alone =
+        -fold.others.solve(Eigen::VectorXd(fold.basis.transpose() * residual));  // x
     errors.without -= fold.basis * alone;
     // What the basis leaves of the columns.
     const Eigen::MatrixXd beside = columns - fold.basis * of_basis;
@@ -153,13 +155,15 @@ GainLeftOut CrossValidation::of_effect(int effect) const {
   const Eigen::VectorXd whole_rests = fit_.replicates().rest.reshaped();
   return gain_by([&](const Fold& fold) {
     const Eigen::VectorXd residual = whole(fold.equations), rests = whole_rests(fold.rests);
-    const Eigen::VectorXd with = fold.others.solve(lost - fold.basis.transpose() * residual);
+    const Eigen::VectorXd with =
+        fold.others.solve(Eigen::VectorXd(lost - fold.basis.transpose() * residual));
     const Eigen::VectorXd errors_with = residual - fold.basis * with;
     Errors errors{errors_with, errors_with, rests, rests};
     if (loss.span.cols() == 0) return errors;
     const Eigen::MatrixXd of_span = fold.others.solve(loss.span);
     const Eigen::MatrixXd shown = loss.span.transpose() * of_span;
-    errors.without += fold.basis * (of_span * shown.llt().solve(loss.span.transpose() * with));
+    errors.without +=
+        fold.basis * (of_span * shown.llt().solve(Eigen::VectorXd(loss.span.transpose() * with)));
     return errors;
   });
 }

@@ -120,8 +120,8 @@ class Groups {
   // Coefficients by which values in these contexts have a usual RMS: values x random numbers.
   // Values of a smaller mean square than `least` are taken for as large.
   static Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& values, double size, double least = 0) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
-        values.transpose() * values / static_cast<double>(values.rows()));
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{
+        Eigen::MatrixXd(values.transpose() * values / static_cast<double>(values.rows()))};
     const Eigen::VectorXd squares = axes.eigenvalues().cwiseMax(least);
     std::vector<Eigen::Index> kept;
     for (Eigen::Index k = 0; k < squares.size(); ++k)

@@ -115,8 +115,8 @@ Basis basis_by_reflections(const Eigen::MatrixXd& columns) {
   const auto rank = (small.matrixQR().diagonal().array().abs() > kMinPivot).count();
   Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(columns.rows(), rank);
   if (rank == 0) return {chosen, Eigen::MatrixXd(0, columns.cols())};
-  chosen.topRows(p) = small.householderQ() * Eigen::MatrixXd::Identity(p, rank);
-  return {tall.householderQ() * chosen, chosen.topRows(p).transpose() * triangle};
+  chosen.topRows(p) = first_columns(small.householderQ(), rank);
+  return {product(tall.householderQ(), chosen), chosen.topRows(p).transpose() * triangle};
 }
 
 // An orthonormal basis of the part of columns that is orthogonal to a given basis.
@@ -311,7 +311,7 @@ void Linearization::set_duals() {
     return;
   }
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(fitted_.transpose());
-  duals_ = (qr.householderQ() * Eigen::MatrixXd::Identity(count, rank)).transpose();
+  duals_ = first_columns(qr.householderQ(), rank).transpose();
   if (rank < count) turn_ = duals_;
   const Eigen::MatrixXd triangle = qr.matrixQR().topRows(rank);
   triangle.triangularView<Eigen::Upper>().solveInPlace(duals_);
@@ -384,13 +384,14 @@ Eigen::MatrixXd Linearization::only_by(const std::vector<int>& effects) const {
   Eigen::MatrixXd span = duals_(Eigen::all, columns);
   if (turn_.size() > 0 && !columns.empty()) {
     const Eigen::MatrixXd own = turn_(Eigen::all, columns);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(own.transpose() * own);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{
+        Eigen::MatrixXd(own.transpose() * own)};
     const auto count = (eigen.eigenvalues().array() > 1 - kMinShared).count();
     span *= eigen.eigenvectors().rightCols(count).eval();
   }
   const Eigen::Index count = span.cols();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(normalized(std::move(span)));
-  return qr.householderQ() * Eigen::MatrixXd::Identity(duals_.rows(), count);
+  return first_columns(qr.householderQ(), count);
 }
 
 Linearization::Loss Linearization::without(const std::vector<int>& effects) const {
@@ -421,8 +422,8 @@ BesideTheRest Linearization::effects_from(int first) const {
 
 std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd& imitation,
                                               int count) const {
-  const Eigen::VectorXd moved =
-      all_but({effect}).solve(basis_.transpose() * imitation - contribution_[effect]);
+  const Eigen::VectorXd moved = all_but({effect}).solve(
+      Eigen::VectorXd(basis_.transpose() * imitation - contribution_[effect]));
   std::vector<int> order;
   for (int k = 0; k < first_effect_column_.front(); ++k)
     if (std::abs(moved[k]) > kMinShareOfRefit * contribution_[effect].norm()) order.push_back(k);

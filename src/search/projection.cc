@@ -246,7 +246,8 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
     return {Eigen::MatrixXd::Constant(unit[0] > 0, 1, unit[0]), unit[0] > 0, largest_share};
   const double smallest =
       scan_.candidates_[candidate].fine ? kMinDirectionOfFineCurve : kMinDirection;
-  const auto whitened = [&](const auto& eigen) -> Solution {
+  const auto whitened = [&](const Eigen::MatrixXd& scaled) -> Solution {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
     const auto& values = eigen.eigenvalues();  // smallest first
     const auto rank = (values.array() > smallest * values[k - 1]).count();
     return {values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
@@ -262,7 +263,7 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
       if (smallest * scaled.trace() * inverse.squaredNorm() < 1)
         return {inverse * unit.asDiagonal(), static_cast<int>(k), largest_share};
     }
-    return whitened(Eigen::SelfAdjointEigenSolver<Matrix>(scaled));
+    return whitened(scaled);
   };
   if (k == 2)  // most candidates: cycles
     return solution(Eigen::Matrix2d(unit.asDiagonal() * gram * unit.asDiagonal()));

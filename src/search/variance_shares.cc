@@ -48,7 +48,7 @@ class Entry {
     qr.setThreshold(kMinOwnPart);
     const Eigen::Index rank = qr.rank(), known = basis_.cols();
     basis_.conservativeResize(Eigen::NoChange, known + rank);
-    basis_.rightCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(added.rows(), rank);
+    basis_.rightCols(rank) = first_columns(qr.householderQ(), rank);
     left -= basis_.rightCols(rank) * (basis_.rightCols(rank).transpose() * left);
   }
 

@@ -106,8 +106,8 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& normal) {
   const auto dependent = [] { throw std::invalid_argument("regression: dependent columns"); };
   if (!(normal.diagonal().minCoeff() > 0)) dependent();
   const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * normal *
-                                                              scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{
+      Eigen::MatrixXd(scale.asDiagonal() * normal * scale.asDiagonal())};
   if (!(solver.eigenvalues()[0] > kDependent)) dependent();
   return scale.asDiagonal() * solver.eigenvectors() *
          solver.eigenvalues().cwiseInverse().asDiagonal() * solver.eigenvectors().transpose() *
@@ -122,8 +122,8 @@ Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& 
       shared.transpose() * columns, shared.transpose() * shared;
   const Eigen::VectorXd scale = normal.diagonal().unaryExpr(
       [](double square) { return square > 0 ? 1 / std::sqrt(square) : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * normal *
-                                                              scale.asDiagonal());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver{
+      Eigen::MatrixXd(scale.asDiagonal() * normal * scale.asDiagonal())};
   const Eigen::Index rank = (solver.eigenvalues().array() > kDependent).count();
   const Eigen::MatrixXd orthonormal =
       scale.asDiagonal() * solver.eigenvectors().rightCols(rank) *

@@ -100,15 +100,16 @@ std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& cur
   const double variance = (y.array() - y.mean()).matrix().squaredNorm();
   Eigen::MatrixXd sines(points, 4);
   sines.leftCols<2>() << Eigen::VectorXd::Ones(points), x;
-  const double straight =
-      (y - sines.leftCols<2>() * sines.leftCols<2>().householderQr().solve(y)).squaredNorm();
+  const Eigen::Vector2d line =
+      Eigen::VectorXd(Eigen::MatrixXd(sines.leftCols<2>()).householderQr().solve(y));
+  const double straight = (y - sines.leftCols<2>() * line).squaredNorm();
   std::optional<StrongestCycle> best;
   // Four points of a cycle show its amplitude.
   const double most = 0.25 * static_cast<double>(points) * resolution;
   for (double n = 2 * resolution; n < most; n += resolution / kStepsPerCycle) {
     sines.col(2) = (n * x).array().sin();
     sines.col(3) = (n * x).array().cos();
-    const Eigen::Vector4d c = sines.householderQr().solve(y);
+    const Eigen::Vector4d c = Eigen::VectorXd(sines.householderQr().solve(y));
     const double share = (straight - (y - sines * c).squaredNorm()) / variance;
     if (share > (best ? best->share : kMinShareOfCycle))
       best = {n, resolution, std::hypot(c[2], c[3]), share};

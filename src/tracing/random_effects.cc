@@ -64,8 +64,7 @@ struct Equations {
 // are orthogonal, and leaves out those without information.
 void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equations& all) {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(all.fixed);
-  const Eigen::MatrixXd basis =
-      qr.householderQ() * Eigen::MatrixXd::Identity(all.fixed.rows(), qr.rank());
+  const Eigen::MatrixXd basis = first_columns(qr.householderQ(), qr.rank());
   Eigen::Index from = 0, to = 0;
   for (size_t g = 0; g < groups.size(); ++g) {
     const std::vector<RandomEffect>& effects = groups[g].effects;
@@ -80,7 +79,8 @@ void turn_blocks(const std::vector<EffectGroup>& groups, double min_worth, Equat
       }
       const Eigen::MatrixXd own = all.random.middleCols(from, numbers);
       const Eigen::MatrixXd beside = own - basis * (basis.transpose() * own);
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(beside.transpose() * beside);
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{
+          Eigen::MatrixXd(beside.transpose() * beside)};
       // In ascending order of their information.
       const Eigen::Index worthless = (axes.eigenvalues().array() <= min_worth).count();
       block.count = numbers - worthless;
@@ -177,7 +177,7 @@ struct Folded {
 // (I + A A^T)^(-1/2) = I + U ((1 + S)^(-1/2) - 1) U^T. Returns ln det (I + A A^T).
 double whiten_pose(const Eigen::MatrixXd& a, const Rows& rows, Eigen::MatrixXd& fixed,
                    Eigen::MatrixXd& random) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(a.transpose() * a);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes{Eigen::MatrixXd(a.transpose() * a)};
   Rows kept;
   for (Eigen::Index k = 0; k < axes.eigenvalues().size(); ++k)
     if (axes.eigenvalues()[k] > 1e-9) kept.push_back(k);
@@ -224,8 +224,7 @@ Folded fold(const Equations& all, double scale) {
         folded.log_determinant +=
             whiten_pose(scale * all.joints(rows, Eigen::all), rows, fixed, random);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fixed);
-  const Eigen::MatrixXd basis =
-      qr.householderQ() * Eigen::MatrixXd::Identity(fixed.rows(), qr.rank());
+  const Eigen::MatrixXd basis = first_columns(qr.householderQ(), qr.rank());
   const Eigen::MatrixXd on_basis = basis.transpose() * random;
   random.noalias() -= basis * on_basis;
   folded.of_unknowns = Eigen::MatrixXd::Zero(fixed.cols(), p);

@@ -13,6 +13,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/io/robot_io.h"
+#include "linear_algebra/decompositions.h"
 
 namespace armtrue::doubts_test {
 namespace {
@@ -175,7 +176,7 @@ double mean_square_of_rest(double lack, double noise, int taken, bool states_noi
     const Eigen::MatrixXd directions =
         Eigen::MatrixXd::NullaryExpr(3 * kPoses, taken, [&] { return normal(random); });
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(directions);
-    const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(3 * kPoses, taken);
+    const Eigen::MatrixXd basis = first_columns(qr.householderQ(), taken);
     std::vector<Eigen::VectorXd> errors;
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(3 * kPoses);
     const Eigen::VectorXd offset = lack * draw(3 * kPoses);

@@ -59,11 +59,11 @@ std::vector<double> squares_by_definition(const std::vector<PoseError>& poses) {
     Eigen::MatrixXd variance = covariance(rows, rows);
     if (!before.empty()) {
       const Eigen::MatrixXd with = covariance(rows, before);
-      const Eigen::FullPivLU<Eigen::MatrixXd> known(covariance(before, before));
+      const Eigen::LDLT<Eigen::MatrixXd> known{Eigen::MatrixXd(covariance(before, before))};
       error -= with * known.solve(Eigen::VectorXd(errors(before)));
       variance -= with * known.solve(Eigen::MatrixXd(with.transpose()));
     }
-    squares.push_back(error.dot(variance.fullPivLu().solve(error)));
+    squares.push_back(error.dot(variance.ldlt().solve(error)));
     if (squares.back() <= kGross) before.insert(before.end(), rows.begin(), rows.end());
   }
   return squares;

@@ -10,6 +10,7 @@
 
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
+#include "linear_algebra/decompositions.h"
 
 namespace armtrue::pose_influence_test {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 Eigen::MatrixXd orthonormal(int rows, int columns) {
   std::srand(5);  // of Eigen's Random()
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(Eigen::MatrixXd::Random(rows, columns));
-  return qr.householderQ() * Eigen::MatrixXd::Identity(rows, columns);
+  return first_columns(qr.householderQ(), columns);
 }
 
 // Independent errors of unit variance leave residuals of covariance 1 - Q Q^T; given back what the
@@ -55,8 +56,9 @@ TEST(PoseInfluence, OfASmallLeverageIsThatOfTheInverse) {
     rows *= size / rows.norm();
     const Eigen::Vector3d residual(1, -2, 0.5);
     const Eigen::VectorXd expected =
-        rows.transpose() *
-        (Eigen::Matrix3d::Identity() - rows * rows.transpose()).ldlt().solve(residual);
+        rows.transpose() * Eigen::MatrixXd(identity(3) - rows * rows.transpose())
+                               .ldlt()
+                               .solve(Eigen::VectorXd(residual));
     EXPECT_LT((influence_of_pose(rows, residual).change - expected).norm(), 1e-3 * expected.norm())
         << size;
   }

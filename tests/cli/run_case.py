@@ -179,7 +179,8 @@ def split(cmd, command, slow):
     count = next((k for k, line in enumerate(lines) if named.search(line) and not line.startswith("#")), 0)
     while count > 0:
         beginning = "".join(lines[:count])
-        if CARRIED_BY_NOTHING.search(beginning) or not any(name in beginning for name in slow):
+        done = re.sub(r"(?m)^#.*", "", beginning)
+        if CARRIED_BY_NOTHING.search(done) or not any(name in done for name in slow):
             break
         if is_whole(beginning):
             return beginning, "".join(lines[count:])
@@ -369,6 +370,7 @@ def self_test_of_split():
 
     assert beginning("other\nsay\n") == "other\n"
     assert beginning("# say\nother\nx=1\nsay\nother\n") == "# say\nother\nx=1\n"
+    assert beginning("# set\nother\nsay\n") == "# set\nother\n"
     assert beginning("x=1\nsay\n") == ""
     assert beginning("for i in 1 2; do\n  other\n  say\ndone\n") == ""
     assert beginning("other\nfor i in 1 2; do\n  say\ndone\n") == "other\n"

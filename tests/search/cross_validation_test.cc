@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "linear_algebra/decompositions.h"
+
 namespace armtrue::cross_validation_test {
 namespace {
 
@@ -23,7 +25,7 @@ Eigen::MatrixXd columns(double shown_by_others) {
   columns.col(0) *= shown_by_others / columns.col(0).norm();
   columns(7 * kRowSize, 0) = 1;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
-  return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
+  return first_columns(qr.householderQ(), columns.cols());
 }
 
 // Noise of unit variance and `size` along the last column, fitted by the others.
@@ -123,8 +125,8 @@ TEST(CrossValidation, IsThatOfTheOtherPosesByDefinition) {
   problem.readings = Eigen::VectorXd::NullaryExpr(all.rows(), [&] { return 2 * normal(random); });
   problem.readings += all.col(6) + all.col(8);
   const Linearization fit(problem);
-  const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(all).householderQ() *
-                            Eigen::MatrixXd::Identity(all.rows(), all.cols());
+  const Eigen::MatrixXd q =
+      first_columns(Eigen::HouseholderQR<Eigen::MatrixXd>(all).householderQ(), all.cols());
   const CrossValidation left_out(fit, 1);
 
   const GainLeftOut of_columns = left_out.of({q.rightCols(2), {}});

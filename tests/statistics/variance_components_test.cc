@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "linear_algebra/decompositions.h"
+
 namespace armtrue::variance_components_test {
 namespace {
 
@@ -35,8 +37,7 @@ Problem simulated(const Eigen::Vector2d& tau, double noise, unsigned seed) {
 
 MixedModelSums sums_of(const Problem& problem) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(problem.x);
-  const Eigen::MatrixXd q =
-      qr.householderQ() * Eigen::MatrixXd::Identity(kRows, problem.x.cols());
+  const Eigen::MatrixXd q = first_columns(qr.householderQ(), problem.x.cols());
   const Eigen::MatrixXd z = problem.z - q * (q.transpose() * problem.z);
   const Eigen::VectorXd r = problem.r - q * (q.transpose() * problem.r);
   return {z.transpose() * z, z.transpose() * r, r.squaredNorm(),

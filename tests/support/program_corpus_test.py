@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Sixty programs of each of four makers: the same bytes without a correction; with one nothing but numbers and a comment
+"""Programs of each of four makers, sixty if no number is given: the same bytes without a correction; with one nothing but numbers and a comment
 differs, and a controller of its own, given these numbers, drives a true arm to the programmed targets. The corrected program
 is refused, also without its comments, in other letters, with other blanks, line ends and another name, and if its poses are
 saved with three decimals (quaternions and joint angles as they are).
 
-    program_corpus_test.py BIN [--files N] [--keep FOLDER]
+    program_corpus_test.py BIN [--files N] [--from NUMBER] [--keep FOLDER]
 """
 
 import math
@@ -24,6 +24,7 @@ import virtual_cell as vc
 
 BIN = None
 FILES = int(sys.argv[sys.argv.index("--files") + 1]) if "--files" in sys.argv else 60
+FIRST = int(sys.argv[sys.argv.index("--from") + 1]) if "--from" in sys.argv else 0
 KEEP = pathlib.Path(sys.argv[sys.argv.index("--keep") + 1]) if "--keep" in sys.argv else None
 # What rounding leaves [mm], of poses and of joint angles. Check digits move each coordinate of a pose by up to 3.2 um.
 LEFT_MM = {"krl": (6e-3, 1e-2), "rapid": (6e-3, 1e-3), "urscript": (6e-3, 1e-3), "fanuc": (6e-3, 0.1)}
@@ -58,7 +59,7 @@ ENOUGH = 20
 class Corpus(unittest.TestCase):
     def run_dialect(self, dialect):
         kinds, left_alone = set(), 0
-        for number in range(FILES):
+        for number in range(FIRST, FIRST + FILES):
             file = pc.corpus_file(dialect, number)
             with self.subTest(dialect=dialect, number=number), tempfile.TemporaryDirectory() as folder:
                 self.run_file(dialect, file, pathlib.Path(folder))

@@ -287,7 +287,7 @@ Eigen::Matrix<double, 3, 6> ClockFit::by_frame(const Eigen::Vector3d& point) con
 std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
                                              const Eigen::Matrix2d& covariance) {
   const Eigen::Matrix2d root =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).operatorSqrt();
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(covariance)).operatorSqrt();
   const Eigen::Matrix3Xd velocity = velocity_at(programmed, times);
   const Eigen::ArrayXd from_halfway = times.array() - 0.5 * (times[0] + times[times.size() - 1]);
   const auto error = [&](Eigen::Index k) -> Eigen::Matrix3Xd {

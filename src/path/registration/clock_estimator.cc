@@ -188,8 +188,8 @@ class ClockEstimator {
     const Eigen::VectorXd change = solver.solve(right);
     solution.cost += 0.5 * (solver.vectorD().array().log().sum() - right.dot(change));
     solution.change = change.head(shared_);
-    solution.covariance = solver.solve(Eigen::MatrixXd::Identity(unknowns(), unknowns()))
-                              .topLeftCorner(shared_, shared_);
+    solution.covariance =
+        Eigen::MatrixXd(solver.solve(identity(unknowns()))).topLeftCorner(shared_, shared_);
     return solution;
   }
 

@@ -26,7 +26,7 @@ ScaledCost cost_at_best_scale(const OrnsteinUhlenbeck& process, const AxisSample
   double total = white.log_determinant;
   Eigen::VectorXd rest = white.columns.col(0);
   auto free = static_cast<double>(rest.size() - white.blunders);
-  const auto regressors = white.columns.rightCols(white.columns.cols() - 1);
+  const Eigen::MatrixXd regressors = white.columns.rightCols(white.columns.cols() - 1);
   if (!regressors.isZero(0)) {
     // The unrestricted likelihood would take what the regressors explain for less deviation.
     const auto solver = regressors.colPivHouseholderQr();
@@ -44,9 +44,9 @@ ScaledCost cost_at_best_scale(const OrnsteinUhlenbeck& process, const AxisSample
 // that is scaled to the rest, much of what the regressors explain would be a blunder.
 Eigen::VectorXd least_squares(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
   const Whitened white = whiten(process, samples);
-  return white.columns.rightCols(white.columns.cols() - 1)
-      .colPivHouseholderQr()
-      .solve(white.columns.col(0));
+  return Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(
+             white.columns.rightCols(white.columns.cols() - 1))
+      .solve(Eigen::VectorXd(white.columns.col(0)));
 }
 
 }  // namespace
