@@ -149,7 +149,10 @@ int correct_folder(Command& command, const Models& models, CorrectionArguments& 
         std::vector<CorrectedTarget> targets =
             correct(command, models, &program, joints, file, arguments).targets;
         add_new(doubts_of_commands(models, targets, file.program.visits, arguments), in_doubt);
-        ProjectCommands found{program_commands(program, targets, joints), {}};
+        ProjectCommands found{
+            program_commands(program, file.program, targets, joints, models.controller,
+                             compensation_options(arguments, models.controller)),
+            {}};
         found.moves = corrected_moves(program, targets);
         warn_of_all(command, sentences_of_notes(targets, file.program.visits, file.source));
         is_reached &= !is_noted(targets) && found.commands.warnings.empty();

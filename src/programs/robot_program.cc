@@ -112,6 +112,8 @@ bool operator==(const HandedFrame& a, const HandedFrame& b) {
   return a.kind == b.kind && a.name == b.name && is_same_pose;
 }
 
+double beyond(double low, double high, double q) { return std::max(low - q, q - high); }
+
 bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
   return (q.array() >= configuration.low.array() - kRangeSlack).all() &&
          (q.array() <= configuration.high.array() + kRangeSlack).all();

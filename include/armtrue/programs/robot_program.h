@@ -281,6 +281,10 @@ struct ProgramCommand {
   JointVector q = JointVector::Zero(kProgramAxes);           ///< joint angles of the command [rad]
   Pose pose;                                                 ///< of the controller's model at `q`
   std::vector<double> external;  ///< as ProgramTarget::external; empty: as programmed
+  /// Derivative of `q` by the pose, in the axes of its frame: per m and per rad. The numbers of a
+  /// pose are rounded, and its branch is stated for the joint angles at what is written. Nothing:
+  /// it is stated for `q`.
+  std::optional<Eigen::Matrix<double, kProgramAxes, 6>> by_pose;
 };
 
 /// A number of a point as written, and the number of another pose or posture at its place.
