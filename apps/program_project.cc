@@ -49,6 +49,16 @@ std::string table_of(const std::vector<ProgramRow>& rows) {
   return table;
 }
 
+// Files of a folder that are no texts of programs, such as .pgf, named from the folder on.
+std::vector<std::string> files_beside_texts(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, none))
+    if (entry.is_regular_file(none) && !is_program_text(entry.path().string()))
+      names.push_back(entry.path().lexically_relative(folder).generic_string());
+  return names;
+}
+
 class Project {
  public:
   Project(Command& command, const ProjectFiles& files, const KnownFrames& known)
@@ -58,6 +68,7 @@ class Project {
         text.name = fs::path(text.name).lexically_relative(files.folder).generic_string();
         texts_.push_back(std::move(text));
       }
+      beside_texts_ = files_beside_texts(files.folder);
     } else {
       archive_.emplace(files.folder);
       texts_ = command.read_program_archive(*archive_, files.folder);
@@ -186,7 +197,8 @@ class Project {
         what, option);
   }
 
-  // All texts, and all other members of an archive: those that are not corrected as they are.
+  // All texts, and all other files of the folder or archive: those that are not corrected as they
+  // are.
   void write() {
     const RewrittenProject rewritten =
         rewrite_project(std::move(programs_), texts_, Corrector::compensate);
@@ -214,17 +226,31 @@ class Project {
       for (const ArchiveMember& member : archive_->members())
         if (!member.is_folder) all[member.path] = member.content;
     for (const auto& [name, text] : changed) all[name] = text;
+    for (const std::string& name : beside_texts_) copy(name);
     std::vector<Product> products;
-    for (const auto& [name, text] : all) {
-      const std::string path = (fs::path(files_.out) / name).string();
-      products.push_back({path, text});
-      std::error_code error;
-      fs::create_directories(fs::path(path).parent_path(), error);
-      if (error)
-        throw OutputError(fmt::format("{}: the folder cannot be made ({})",
-                                      fs::path(path).parent_path().string(), error.message()));
-    }
+    for (const auto& [name, text] : all) products.push_back(Product::bytes(place_of(name), text));
     write_outputs(products);
+  }
+
+  // Where a text or another file is written; makes its folder.
+  std::string place_of(const std::string& name) const {
+    const fs::path path = fs::path(files_.out) / name;
+    std::error_code error;
+    fs::create_directories(path.parent_path(), error);
+    if (error)
+      throw OutputError(fmt::format("{}: the folder cannot be made ({})",
+                                    path.parent_path().string(), error.message()));
+    return path.string();
+  }
+
+  void copy(const std::string& name) const {
+    const std::string from = (fs::path(files_.folder) / name).string();
+    std::error_code error;
+    fs::copy_file(from, place_of(name), error);
+    if (error)
+      throw OutputError(fmt::format(
+          "{}: cannot be copied to {} ({}); make it readable, or remove it from the folder", from,
+          files_.out, error.message()));
   }
 
   void tell(const SharedPoint& point) {
@@ -247,6 +273,7 @@ class Project {
   const KnownFrames known_;
   std::optional<Archive> archive_;  // in place of a folder
   std::vector<ProgramText> texts_;  // named from the folder on
+  std::vector<std::string> beside_texts_;  // other files of the folder
   std::map<std::string, const ProgramText*> by_name_;
   std::map<const Dialect*, TextsOfOthers> others_;
   std::map<std::string, ProgramNeighbours> neighbours_;  // of the programs
@@ -294,7 +321,7 @@ void add_project(Command& command, ProjectFiles& files) {
       "archive (.zip, .tar, .tgz); names are looked up in it as the controller does");
   project.needs(command
                     .option("--project-out", files.out,
-                            "Write the texts of the folder here, corrected: a new or empty folder; "
+                            "Write the folder here, its programs corrected: a new or empty folder; "
                             "of an archive also a new archive of the same kind")
                     .needs(project));
 }
