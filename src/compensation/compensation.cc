@@ -205,6 +205,7 @@ class Compensation {
                               : found.failure      ? *found.failure
                                                    : arms(row).programmed.why_no_hint();
       if (!all) all.emplace(row, why);
+      all->lacks_start |= found.own.empty() && !found.is_out_of_reach && !options_.start;
       if (is_in_doubt)
         all->in_doubt.emplace_back(row, why);
       else if (found.is_out_of_reach)

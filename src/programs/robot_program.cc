@@ -35,6 +35,7 @@ void count_lines_without_copies(RobotProgram& program) {
   const auto counted = [&](int line) { return program.lines[line - 1]; };
   for (ProgramTarget& target : program.targets) target.line = counted(target.line);
   for (ProgramCall& call : program.calls_not_given) call.line = counted(call.line);
+  for (ProgramCall& call : program.calls_of_others) call.line = counted(call.line);
   for (ProgramPoint& point : program.points)
     if (point.text == 0) point.line = counted(point.line);
 }
