@@ -67,9 +67,11 @@ int run(app::Command& command, app::CorrectionArguments& arguments) {
   app::warn_of_station(command, conditions.not_applied);
   bool is_followed = true;
   if (program)
-    is_followed =
-        app::write_robot_program(command, *program, program_commands(*program, targets, joints),
-                                 divided.inserted, arguments.program);
+    is_followed = app::write_robot_program(
+        command, *program,
+        program_commands(*program, file.program, targets, joints, controller,
+                         app::compensation_options(arguments, controller)),
+        divided.inserted, arguments.program);
   else
     write_output(command.output,
                  write_commands(file, targets, app::command_kind(arguments, file.program)));

@@ -105,6 +105,7 @@ CompensationOptions compensation_options(const CorrectionArguments& arguments, c
   options.move_external_axes = arguments.move_external_axes;
   options.max_correction = arguments.max_mm * kMillimetre;
   options.correct_uncovered = arguments.uncovered == "keep";
+  if (!options.start) options.start = arguments.posture_of_calls;
   return options;
 }
 

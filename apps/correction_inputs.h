@@ -24,6 +24,7 @@ struct CorrectionArguments : ProgramArguments {
   RobotProgramFiles program;
   ProjectFiles project;
   ReportArguments page;
+  std::optional<JointVector> posture_of_calls;  ///< --start, where the callers of a program tell it
 };
 
 void add_correction_options(Command& command, CorrectionArguments& arguments);

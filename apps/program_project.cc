@@ -15,6 +15,7 @@
 #include "armtrue/programs/corrected_already.h"
 #include "armtrue/programs/dialect.h"
 #include "armtrue/programs/program_project.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 
@@ -49,6 +50,16 @@ std::string table_of(const std::vector<ProgramRow>& rows) {
   return table;
 }
 
+// Files of a folder that are no texts of programs, such as .pgf, named from the folder on.
+std::vector<std::string> files_beside_texts(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, none))
+    if (entry.is_regular_file(none) && !is_program_text(entry.path().string()))
+      names.push_back(entry.path().lexically_relative(folder).generic_string());
+  return names;
+}
+
 class Project {
  public:
   Project(Command& command, const ProjectFiles& files, const KnownFrames& known)
@@ -58,6 +69,7 @@ class Project {
         text.name = fs::path(text.name).lexically_relative(files.folder).generic_string();
         texts_.push_back(std::move(text));
       }
+      beside_texts_ = files_beside_texts(files.folder);
     } else {
       archive_.emplace(files.folder);
       texts_ = command.read_program_archive(*archive_, files.folder);
@@ -70,18 +82,18 @@ class Project {
     for (const ProgramText& text : texts_) by_name_[text.name] = &text;
   }
 
-  bool correct(const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
-    for (const ProgramText& text : texts_)
-      if (const auto dialect = dialect_of_file(text.name); dialect && !is_of_controller(text.name))
-        correct(*dialect, text, commands_for);
+  bool correct(const CommandsFor& commands_for) {
+    commands_for_ = commands_for;
+    for (const ProgramText& text : texts_) correct_once(text);
+    put_in_order();
     warn_of_several_arms();
     if (rows_.empty())
       throw InputError(files_.folder +
                        ": none of its programs has a move to a point with plain "
                        "numbers");
-    if (programs_.empty() && why_not_)
-      throw InputError(
-          fmt::format("{}: none of its programs can be corrected: {}", files_.folder, *why_not_));
+    if (programs_.empty() && !why_not_.empty())
+      throw InputError(fmt::format("{}: none of its programs can be corrected: {}", files_.folder,
+                                   why_not_.begin()->second));
     write();
     write_output(command_.output, table_of(rows_));
     return std::ranges::all_of(
@@ -89,8 +101,13 @@ class Project {
   }
 
  private:
-  void correct(const Dialect& dialect, const ProgramText& text,
-               const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
+  // A program that others call may ask for these first.
+  void correct_once(const ProgramText& text) {
+    if (const auto dialect = dialect_of_file(text.name); dialect && !is_of_controller(text.name))
+      if (begun_.insert(text.name).second) correct(*dialect, text);
+  }
+
+  void correct(const Dialect& dialect, const ProgramText& text) {
     std::vector<ProgramText> own{text};
     if (!dialect.facts().data_list.empty())
       if (const ProgramText* const dat = dat_of(text.name)) own.push_back(*dat);
@@ -112,16 +129,100 @@ class Project {
       warn_of_all(command_, program.warnings);
       program.warnings.clear();
       refuse_corrected_points(program);
-      ProjectCommands found = commands_for(program);
+      ProjectCommands found = commands_for_(program, [&] { return postures_at_calls(program); });
       warn_of_all(command_, program.warnings);
       warn_of_all(command_, found.commands.warnings);
       rows_.push_back({text.name, found.moves});
+      corrected_[text.name] = programs_.size();
       programs_.push_back({std::move(program), std::move(found.commands.list)});
     } catch (const CorrectedAlready&) {
       throw;
     } catch (const InputError& error) {
       stays(text.name, program, error);
     }
+  }
+
+  // In that of the texts.
+  void put_in_order() {
+    std::ranges::stable_sort(rows_, {},
+                             [&](const ProgramRow& row) { return by_name_.at(row.name); });
+    std::ranges::stable_sort(programs_, {}, [&](const ProjectProgram& program) {
+      return by_name_.at(program.program.texts[0].name);
+    });
+  }
+
+  // Texts that name a routine of a program may call it. None of the postures counts if one of
+  // these is not known.
+  PosturesAtCalls postures_at_calls(const RobotProgram& called) {
+    PosturesAtCalls all;
+    for (const ProgramText& text : texts_) {
+      if (text.name == called.texts[0].name || dialect_of_file(text.name) != called.dialect ||
+          is_of_controller(text.name) || !names_one(text.text, called.routines))
+        continue;
+      correct_once(text);
+      const auto caller = corrected_.find(text.name);
+      if (caller == corrected_.end()) return {};
+      const std::vector<ProgramCall> calls = programs_[caller->second].program.calls_of_others;
+      for (const ProgramCall& call : calls) {
+        if (!called.routines.contains(call.routine)) continue;
+        if (!add_postures_before(caller->second, call.node, all.angles)) return {};
+        all.callers +=
+            fmt::format("{}{}:{}", all.callers.empty() ? "" : ", ", text.name, call.line);
+      }
+    }
+    return all;
+  }
+
+  // Of the moves before a node of a program, and of the programs that it calls between. Returns
+  // whether all are known.
+  bool add_postures_before(size_t index, int node, std::vector<JointVector>& postures) {
+    std::map<int, size_t> targets;
+    std::map<int, std::string> calls;
+    const RobotProgram& program = programs_[index].program;
+    for (size_t k = 0; k < program.targets.size(); ++k) targets[program.targets[k].node] = k;
+    for (const ProgramCall& call : program.calls_of_others) calls[call.node] = call.routine;
+    const std::vector<std::vector<int>> ways = program.ways;  // programs_ may grow
+    std::set<int> seen;
+    std::vector<int> open{node};
+    while (!open.empty()) {
+      const int at = open.back();
+      open.pop_back();
+      if (ways[at].empty()) return false;  // the program begins
+      for (const int before : ways[at]) {
+        if (!seen.insert(before).second) continue;
+        if (const auto target = targets.find(before); target != targets.end()) {
+          postures.push_back(programs_[index].commands[target->second].programmed);
+          continue;
+        }
+        if (const auto call = calls.find(before);
+            call != calls.end() && !add_postures_of(call->second, postures))
+          return false;
+        open.push_back(before);
+      }
+    }
+    return true;
+  }
+
+  // All of the program that has the name of a routine, if it moves the arm.
+  bool add_postures_of(const std::string& routine, std::vector<JointVector>& postures) {
+    for (const ProgramText& text : texts_) {
+      if (upper_case(fs::path(text.name).stem().string()) != routine ||
+          !dialect_of_file(text.name) || is_of_controller(text.name))
+        continue;
+      correct_once(text);
+      const auto called = corrected_.find(text.name);
+      if (called == corrected_.end()) return false;
+      for (const ProgramCommand& command : programs_[called->second].commands)
+        postures.push_back(command.programmed);
+    }
+    return true;
+  }
+
+  static bool names_one(const std::string& text, const std::set<std::string>& names) {
+    const std::string capitals = upper_case(text);
+    return std::ranges::any_of(names, [&](const std::string& name) {
+      return !name.empty() && capitals.find(name) != std::string::npos;
+    });
   }
 
   // One model is given, and each of them may move another arm.
@@ -144,7 +245,7 @@ class Project {
   void stays(const std::string& name, const RobotProgram& program, const InputError& error) {
     command_.warn(fmt::format("{}; the program stays as it is", error.what()));
     rows_.push_back({name, moves_left_alone(program, error.what())});
-    if (!why_not_) why_not_ = error.what();
+    why_not_[by_name_.at(name)] = error.what();
   }
 
   const ProgramText* dat_of(const std::string& src) const {
@@ -186,7 +287,8 @@ class Project {
         what, option);
   }
 
-  // All texts, and all other members of an archive: those that are not corrected as they are.
+  // All texts, and all other files of the folder or archive: those that are not corrected as they
+  // are.
   void write() {
     const RewrittenProject rewritten =
         rewrite_project(std::move(programs_), texts_, Corrector::compensate);
@@ -214,17 +316,31 @@ class Project {
       for (const ArchiveMember& member : archive_->members())
         if (!member.is_folder) all[member.path] = member.content;
     for (const auto& [name, text] : changed) all[name] = text;
+    for (const std::string& name : beside_texts_) copy(name);
     std::vector<Product> products;
-    for (const auto& [name, text] : all) {
-      const std::string path = (fs::path(files_.out) / name).string();
-      products.push_back({path, text});
-      std::error_code error;
-      fs::create_directories(fs::path(path).parent_path(), error);
-      if (error)
-        throw OutputError(fmt::format("{}: the folder cannot be made ({})",
-                                      fs::path(path).parent_path().string(), error.message()));
-    }
+    for (const auto& [name, text] : all) products.push_back(Product::bytes(place_of(name), text));
     write_outputs(products);
+  }
+
+  // Where a text or another file is written; makes its folder.
+  std::string place_of(const std::string& name) const {
+    const fs::path path = fs::path(files_.out) / name;
+    std::error_code error;
+    fs::create_directories(path.parent_path(), error);
+    if (error)
+      throw OutputError(fmt::format("{}: the folder cannot be made ({})",
+                                    path.parent_path().string(), error.message()));
+    return path.string();
+  }
+
+  void copy(const std::string& name) const {
+    const std::string from = (fs::path(files_.folder) / name).string();
+    std::error_code error;
+    fs::copy_file(from, place_of(name), error);
+    if (error)
+      throw OutputError(fmt::format(
+          "{}: cannot be copied to {} ({}); make it readable, or remove it from the folder", from,
+          files_.out, error.message()));
   }
 
   void tell(const SharedPoint& point) {
@@ -247,12 +363,17 @@ class Project {
   const KnownFrames known_;
   std::optional<Archive> archive_;  // in place of a folder
   std::vector<ProgramText> texts_;  // named from the folder on
+  std::vector<std::string> beside_texts_;  // other files of the folder
   std::map<std::string, const ProgramText*> by_name_;
   std::map<const Dialect*, TextsOfOthers> others_;
   std::map<std::string, ProgramNeighbours> neighbours_;  // of the programs
+  CommandsFor commands_for_;
+  std::set<std::string> begun_;              // texts
+  std::map<std::string, size_t> corrected_;  // of the text of each of programs_ its index
   std::vector<ProjectProgram> programs_;
   std::vector<ProgramRow> rows_;
-  std::optional<std::string> why_not_;  // the first program cannot be corrected
+  // Why programs cannot be corrected, in the order of the texts.
+  std::map<const ProgramText*, std::string> why_not_;
 };
 
 void check_folders(const ProjectFiles& files) {
@@ -294,13 +415,13 @@ void add_project(Command& command, ProjectFiles& files) {
       "archive (.zip, .tar, .tgz); names are looked up in it as the controller does");
   project.needs(command
                     .option("--project-out", files.out,
-                            "Write the texts of the folder here, corrected: a new or empty folder; "
+                            "Write the folder here, its programs corrected: a new or empty folder; "
                             "of an archive also a new archive of the same kind")
                     .needs(project));
 }
 
 bool correct_project(Command& command, const ProjectFiles& project, const RobotProgramFiles& files,
-                     const std::function<ProjectCommands(RobotProgram&)>& commands_for) {
+                     const CommandsFor& commands_for) {
   if (command.input != "-")
     throw UsageError("'" + command.input +
                      "' and --project are given; correct one of them at a time");

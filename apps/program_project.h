@@ -27,11 +27,21 @@ struct ProjectCommands {
   CorrectedMoves moves;
 };
 
-/// Corrects every program of the folder that moves the arm by `commands_for`, which throws
-/// InputError where that cannot be done; the program stays then. Writes all texts of the folder into --project-out, and a
-/// table of the programs to -o: program, moves, corrected, left, why. Returns whether every move is
+/// The postures in which others of the folder call a program.
+struct PosturesAtCalls {
+  std::vector<JointVector> angles;  ///< as ProgramCommand::programmed; none: not all are known
+  std::string callers;              ///< `a.src:12, b.src:7`
+};
+/// The commands for a program of a folder; the second argument tells how others of it call the
+/// program. Throws InputError where that cannot be done.
+using CommandsFor =
+    std::function<ProjectCommands(RobotProgram&, const std::function<PosturesAtCalls()>&)>;
+
+/// Corrects every program of the folder that moves the arm by `commands_for`; where it throws
+/// InputError, the program stays. Writes all files of the folder into --project-out, and a table of
+/// the programs to -o: program, moves, corrected, left, why. Returns whether every move is
 /// corrected. Throws CorrectedAlready if one of the programs is.
 bool correct_project(Command& command, const ProjectFiles& project, const RobotProgramFiles& files,
-                     const std::function<ProjectCommands(RobotProgram&)>& commands_for);
+                     const CommandsFor& commands_for);
 
 }  // namespace armtrue::app

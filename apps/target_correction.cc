@@ -53,6 +53,12 @@ void warn_of_hints(Command& command, const CorrectionArguments& arguments, const
   if (!doubt.empty()) command.warn(file.source + ": " + doubt);
 }
 
+void warn_of_calls(Command& command, const std::string& source, const std::string& callers) {
+  command.warn(fmt::format(
+      "{}: begins in the posture of its calls ({}); whoever else starts it may come in another",
+      source, callers));
+}
+
 // What is said of several programs is said once.
 void add_new(const std::vector<std::string>& sentences, std::vector<std::string>& all) {
   for (const std::string& sentence : sentences)
@@ -63,7 +69,8 @@ void add_new(const std::vector<std::string>& sentences, std::vector<std::string>
 
 DividedProgram correct(Command& command, const Models& models, RobotProgram* program,
                        const ProgramJoints& joints, ProgramFile& file,
-                       const CorrectionArguments& arguments) {
+                       CorrectionArguments arguments,
+                       const std::function<PosturesAtCalls()>& postures_at_calls) {
   const Robot &robot = models.robot, &controller = models.controller;
   const CompensationOptions options = compensation_options(arguments, controller);
   if (program) remove_what_never_runs(*program);
@@ -89,6 +96,14 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
   while (!divided) try {
       divided = compensate_file(robot, controller, file, program, arguments);
     } catch (const UnreachableTarget& error) {
+      if (error.lacks_start && postures_at_calls) {
+        const PosturesAtCalls at_calls = postures_at_calls();
+        arguments.posture_of_calls = common_posture(controller, options, joints, at_calls.angles);
+        if (arguments.posture_of_calls) {
+          warn_of_calls(command, file.source, at_calls.callers);
+          continue;
+        }
+      }
       if (program && leave_what_is_out_of_reach(error, *program)) {
         read();
         continue;
@@ -139,17 +154,21 @@ int correct_folder(Command& command, const Models& models, CorrectionArguments& 
   arguments.project.has_tool = !arguments.tool.empty();
   bool is_reached = true;
   std::vector<std::string> in_doubt;
-  const bool is_whole =
-      correct_project(command, arguments.project, arguments.program, [&](RobotProgram& program) {
+  const bool is_whole = correct_project(
+      command, arguments.project, arguments.program,
+      [&](RobotProgram& program, const std::function<PosturesAtCalls()>& postures_at_calls) {
         refuse_two_tools(program, arguments.tool_is_measured);
         ProgramFile file;
         file.source = program.texts[0].name;
         const ProgramJoints joints =
             joints_of_program(program, models.controller, arguments.controller);
         std::vector<CorrectedTarget> targets =
-            correct(command, models, &program, joints, file, arguments).targets;
+            correct(command, models, &program, joints, file, arguments, postures_at_calls).targets;
         add_new(doubts_of_commands(models, targets, file.program.visits, arguments), in_doubt);
-        ProjectCommands found{program_commands(program, targets, joints), {}};
+        ProjectCommands found{
+            program_commands(program, file.program, targets, joints, models.controller,
+                             compensation_options(arguments, models.controller)),
+            {}};
         found.moves = corrected_moves(program, targets);
         warn_of_all(command, sentences_of_notes(targets, file.program.visits, file.source));
         is_reached &= !is_noted(targets) && found.commands.warnings.empty();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,12 @@
 namespace armtrue::app {
 
 /// Commands for all targets of a file, or of a program with the joints `joints`; `command` says
-/// what is in doubt. Throws InputError for targets that cannot be, or that were corrected before.
+/// what is in doubt. `postures_at_calls`: those of a program that does not say in which posture it
+/// begins. Throws InputError for targets that cannot be, or that were corrected before.
 DividedProgram correct(Command& command, const Models& models, RobotProgram* program,
                        const ProgramJoints& joints, ProgramFile& file,
-                       const CorrectionArguments& arguments);
+                       CorrectionArguments arguments,
+                       const std::function<PosturesAtCalls()>& postures_at_calls = {});
 
 /// Reasons to doubt the assumptions of commands, in sentences.
 std::vector<std::string> doubts_of_commands(const Models& models,

@@ -75,6 +75,7 @@ class Compensation {
   std::vector<CorrectedTarget> run(const Robot& identified) {
     find_postures();
     throw_if_unreachable();
+    find_directions();
     for (const int node : ways_.order())
       if (const int row = ways_.row_of(node); row != kNoRow) targets_[row] = target_at(row);
     for (int row = 0; row < program_.rows(); ++row) visits_.q[row] = targets_[row].programmed;
@@ -204,6 +205,7 @@ class Compensation {
                               : found.failure      ? *found.failure
                                                    : arms(row).programmed.why_no_hint();
       if (!all) all.emplace(row, why);
+      all->lacks_start |= found.own.empty() && !found.is_out_of_reach && !options_.start;
       if (is_in_doubt)
         all->in_doubt.emplace_back(row, why);
       else if (found.is_out_of_reach)
@@ -224,6 +226,80 @@ class Compensation {
         "ways with several postures lead to it (from {}), and its point states none; state it "
         "(KUKA S and T, ABB ConfL \\On, UR qnear), or bring the arm to one posture before it",
         names);
+  }
+
+  // Where several ways lead to a row, a joint has a direction there only if it comes from one side
+  // by all of them, along the programmed joint angles.
+  void find_directions() {
+    const auto is_meeting = [&](int node) { return ways_.from(node).size() > 1; };
+    if (!motion_matters_ || std::ranges::none_of(ways_.order(), is_meeting)) return;
+    directions_.resize(program_.rows());
+    std::vector<std::vector<Coming>> comings;
+    for (int row = 0; row < program_.rows(); ++row) comings.push_back(comings_to(row));
+    for (bool is_changed = true; is_changed;) {
+      is_changed = false;
+      for (const int node : ways_.order()) {
+        const int row = ways_.row_of(node);
+        if (row == kNoRow) continue;
+        for (const auto& [before, moved] : comings[row]) {
+          if (before != kNoRow && !directions_[before]) continue;
+          Direction came = moved;
+          for (size_t j = 0; j < came.size(); ++j)
+            if (came[j] == 0 && before != kNoRow) came[j] = (*directions_[before])[j];
+          is_changed |= join(came, directions_[row]);
+        }
+      }
+    }
+  }
+
+  static constexpr std::int8_t kBothSides = 2;  // or not known by one way
+  // A row from which the arm may come, or none, and how its joints move at the end of the way; 0: a
+  // joint stands.
+  struct Coming {
+    int before;
+    Direction moved{};
+  };
+  std::vector<Coming> comings_to(int row) {
+    arms_now_ = &arms(row);
+    Context context = visits_.context(row);
+    context.q = found_[row].own[0].q;
+    std::vector<Coming> all;
+    for (const int before : ways_.rows_before(ways_.node_of(row))) {
+      all.push_back({before});
+      if (before == kNoRow) continue;
+      const JointVector& from = found_[before].own[0].q;
+      const bool is_end_of_arc = motion_to(program_, row).kind == MotionKind::arc && row > 0;
+      Arrival arrival(from);
+      for (const Waypoint& place :
+           way_to(row, context, is_end_of_arc ? found_[row - 1].from : before, from).places)
+        arrival.go_to(place.q);
+      all.back().moved = arrival.direction();
+    }
+    return all;
+  }
+
+  // Returns whether `all` has changed.
+  static bool join(const Direction& one, std::optional<Direction>& all) {
+    if (!all) {
+      all = one;
+      return true;
+    }
+    const Direction before = *all;
+    for (size_t j = 0; j < one.size(); ++j)
+      if ((*all)[j] != one[j]) (*all)[j] = kBothSides;
+    return *all != before;
+  }
+
+  // The last motion to a row in a context, as far as all ways agree on it.
+  void arrive(size_t row, const CommandedMotion& motion, std::span<const JointVector> way,
+              Context& context) const {
+    motion.arrive(context, way);
+    if (directions_.empty() || !directions_[row]) return;
+    for (int j = 0; j < static_cast<int>(context.q.size()); ++j)
+      if ((*directions_[row])[j] == kBothSides) {
+        context.arrival[j] = 0;
+        context.stroke[j] = 0;
+      }
   }
 
   // The state in which the arm comes to a row.
@@ -251,19 +327,20 @@ class Compensation {
     stand_before(row);
     target.programmed = found_[row].own[0].q;
     if (program_.is_cartesian(row) && follows_motion(controller().robot())) {
-      motion_.commanded.arrive(context, target.programmed);
+      arrive(row, motion_.commanded, std::span(&target.programmed, 1), context);
       target.programmed = arms_now_->programmed.at(row, context, target.programmed);
     }
     target.q = target.programmed;
     context.q = target.programmed;
-    const ProgrammedWay way = way_to(row, context);
+    const bool is_arc = motion_to(program_, row).kind == MotionKind::arc && row > 0;
+    const ProgrammedWay way = way_to(row, context, found_[is_arc ? row - 1 : row].from, reached_);
     const std::vector<Waypoint>& places = way.places;
     std::vector<JointVector> programmed;
     for (const Waypoint& place : places) programmed.push_back(place.q);
-    motion_.programmed.arrive(context, programmed);
+    arrive(row, motion_.programmed, programmed, context);
     motion_.programmed.go_to(programmed);
     const Pose intended = program_.is_cartesian(row) ? wanted_at(row) : controller().pose(context);
-    settle(target, context, intended, way);
+    settle(row, target, context, intended, way);
     const std::vector<JointVector> commands = commands_on(way, target);
     motion_.commanded.go_to(commands);
     if (places.size() > 1) target.pace = pace_of(way, commands, target);
@@ -296,15 +373,15 @@ class Compensation {
     double middle = 0;  // of the end of an arc: where on the arc its auxiliary point is
   };
 
-  // The joint angles of the context are those of the row.
-  ProgrammedWay way_to(size_t row, const Context& context) const {
+  // From the joint angles `before`; the line or arc begins at the row `start`. The joint angles of
+  // the context are those of the row.
+  ProgrammedWay way_to(size_t row, const Context& context, int start,
+                       const std::optional<JointVector>& before) const {
     std::optional<TcpWay> way;
-    const bool is_arc = motion_to(program_, row).kind == MotionKind::arc && row > 0;
-    const int start = found_[is_arc ? row - 1 : row].from;
-    if (motion_matters_ && reached_ && start != kNoRow)
+    if (motion_matters_ && before && start != kNoRow)
       way = tcp_way(program_, row, start, [&](size_t of) { return programmed_pose(of, row); });
     if (!way) return {{{1, context.q}}, 0};
-    return {waypoints(controller(), program_, context, *way, {*reached_, context.q}),
+    return {waypoints(controller(), program_, context, *way, {*before, context.q}),
             way->way.arc ? way->from : 0};
   }
 
@@ -350,14 +427,14 @@ class Compensation {
   // joint reverses, it moves less from point to point than the correction, and commands for either
   // direction are consistent: the direction of the program is tried first, or commands would
   // alternate.
-  void settle(CorrectedTarget& target, Context& context, const Pose& intended,
+  void settle(size_t row, CorrectedTarget& target, Context& context, const Pose& intended,
               const ProgrammedWay& way) const {
     correct(target, context, intended);
     if (!motion_matters_) return;
     Context assumed;
     for (int k = 0; k < kMostTries; ++k) {
       assumed = context;
-      motion_.commanded.arrive(context, commands_on(way, target));
+      arrive(row, motion_.commanded, commands_on(way, target), context);
       if (context.arrival == assumed.arrival &&
           (context.stroke - assumed.stroke).cwiseAbs().maxCoeff() < kSameStroke)
         return;
@@ -368,7 +445,7 @@ class Compensation {
       if (context.arrival[j] != assumed.arrival[j]) context.arrival[j] = 0;
     context.stroke = (context.stroke + assumed.stroke) / 2;
     correct(target, context, intended);
-    motion_.commanded.arrive(context, commands_on(way, target));
+    arrive(row, motion_.commanded, commands_on(way, target), context);
     target.notes.push_back(CommandNote::arrival);
   }
 
@@ -504,6 +581,8 @@ class Compensation {
   const RowWays ways_;
   std::vector<std::vector<Posture>> postures_;  // of each node
   std::vector<Found> found_;                    // of each row
+  // Of each row: 0 where a joint has not moved; empty: one way leads to each row.
+  std::vector<std::optional<Direction>> directions_;
   const Motions at_begin_;
   std::vector<Motions> behind_;  // each row, if motion matters
   Motions motion_;

@@ -13,13 +13,18 @@ namespace {
 constexpr int kStarts = 240;
 
 // The multiple of a turn that brings an angle into [low, high], next to `near`; nothing if none
-// does.
+// does. Where one lies beside an end of a whole turn and another within it, that is the one.
 std::optional<double> turned_into(double angle, double low, double high, double near) {
+  const auto beside = [&](double turned) {
+    return high - low > 1.5 * kTurn ? 0 : std::max(0.0, beyond(low, high, turned));
+  };
   std::optional<double> best;
   for (int k = -3; k <= 3; ++k) {
     const double turned = angle + k * kTurn;
     if (turned < low - kRangeSlack || turned > high + kRangeSlack) continue;
-    if (!best || std::abs(turned - near) < std::abs(*best - near)) best = turned;
+    if (!best || beside(turned) < beside(*best) ||
+        (beside(turned) == beside(*best) && std::abs(turned - near) < std::abs(*best - near)))
+      best = turned;
   }
   return best;
 }

@@ -18,6 +18,8 @@
 #include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "compensation/joint_correction.h"
+#include "compensation/program_arm.h"
 
 namespace armtrue {
 namespace {
@@ -73,6 +75,36 @@ std::string why_no_place(const RobotProgram& program, const ProgramTarget& targe
           "neither it nor those before it state where the external axis E{} stands; state it in "
           "the program",
           i + 1);
+  return "";
+}
+
+bool has_angle(const RobotProgram& program, const ProgramTarget& target, int axis) {
+  return target.kind == TargetKind::joints && program.points[target.point].numbers[axis].end > 0;
+}
+
+// Whether poses in one frame tilt the tool against one another: no arm of four axes does.
+bool tilts(const RobotProgram& program) {
+  const ProgramTarget* first = nullptr;
+  for (const ProgramTarget& target : program.targets) {
+    if (target.kind != TargetKind::cartesian || !target.has_orientation) continue;
+    if (!first) first = &target;
+    if (target.base != first->base || target.tool != first->tool) continue;
+    const Eigen::Vector3d axis = target.pose.rotation.col(2), other = first->pose.rotation.col(2);
+    if (axis.cross(other).norm() > std::sin(kBesideAxes) || axis.dot(other) < 0) return true;
+  }
+  return false;
+}
+
+// Why joint angles cannot be corrected, which lack an axis that the program has otherwise; empty if
+// they can. If it has the axis nowhere, it is one of another arm.
+std::string why_no_angles(const RobotProgram& program, const ProgramTarget& target,
+                          const ProgramJoints& joints) {
+  for (int j = 0; j < kProgramAxes; ++j)
+    if (target.kind == TargetKind::joints && joints.arm[j] >= 0 && !has_angle(program, target, j) &&
+        (tilts(program) || std::ranges::any_of(program.targets, [&](const ProgramTarget& other) {
+           return has_angle(program, other, j);
+         })))
+      return fmt::format("its point has no angle of axis {}; state it in the program", j + 1);
   return "";
 }
 
@@ -146,16 +178,40 @@ void refuse_two_tools(const RobotProgram& program, bool tool_is_measured) {
 void leave_what_has_no_place(RobotProgram& program, const ProgramJoints& joints) {
   std::map<size_t, std::string> why;
   std::set<size_t> left;  // an arc goes with either of its points
+  bool is_any_known = false, is_pose_left = false;
   for (size_t k = 0; k < program.targets.size(); ++k) {
-    const std::string reason = why_no_place(program, program.targets[k], joints);
+    std::string reason = why_no_place(program, program.targets[k], joints);
+    if (reason.empty()) reason = why_no_angles(program, program.targets[k], joints);
     if (reason.empty()) continue;
     why[k] = reason;
+    is_pose_left |= program.targets[k].kind == TargetKind::cartesian;
     for (const size_t of_move : targets_of_move(program, k)) left.insert(of_move);
   }
-  bool is_any_known = false;
   for (size_t k = 0; k < program.targets.size(); ++k)
-    is_any_known |= program.targets[k].kind == TargetKind::cartesian && !left.contains(k);
+    is_any_known |=
+        !left.contains(k) && (!is_pose_left || program.targets[k].kind == TargetKind::cartesian);
   if (!why.empty() && is_any_known) leave_alone(program, why);
+}
+
+std::optional<JointVector> common_posture(const Robot& controller,
+                                          const CompensationOptions& options,
+                                          const ProgramJoints& joints,
+                                          const std::vector<JointVector>& postures) {
+  std::optional<JointVector> first;
+  std::optional<Branch> branch;
+  const ProgramArm arm(controller, options, Pose{}, {});
+  for (const JointVector& posture : postures) {
+    const JointVector q = joints.whole(posture, JointVector::Zero(joints.count()));
+    const Branch own = arm.branch_at(q);
+    if (!first) {
+      first = q;
+      branch = own;
+    } else if (own.shoulder != branch->shoulder || own.elbow != branch->elbow ||
+               own.wrist != branch->wrist) {
+      return std::nullopt;
+    }
+  }
+  return first;
 }
 
 bool leave_what_is_out_of_reach(const UnreachableTarget& error, RobotProgram& program) {

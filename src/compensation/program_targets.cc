@@ -11,6 +11,7 @@
 
 #include "armtrue/programs/dialect.h"
 #include "armtrue/text/input_error.h"
+#include "compensation/program_arm.h"
 
 namespace armtrue {
 namespace {
@@ -158,6 +159,67 @@ void warn_of_other_axes(const RobotProgram& program, const ProgramJoints& joints
   }
 }
 
+// Derivatives of the numbers of the arm's axes by the pose, as ProgramCommand::by_pose.
+class JointsByPose {
+ public:
+  JointsByPose(const Program& rows, const ProgramJoints& joints, const Robot& controller,
+               const CompensationOptions& options)
+      : rows_(rows),
+        joints_(joints),
+        flange_(controller, options, Pose{}, rows.visits.temperature_names) {}
+
+  // `pose`: of the TCP at the joint angles `q` of a row, in the frame of the program.
+  Eigen::Matrix<double, kProgramAxes, 6> at(size_t row, const JointVector& q,
+                                            const Pose& pose) const {
+    Context context = rows_.visits.context(static_cast<int>(row));
+    context.q = q;
+    JointJacobian jacobian;
+    const Pose flange = flange_.pose(context, jacobian);
+    const Pose& base = rows_.set_ups[rows_.set_up[row]].base;
+    const Eigen::Vector3d to_tcp = (base * pose).translation - flange.translation;
+    const Eigen::Matrix3d turn = base.rotation.transpose();
+    for (Eigen::Index j = 0; j < jacobian.cols(); ++j) {
+      const Eigen::Vector3d axis = jacobian.col(j).tail<3>();
+      jacobian.col(j).head<3>() = turn * (jacobian.col(j).head<3>() + axis.cross(to_tcp));
+      jacobian.col(j).tail<3>() = turn * axis;
+    }
+    const Eigen::MatrixXd by_pose =
+        Eigen::MatrixXd(jacobian).completeOrthogonalDecomposition().pseudoInverse();
+    Eigen::Matrix<double, kProgramAxes, 6> of_arm;
+    for (int k = 0; k < 6; ++k)
+      of_arm.col(k) = joints_.arm_of(q + by_pose.col(k)) - joints_.arm_of(q);
+    return of_arm;
+  }
+
+ private:
+  const Program& rows_;
+  const ProgramJoints& joints_;
+  const ProgramArm flange_;
+};
+
+// Whether the joints of a command leave the turns that a point states, wherever rounding of its
+// numbers takes them if it is the point of a joint move. A joint that the correction takes farther
+// into its range stays in it.
+bool may_leave_turns(const Configuration& stated, const ProgramCommand& command,
+                     const Dialect& dialect) {
+  if (stated.continues || stated.is_weak) return !is_in_ranges(stated, command.q);
+  const DialectFacts& facts = dialect.facts();
+  const auto rounding = [&](size_t component) {
+    return 0.5 * std::pow(10.0, -dialect.decimals(TargetKind::cartesian, component)) +
+           dialect.moved_by_check(TargetKind::cartesian, component);
+  };
+  Eigen::Matrix<double, 6, 1> rounded;  // each angle turns about any axis
+  rounded << Eigen::Vector3d::Constant(rounding(0) * facts.length),
+      Eigen::Vector3d::Constant(3 * rounding(3) * facts.angle);
+  const Eigen::VectorXd moved = command.by_pose->cwiseAbs() * rounded;
+  for (int j = 0; j < kProgramAxes; ++j) {
+    const double before = beyond(stated.low[j], stated.high[j], command.programmed[j]);
+    const double now = beyond(stated.low[j], stated.high[j], command.q[j]);
+    if (now > before && now + moved[j] > 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Program program_targets(const RobotProgram& program, const CompensationOptions& options,
@@ -197,8 +259,9 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
   return result;
 }
 
-ProgramCommands program_commands(const RobotProgram& program, std::vector<CorrectedTarget>& targets,
-                                 const ProgramJoints& joints) {
+ProgramCommands program_commands(const RobotProgram& program, const Program& rows,
+                                 std::vector<CorrectedTarget>& targets, const ProgramJoints& joints,
+                                 const Robot& controller, const CompensationOptions& options) {
   ProgramCommands commands;
   warn_of_other_axes(program, joints, commands.warnings);
   warn_of_axes_of_another_arm(program, joints, commands.warnings);
@@ -209,25 +272,38 @@ ProgramCommands program_commands(const RobotProgram& program, std::vector<Correc
                     "model that {} measured, and that is --controller",
                     program.texts[program.own_model_text].name, program.own_model_line,
                     facts.own_model, facts.maker));
+  const JointsByPose by_pose(rows, joints, controller, options);
   for (size_t row = 0; row < targets.size(); ++row) {
     CorrectedTarget& target = targets[row];
     const ProgramTarget& of_program = program.targets[row];
     if (!states_turn(program, row)) std::erase(target.notes, CommandNote::turn);
-    if (!facts.fixed_turns.empty() && target.is_corrected &&
-        of_program.kind == TargetKind::cartesian &&
-        !is_in_ranges(of_program.configuration, joints.arm_of(target.q))) {
+    ProgramCommand command{target.is_corrected,
+                           joints.arm_of(target.programmed, of_program.q),
+                           joints.arm_of(target.q, of_program.q),
+                           target.pose,
+                           joints.external_numbers(target.q, of_program.external),
+                           {}};
+    if (target.is_corrected && of_program.kind == TargetKind::cartesian &&
+        of_program.configuration.is_stated())
+      command.by_pose = by_pose.at(row, target.q, target.pose);
+    if (!facts.fixed_turns.empty() && command.by_pose &&
+        may_leave_turns(of_program.configuration, command, *program.dialect)) {
       target.is_corrected = false;
       target.q = target.programmed;
       target.pose = target.intended;
       target.after = target.before;
+      command = {false,
+                 command.programmed,
+                 command.programmed,
+                 target.pose,
+                 joints.external_numbers(target.q, of_program.external),
+                 {}};
       commands.warnings.push_back(
           fmt::format("{}:{}: left as programmed: the correction would change the turn of a joint, "
                       "which {} states; teach the point with another turn",
                       program.texts[0].name, of_program.line, facts.fixed_turns));
     }
-    commands.list.push_back({target.is_corrected, joints.arm_of(target.programmed, of_program.q),
-                             joints.arm_of(target.q, of_program.q), target.pose,
-                             joints.external_numbers(target.q, of_program.external)});
+    commands.list.push_back(std::move(command));
   }
   return commands;
 }

@@ -1,6 +1,7 @@
 #include "compensation/row_ways.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 namespace armtrue {
@@ -11,11 +12,13 @@ RowWays::RowWays(const Program& program) : from_(program.ways) {
     for (int row = 0; row < rows; ++row) {
       from_.push_back(row > 0 ? std::vector{row - 1} : std::vector<int>{});
       row_of_.push_back(row);
+      node_of_.push_back(row);
       order_.push_back(row);
     }
     return;
   }
   row_of_.resize(from_.size(), -1);
+  node_of_ = program.node;
   for (int row = 0; row < rows; ++row) row_of_[program.node[row]] = row;
   find_order();
 }
@@ -40,6 +43,20 @@ void RowWays::find_order() {
     }
   }
   std::ranges::reverse(order_);
+}
+
+std::vector<int> RowWays::rows_before(int node) const {
+  std::vector<int> rows, open{node};
+  std::set<int> seen{node};
+  while (!open.empty()) {
+    const int at = open.back();
+    open.pop_back();
+    if (from_[at].empty()) rows.push_back(-1);
+    for (const int from : from_[at])
+      if (seen.insert(from).second || from == node)
+        row_of_[from] >= 0 ? rows.push_back(row_of_[from]) : open.push_back(from);
+  }
+  return rows;
 }
 
 }  // namespace armtrue

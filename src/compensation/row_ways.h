@@ -19,12 +19,15 @@ class RowWays {
   int count() const { return static_cast<int>(from_.size()); }
   /// Nodes from which the arm comes to a node; none: the program begins there.
   const std::vector<int>& from(int node) const { return from_[node]; }
+  int node_of(int row) const { return node_of_[row]; }
+  /// The rows from which the arm may come to a node, with none between; -1: the program begins.
+  std::vector<int> rows_before(int node) const;
 
  private:
   void find_order();
 
   std::vector<std::vector<int>> from_;
-  std::vector<int> row_of_, order_;
+  std::vector<int> row_of_, node_of_, order_;
 };
 
 }  // namespace armtrue

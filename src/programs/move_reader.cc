@@ -4,6 +4,7 @@
 
 #include "armtrue/programs/dialect.h"
 #include "programs/point_numbers.h"
+#include "programs/statement.h"
 
 namespace armtrue {
 
@@ -29,7 +30,15 @@ ProgramTarget& MoveReader::add_target_at(ProgramTarget target, int point) {
 void MoveReader::find_ways(const ProgramFlow& flow) {
   std::vector<size_t> places;
   for (const ProgramTarget& target : program_.targets) places.push_back(target.begin);
-  program_.ways = flow.ways(places);
+  const auto calls = flow.calls_of_others();
+  std::vector<size_t> passed;
+  for (const auto& [at, name] : calls) {
+    program_.calls_of_others.push_back({line_at(program_.texts[0].text, at), name,
+                                        static_cast<int>(places.size() + passed.size())});
+    passed.push_back(at);
+  }
+  program_.routines = flow.routine_names();
+  program_.ways = flow.ways(places, passed);
   for (size_t i = 0; i < program_.targets.size(); ++i) {
     program_.targets[i].node = static_cast<int>(i);
     program_.targets[i].never_runs |= program_.ways[i].empty();

@@ -45,10 +45,10 @@ int decimals_of(const Dialect& dialect, const ProgramPoint& point, size_t compon
 }
 
 bool leaves(double low, double high, int joint, const ProgramCommand& command) {
-  constexpr double kWritten = 1e-4 * kDegree;  // the decimals of a pose
-  const double before = command.programmed[joint], now = command.q[joint];
-  return before >= low - kRangeSlack && before <= high + kRangeSlack &&
-         (now < low - kWritten || now > high + kWritten);
+  constexpr double kNoise = 1e-9;  // [rad]
+  const double before = beyond(low, high, command.programmed[joint]);
+  return before <= kRangeSlack &&
+         beyond(low, high, command.q[joint]) > std::max(0.0, before) + kNoise;
 }
 
 int written_decimals(std::string_view number) {

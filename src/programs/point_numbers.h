@@ -21,7 +21,7 @@ std::vector<double> numbers_of_joints(const Dialect& dialect, const ProgramPoint
 /// Decimals that a changed number has at least.
 int decimals_of(const Dialect& dialect, const ProgramPoint& point, size_t component);
 /// Whether a joint is programmed in a range [rad], up to the rounding of a written pose, and
-/// commanded outside of it.
+/// commanded farther outside of it.
 bool leaves(double low, double high, int joint, const ProgramCommand& command);
 
 /// Decimal places of a number as it is written: digits behind the point less the exponent, at most

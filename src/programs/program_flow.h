@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -70,7 +71,13 @@ class ProgramFlow {
   /// The first nodes are the places, then comes the begin of the program; the others are junctions.
   /// A place to which nothing leads has none. A routine that nothing here calls begins with the
   /// program; all of these but the first one also where another one ends.
-  std::vector<std::vector<int>> ways(const std::vector<size_t>& places) const;
+  /// `passed`: more places, behind the first ones, at which nothing happens.
+  std::vector<std::vector<int>> ways(const std::vector<size_t>& places,
+                                     const std::vector<size_t>& passed = {}) const;
+
+  /// The names of its routines, and its calls of routines with other names.
+  std::set<std::string> routine_names() const;
+  std::vector<std::pair<size_t, std::string>> calls_of_others() const;
 
  private:
   friend class FlowOfValue;

@@ -12,8 +12,11 @@ namespace armtrue {
 // text.
 class WaysOfFlow {
  public:
-  WaysOfFlow(const std::vector<ProgramFlow::Place>& steps, const std::vector<size_t>& places)
-      : ways_(places.size() + 1), begin_(static_cast<int>(places.size())) {
+  WaysOfFlow(const std::vector<ProgramFlow::Place>& steps, const std::vector<size_t>& places,
+             size_t passed)
+      : ways_(places.size() + 1),
+        begin_(static_cast<int>(places.size())),
+        first_passed_(static_cast<int>(places.size() - passed)) {
     for (const ProgramFlow::Place& step : steps) events_.push_back({step.at, &step});
     for (size_t i = 0; i < places.size(); ++i)
       events_.push_back({places[i], nullptr, static_cast<int>(i)});
@@ -79,7 +82,7 @@ class WaysOfFlow {
     std::vector<std::pair<size_t, std::string>> calls;
     for (const Event& event : events_) {
       if (!event.step) {
-        routines_[open.back()].has_places = true;
+        routines_[open.back()].has_places |= event.place < first_passed_;
       } else if (begins_routine(event.step->step)) {
         open.push_back(routines_.size());
         if (!event.step->name.empty() && event.step->step != Step::interrupt)
@@ -308,7 +311,7 @@ class WaysOfFlow {
   }
 
   std::vector<std::vector<int>> ways_;
-  const int begin_;
+  const int begin_, first_passed_;
   std::vector<Event> events_;
   std::vector<Routine> routines_;
   size_t last_routine_ = 0;
@@ -316,8 +319,27 @@ class WaysOfFlow {
   std::vector<Walk> walks_;
 };
 
-std::vector<std::vector<int>> ProgramFlow::ways(const std::vector<size_t>& places) const {
-  return WaysOfFlow(steps_, places).run();
+std::vector<std::vector<int>> ProgramFlow::ways(const std::vector<size_t>& places,
+                                                const std::vector<size_t>& passed) const {
+  std::vector<size_t> all = places;
+  all.insert(all.end(), passed.begin(), passed.end());
+  return WaysOfFlow(steps_, all, passed.size()).run();
+}
+
+std::set<std::string> ProgramFlow::routine_names() const {
+  std::set<std::string> names;
+  for (const Place& step : steps_)
+    if (step.step == Step::routine || step.step == Step::local_routine) names.insert(step.name);
+  return names;
+}
+
+std::vector<std::pair<size_t, std::string>> ProgramFlow::calls_of_others() const {
+  const std::set<std::string> own = routine_names();
+  std::vector<std::pair<size_t, std::string>> calls;
+  for (const Place& step : steps_)
+    if (step.step == Step::call && !step.name.empty() && !own.contains(step.name))
+      calls.emplace_back(step.at, step.name);
+  return calls;
 }
 
 }  // namespace armtrue

@@ -37,6 +37,12 @@ Pose of_point(const ProgramTarget& target, const Pose& pose) {
   return inverse(target.before) * pose * inverse(target.behind);
 }
 
+// The pose of such a point.
+Pose from_point(const ProgramTarget& target, const Pose& point) {
+  if (target.is_inverse) return inverse(point);
+  return target.before * point * target.behind;
+}
+
 class Rewriter {
  public:
   Rewriter(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
@@ -130,7 +136,29 @@ class Rewriter {
           changes_between_[next].push_back(std::move(edit));
       }
       hold(k, is_via, wanted_[k]);
+      if (commands_[k].is_corrected)
+        wanted_[k].configuration =
+            dialect_.configuration_texts(point_of(k), as_written(k, wanted_[k]));
     }
+  }
+
+  // The command with the joint angles at its numbers as they are written.
+  ProgramCommand as_written(size_t index, const Wanted& wanted) const {
+    const ProgramTarget& target = program_.targets[index];
+    ProgramCommand command = commands_[index];
+    if (!command.by_pose) return command;
+    const ProgramPoint& point = point_of(index);
+    std::vector<double> numbers = wanted.numbers;
+    for (size_t i = 0; i < numbers.size(); ++i)
+      if (const std::string text = written_text(point, wanted, i); !text.empty())
+        numbers[i] = std::stod(text);
+    const Pose written = from_point(target, dialect_.pose_of_numbers(numbers));
+    Eigen::Matrix<double, 6, 1> moved;
+    moved << written.translation - command.pose.translation,
+        rotation_log(written.rotation * command.pose.rotation.transpose());
+    if (!target.has_orientation) moved.tail<3>().setZero();
+    command.q += *command.by_pose * moved;
+    return command;
   }
 
   // After a branch or in a loop the controller has the numbers of one of several points: `held_`
@@ -253,10 +281,15 @@ class Rewriter {
   std::string written_out(const ProgramPoint& point, const Wanted& wanted) const {
     std::vector<std::string> texts;
     for (size_t i = 0; i < wanted.numbers.size(); ++i)
-      texts.push_back(!wanted.texts[i].empty()
-                          ? wanted.texts[i]
-                          : rounded_text(wanted.numbers[i], 1, decimals_of(dialect_, point, i)));
+      texts.push_back(written_text(point, wanted, i));
     return dialect_.written_out(program_, point, {texts, wanted.configuration, wanted.external});
+  }
+
+  // Empty if a number of a declaration stays.
+  std::string written_text(const ProgramPoint& point, const Wanted& wanted, size_t i) const {
+    return point.is_expression && wanted.texts[i].empty()
+               ? rounded_text(wanted.numbers[i], 1, decimals_of(dialect_, point, i))
+               : wanted.texts[i];
   }
 
   // Changes a point where it is declared if all its targets need the same numbers; otherwise writes
@@ -355,7 +388,6 @@ class Rewriter {
       round_expression(point, wanted);
     else
       round(point, wanted);
-    wanted.configuration = dialect_.configuration_texts(point, command);
     return wanted;
   }
 

@@ -17,12 +17,17 @@ namespace {
 // 100 km, or a million turns: beyond, circles through points are lost in rounding.
 constexpr double kLargestNumber = 1e8;
 
-void refuse_huge_numbers(const RobotProgram& program) {
-  for (const ProgramPoint& point : program.points)
-    for (const ProgramNumber& number : point.numbers)
-      if (number.is_written() && !(std::abs(number.value) < kLargestNumber))
-        throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
-                                     program.texts[number.text].name, point.line, point.name));
+void leave_huge_numbers(RobotProgram& program) {
+  std::map<size_t, std::string> why;
+  for (size_t k = 0; k < program.targets.size(); ++k) {
+    const ProgramPoint& point = program.points[program.targets[k].point];
+    const auto is_huge = [](const ProgramNumber& number) {
+      return number.is_written() && !(std::abs(number.value) < kLargestNumber);
+    };
+    if (std::ranges::any_of(point.numbers, is_huge))
+      why[k] = fmt::format("a number of {} is too large; correct it", point.name);
+  }
+  if (!why.empty()) leave_alone(program, why);
 }
 
 void count_lines_without_copies(RobotProgram& program) {
@@ -30,6 +35,7 @@ void count_lines_without_copies(RobotProgram& program) {
   const auto counted = [&](int line) { return program.lines[line - 1]; };
   for (ProgramTarget& target : program.targets) target.line = counted(target.line);
   for (ProgramCall& call : program.calls_not_given) call.line = counted(call.line);
+  for (ProgramCall& call : program.calls_of_others) call.line = counted(call.line);
   for (ProgramPoint& point : program.points)
     if (point.text == 0) point.line = counted(point.line);
 }
@@ -112,6 +118,8 @@ bool operator==(const HandedFrame& a, const HandedFrame& b) {
   return a.kind == b.kind && a.name == b.name && is_same_pose;
 }
 
+double beyond(double low, double high, double q) { return std::max(low - q, q - high); }
+
 bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
   return (q.array() >= configuration.low.array() - kRangeSlack).all() &&
          (q.array() <= configuration.high.array() + kRangeSlack).all();
@@ -148,7 +156,7 @@ RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> text
   dialect.parse(program, known, parts);
   program = with_routine_copies(std::move(program), known, parts);
   count_lines_without_copies(program);
-  refuse_huge_numbers(program);
+  leave_huge_numbers(program);
   if (!program.targets.empty()) return program;
   throw NoTargets(
       fmt::format("{}: has no move to a point with plain numbers, read as {}{}{}; give the program "

@@ -379,7 +379,8 @@ TEST(RobotProgramTest, KukaTurnAndStatusOfAJointAtZeroAreThoseOfTheCommand) {
     EXPECT_EQ(rewritten("S 2,T 2", before, -0.05, 3), "S 2,T 10");
     EXPECT_EQ(rewritten("S 2,T 10", before, 0.05, 3), "S 2,T 2");
     EXPECT_EQ(rewritten("S 2,T 10", before, -0.05, 3), "S 2,T 10");
-    EXPECT_EQ(rewritten("S 2,T 2", before, -3e-5, 3), "S 2,T 2");  // less than is written
+    // No farther beyond zero than as programmed.
+    EXPECT_EQ(rewritten("S 2,T 2", before, -3e-5, 3), before < 0 ? "S 2,T 2" : "S 2,T 10");
     EXPECT_EQ(rewritten("S 2,T 2", before, -0.05, 4), "S 6,T 18");
     EXPECT_EQ(rewritten("S 6", before, 0.05, 4), "S 2");
   }

@@ -135,6 +135,8 @@ class UnreachableTarget : public std::runtime_error {
   std::vector<std::pair<int, std::string>> out_of_reach;
   /// All to which ways with several postures lead, or none of which the posture is known.
   std::vector<std::pair<int, std::string>> in_doubt;
+  /// One of them has none because nothing says in which one the program begins.
+  bool lacks_start = false;
 };
 
 /// A target that the controller's model does not reach on the branch of its hint.

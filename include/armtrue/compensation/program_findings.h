@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,9 +35,16 @@ std::string doubt_of_arm_name(const RobotProgram& program, const Robot& controll
 void refuse_two_tools(const RobotProgram& program, bool tool_is_measured);
 
 /// Calls leave_alone() for the moves whose place is not known: the program only names their frame
-/// or tool, or does not state where an external axis stands. If no Cartesian move would be left,
-/// leaves nothing alone: program_targets() names all that is missing.
+/// or tool, does not state where an external axis stands, or lacks the angle of an axis. If no
+/// Cartesian move would be left, leaves nothing alone: program_targets() names all that is missing.
 void leave_what_has_no_place(RobotProgram& program, const ProgramJoints& joints);
+
+/// The first of the postures [rad], of the arm alone, with all joints of the model; nothing if they
+/// are on several branches, or none.
+std::optional<JointVector> common_posture(const Robot& controller,
+                                          const CompensationOptions& options,
+                                          const ProgramJoints& joints,
+                                          const std::vector<JointVector>& postures);
 
 /// Calls leave_alone() for the moves that the controller's model does not reach. If it reaches
 /// none as a whole, frames or arm are wrong: leaves nothing alone and returns false.

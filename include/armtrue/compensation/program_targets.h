@@ -24,9 +24,11 @@ struct ProgramCommands {
 };
 
 /// Removes notes on turns that this program does not state. If a correction takes the joints of a
-/// FANUC target out of the turns that its CONFIG states, the target stays as programmed.
-ProgramCommands program_commands(const RobotProgram& program, std::vector<CorrectedTarget>& targets,
-                                 const ProgramJoints& joints);
+/// FANUC target out of the turns that its CONFIG states, the target stays as programmed. `rows`: of
+/// program_targets().
+ProgramCommands program_commands(const RobotProgram& program, const Program& rows,
+                                 std::vector<CorrectedTarget>& targets, const ProgramJoints& joints,
+                                 const Robot& controller, const CompensationOptions& options);
 
 /// Numbers of the moves of a program: corrected, left alone, never run.
 struct CorrectedMoves {

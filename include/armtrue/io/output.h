@@ -37,6 +37,12 @@ struct Product {
   /// A document is written as JSON if is_json_file(), else as YAML.
   Product(std::string to, const Document& document)
       : path(std::move(to)), text(is_json_file(path) ? document.json() : document) {}
+  /// The bytes of a file of the user, whatever its name is.
+  static Product bytes(const std::string& to, std::string bytes) {
+    Product product(to, Document{});
+    product.text = std::move(bytes);
+    return product;
+  }
 
   std::string path;  ///< "-" or "" is standard output
   std::string text;

@@ -38,6 +38,9 @@ struct Configuration {
 /// The pose of a target is rounded: a joint may lie beside its range by so much.
 inline constexpr double kRangeSlack = 0.02 * kDegree;
 
+/// How far a joint stands beyond a range [rad]; below zero in it.
+double beyond(double low, double high, double q);
+
 /// Whether a posture lies in the ranges of the configuration, to kRangeSlack.
 bool is_in_ranges(const Configuration& configuration, const JointVector& q);
 

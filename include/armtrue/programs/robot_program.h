@@ -197,6 +197,7 @@ struct ProgramNeighbours {
 struct ProgramCall {
   int line = 0;  ///< in texts[0]
   std::string routine;
+  int node = -1;  ///< in RobotProgram::ways; -1: none
 };
 
 /// A robot program: its text, byte by byte, and the numbers in it that state its targets.
@@ -228,6 +229,8 @@ struct RobotProgram {
   /// Of KUKA: calls of routines that no text has, before a move whose frame and tool were set
   /// before the call.
   std::vector<ProgramCall> calls_not_given;
+  std::set<std::string> routines;            ///< its own, in capitals, if the reader follows ways
+  std::vector<ProgramCall> calls_of_others;  ///< of routines with other names
   int left_alone = 0;  ///< moves that may run and that the parser does not understand
   int never_run = 0;   ///< moves that remove_what_never_runs() has removed
   std::vector<std::string> why_left_alone;  ///< of each of them
@@ -281,6 +284,10 @@ struct ProgramCommand {
   JointVector q = JointVector::Zero(kProgramAxes);           ///< joint angles of the command [rad]
   Pose pose;                                                 ///< of the controller's model at `q`
   std::vector<double> external;  ///< as ProgramTarget::external; empty: as programmed
+  /// Derivative of `q` by the pose, in the axes of its frame: per m and per rad. The numbers of a
+  /// pose are rounded, and its branch is stated for the joint angles at what is written. Nothing:
+  /// it is stated for `q`.
+  std::optional<Eigen::Matrix<double, kProgramAxes, 6>> by_pose;
 };
 
 /// A number of a point as written, and the number of another pose or posture at its place.
