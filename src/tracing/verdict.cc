@@ -84,8 +84,7 @@ Verdict conclude(const Grounds& grounds) {
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
   if (beyond_floor && grounds.after > most) return Verdict::unexplained;
-  if (grounds.shown_family ||
-      std::ranges::any_of(grounds.effects, is_undecided))
+  if (grounds.shown_family || std::ranges::any_of(grounds.effects, is_undecided))
     return Verdict::not_separable;
   if (!grounds.knows_noise) return Verdict::unknown_noise;
   if (beyond_floor) return Verdict::too_few_poses;

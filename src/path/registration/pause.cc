@@ -10,12 +10,12 @@
 namespace armtrue {
 namespace {
 
-constexpr double kStep = 0.1;         // [s]
-constexpr double kShortestPause = 0.3;     // [s]: at a corner an arm may stand for a shorter time
-constexpr double kStill = 0.1;        // of the usual way in a step
-constexpr double kLeastWay = 5e-3;    // [m] from both ends, and along the program in the pause
-constexpr double kJump = 3;           // usual ways in a step: the instrument stood, not the tool
-constexpr double kSamePlace = 0.03;   // of the way: noise makes that of a record longer
+constexpr double kStep = 0.1;           // [s]
+constexpr double kShortestPause = 0.3;  // [s]: at a corner an arm may stand for a shorter time
+constexpr double kStill = 0.1;          // of the usual way in a step
+constexpr double kLeastWay = 5e-3;      // [m] from both ends, and along the program in the pause
+constexpr double kJump = 3;             // usual ways in a step: the instrument stood, not the tool
+constexpr double kSamePlace = 0.03;     // of the way: noise makes that of a record longer
 
 struct Stop {
   double begin, duration;  // [s]
@@ -31,7 +31,8 @@ struct Steps {
     const Eigen::Index last = path.samples() - 1;
     const auto count = static_cast<Eigen::Index>((path.time[last] - begin) / kStep);
     const Eigen::Matrix3Xd places = position_at(
-        path, Eigen::VectorXd::LinSpaced(count + 1, begin, begin + kStep * static_cast<double>(count)));
+        path,
+        Eigen::VectorXd::LinSpaced(count + 1, begin, begin + kStep * static_cast<double>(count)));
     double sum = 0;
     for (Eigen::Index k = 0; k < count; ++k) {
       ways.push_back((places.col(k + 1) - places.col(k)).norm());

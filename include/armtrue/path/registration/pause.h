@@ -16,9 +16,10 @@ struct Pause {
   double speed;         ///< of the program, its median in motion [m/s]
 };
 
-/// The longest stop of the record of more than 0.3 s in which the program moves on by more than 5 mm.
-/// The tool stands where it moves, in a tenth of a second, by less than a tenth of what the program
-/// usually does. Places are compared by their share of the way, so no frame and no clock are needed.
+/// The longest stop of the record of more than 0.3 s in which the program moves on by more than 5
+/// mm. The tool stands where it moves, in a tenth of a second, by less than a tenth of what the
+/// program usually does. Places are compared by their share of the way, so no frame and no clock
+/// are needed.
 std::optional<Pause> find_pause(const Path& programmed, const Path& measured);
 
 /// "stands for 0.5 s longer than the program ..." with the remedy.
