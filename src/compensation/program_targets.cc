@@ -200,9 +200,10 @@ class JointsByPose {
 // Whether the joints of a command leave the turns that a point states, wherever rounding of its
 // numbers takes them if it is the point of a joint move. A joint that the correction takes farther
 // into its range stays in it.
-bool may_leave_turns(const Configuration& stated, const ProgramCommand& command,
+bool may_leave_turns(const Configuration& stated, MotionKind motion, const ProgramCommand& command,
                      const Dialect& dialect) {
-  if (stated.continues || stated.is_weak) return !is_in_ranges(stated, command.q);
+  if (motion != MotionKind::joint || stated.continues || stated.is_weak)
+    return !is_in_ranges(stated, command.q);
   const DialectFacts& facts = dialect.facts();
   const auto rounding = [&](size_t component) {
     return 0.5 * std::pow(10.0, -dialect.decimals(TargetKind::cartesian, component)) +
@@ -287,7 +288,7 @@ ProgramCommands program_commands(const RobotProgram& program, const Program& row
         of_program.configuration.is_stated())
       command.by_pose = by_pose.at(row, target.q, target.pose);
     if (!facts.fixed_turns.empty() && command.by_pose &&
-        may_leave_turns(of_program.configuration, command, *program.dialect)) {
+        may_leave_turns(of_program.configuration, of_program.motion, command, *program.dialect)) {
       target.is_corrected = false;
       target.q = target.programmed;
       target.pose = target.intended;

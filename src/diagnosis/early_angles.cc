@@ -111,6 +111,7 @@ struct Early {
   double score = 0, value = 0;  // fall of BIC; c
   long joints = 0;              // that show it
   bool is_share = false;
+  bool are_alike = false;  // within a quarter; else of one sign
 };
 
 Early explain(const WayToGo& way, const FitEquations& equations, const KinematicChain& chain,
@@ -147,12 +148,14 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   const auto are_most = [&](long count) {
     return count >= kFewestJoints && 2 * count > own.value.size();
   };
-  if (are_most(alike) && unlike == 0 && early.score >= fall_of_bic(own, equations, poses, 1))
+  if (are_most(alike) && unlike == 0 && early.score >= fall_of_bic(own, equations, poses, 1)) {
     early.joints = alike;
-  else if (are_most(go_on) && stay_behind == 0 && c > 0 && one.share > kHalf * own.share)
+    early.are_alike = true;
+  } else if (are_most(go_on) && stay_behind == 0 && c > 0 && one.share > kHalf * own.share) {
     early.joints = go_on;
-  else
+  } else {
     return {};
+  }
   return early;
 }
 
@@ -182,8 +185,9 @@ std::optional<std::string> find_early_angles(const PlainFit& fit, const Campaign
                     : fmt::format("{:.2g} deg", std::abs(best.value) / kDegree);
   return fmt::format(
       "the joint angles look as if they were not read at standstill: {} of {} joints {} the angles "
-      "that are logged by {}, which no backlash does alike: read the angles when the arm stands",
-      best.joints, joints, best.value > 0 ? "went on from" : "stay behind", much);
+      "that are logged by {}{}, which no backlash does{}: read the angles when the arm stands",
+      best.joints, joints, best.value > 0 ? "went on from" : "stay behind", much,
+      best.are_alike ? "" : " in the mean", best.are_alike ? " alike" : "");
 }
 
 }  // namespace armtrue
