@@ -115,6 +115,12 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         "pass again",
         record.source, record.line[doubts.open->first], record.line[doubts.open->last],
         doubts.open->apart / kMillimetre, doubts.open->changes / kMillimetre, consequence));
+  if (doubts.other_shape)
+    command.warn(fmt::format(
+        "{}: deviates by {:.3g} mm (rms), and by {:.3g} mm wherever the whole record is moved to: "
+        "an arm errs by less within a part. Is it the record of this program? {}",
+        record.source, doubts.other_shape->before / kMillimetre,
+        doubts.other_shape->after / kMillimetre, consequence));
   if (doubts.unfollowed)
     command.warn(fmt::format(
         "{}:{}: from here to line {} the program bends by {:.3g} mm (rms), and the record follows "

@@ -106,21 +106,26 @@ std::vector<bool> straight_on(const Path& programmed, const Eigen::VectorXd& tim
   return result;
 }
 
-std::optional<RigidDeviation> find_rigid(const Eigen::Matrix3Xd& measured,
-                                         const Eigen::Matrix3Xd& programmed) {
+// The motion of the whole record that brings it nearest to the program.
+RigidDeviation nearest_motion(const Eigen::Matrix3Xd& measured,
+                              const Eigen::Matrix3Xd& programmed) {
   const auto rms = [](const Eigen::Matrix3Xd& off) {
     return std::sqrt(off.colwise().squaredNorm().mean());
   };
-  const double before = rms(measured - programmed);
-  if (before < kLargeDeviation) return std::nullopt;
   const Eigen::Matrix3d rotation = rotation_onto(measured, programmed);
   Eigen::Matrix3Xd joined = rotation * measured;
   const Eigen::Vector3d shift = (programmed - joined).rowwise().mean();
   joined.colwise() += shift;
-  const double after = rms(joined - programmed);
-  if (after > kMostOfIt * before) return std::nullopt;
-  return RigidDeviation{before, after, (joined - measured).rowwise().mean().norm(),
-                        rotation_log(rotation).norm()};
+  return {rms(measured - programmed), rms(joined - programmed),
+          (joined - measured).rowwise().mean().norm(), rotation_log(rotation).norm()};
+}
+
+std::optional<RigidDeviation> find_rigid(const Eigen::Matrix3Xd& measured,
+                                         const Eigen::Matrix3Xd& programmed) {
+  const RigidDeviation motion = nearest_motion(measured, programmed);
+  if (motion.before < kLargeDeviation || motion.after > kMostOfIt * motion.before)
+    return std::nullopt;
+  return motion;
 }
 
 // Positions minus the nearest straight motion with constant velocity.
@@ -507,16 +512,22 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
                         : find_open(programmed, deviation, velocity, straight, good);
   const auto pause = find_pause(programmed, without(measured, bad));
   const auto scaled = aside || step ? std::nullopt : find_scale(wanted, deviation, velocity, time);
-  return {aside,
-          step,
-          rigid,
-          turned,
-          scaled,
-          open,
-          pause ? std::nullopt : find_unfollowed(position, wanted, time, good),
-          find_lag(deviation, velocity),
-          pause ? std::nullopt : feed_of(programmed, joined, without(measured, bad)),
-          pause};
+  RecordDoubts doubts{aside,
+                      step,
+                      rigid,
+                      turned,
+                      scaled,
+                      open,
+                      pause ? std::nullopt : find_unfollowed(position, wanted, time, good),
+                      find_lag(deviation, velocity),
+                      pause ? std::nullopt : feed_of(programmed, joined, without(measured, bad)),
+                      pause,
+                      {}};
+  if (aside || step || rigid || turned || scaled || pause || doubts.unfollowed) return doubts;
+  if (const RigidDeviation motion = nearest_motion(position, wanted);
+      motion.after > kLargeDeviation)
+    doubts.other_shape = motion;
+  return doubts;
 }
 
 }  // namespace armtrue

@@ -101,6 +101,9 @@ struct RecordDoubts {
   /// Empty if `pause` is present.
   std::optional<std::string> feed;
   std::optional<Pause> pause;
+  /// Present if more than 2 mm (rms) are left in whatever place of the whole record, and none of
+  /// the others but `open`, `lag` and `feed` is: an arm errs by less within a part.
+  std::optional<RigidDeviation> other_shape;
 };
 
 /// The coordinates (0 to 2) of a record that were not measured: all samples have one value, or
