@@ -502,7 +502,7 @@ void set_parts(LoopResult& result) {
   const double taken = std::max(0.0, mean_square(result.stages[std::min<size_t>(1, last)]) -
                                          mean_square(result.stages[last]));
   for (const TracedEffect& traced : result.trace.effects)
-    result.parts.push_back({describe(traced.effect), moves_program(traced.effect, true),
+    result.parts.push_back({describe(traced.effect), moves_program(traced.effect, false),
                             std::sqrt(taken * std::max(0.0, traced.variance_share.value))});
   if (!result.applied) return;
   for (const GroupShare& group : result.applied->groups)
