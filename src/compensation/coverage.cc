@@ -6,6 +6,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/observation.h"
 #include "compensation/program_arm.h"
+#include "effects/flange_or_tool.h"
 
 namespace armtrue {
 namespace {
@@ -73,17 +74,29 @@ bool lacks_driver(const Effect& effect, const Campaign& visits) {
   return lacks(effect.driver.kind) || (effect.driver.factor && lacks(*effect.driver.factor));
 }
 
-// As if what may be the instrument's were the arm's, as far as the visits tell it.
+// Whether an effect that is not applied may be the arm's all the same.
+bool is_doubtful(const Effect& effect, bool tool_is_measured) {
+  return !moves_program(effect, tool_is_measured) &&
+         (effect.may_be_instrument || is_of_flange_or_tool(effect));
+}
+
+// As if what may be the instrument's were the arm's, and what may be the tool's the flange's, as
+// far as the visits tell it. Effects of the tool alone are left out.
 Robot with_doubtful_effects(Robot robot, const CompensationOptions& options,
                             const Campaign& visits) {
+  const auto is_told = [&](const Effect& of_arm) {
+    return (moves_program(of_arm, options.tool_is_measured) || is_of_flange_or_tool(of_arm)) &&
+           !lacks_driver(of_arm, visits);
+  };
   for (Effect& effect : robot.effects) {
     Effect of_arm = effect;
     of_arm.may_be_instrument = false;
     of_arm.mean = 0;
-    if (effect.may_be_instrument && moves_program(of_arm, options.tool_is_measured) &&
-        !lacks_driver(effect, visits))
-      effect = std::move(of_arm);
+    if (is_doubtful(effect, options.tool_is_measured) && is_told(of_arm)) effect = of_arm;
   }
+  std::erase_if(robot.effects, [&](const Effect& effect) {
+    return owner_of(effect) == Owner::tool && !is_told(effect);
+  });
   return robot;
 }
 
@@ -91,9 +104,14 @@ std::vector<double> distances_by_doubtful_effects(const Robot& identified,
                                                   const CompensationOptions& options,
                                                   const Campaign& visits) {
   std::vector<double> distances(visits.q.size(), 0);
-  if (std::ranges::none_of(identified.effects, &Effect::may_be_instrument)) return distances;
+  if (std::ranges::none_of(identified.effects, [&](const Effect& effect) {
+        return is_doubtful(effect, options.tool_is_measured);
+      }))
+    return distances;
   const ProgramArm applied(identified, options, options.tool, visits.temperature_names);
-  const ProgramArm doubtful(with_doubtful_effects(identified, options, visits), options,
+  CompensationOptions of_flange = options;
+  of_flange.tool_is_measured = true;
+  const ProgramArm doubtful(with_doubtful_effects(identified, options, visits), of_flange,
                             options.tool, visits.temperature_names);
   for (int row = 0; row < visits.rows(); ++row) {
     const Context context = visits.context(row);

@@ -154,6 +154,34 @@ void check_lost_readings(const Campaign& campaign, Findings& findings) {
   }
 }
 
+// One point to the last digit at several joint angles: an instrument that stopped while the arm
+// went on. Where many rows are so, the arm was driven to a few known places, such as nests.
+void check_frozen_readings(const Campaign& campaign, Findings& findings) {
+  constexpr size_t kFewestStops = 3;
+  constexpr int kOneStoppedOf = 4;  // of the rows: one of so many
+  if (campaign.rows() < kFewestRows || campaign.position.empty()) return;
+  using Point = std::array<double, 3>;
+  std::map<Point, std::vector<int>> rows_of;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Eigen::Vector3d& point = campaign.position[row];
+    if (point.x() != point.y() || point.y() != point.z())  // else a mark, see above
+      rows_of[{point.x(), point.y(), point.z()}].push_back(row);
+  }
+  std::vector<int> frozen;
+  for (const auto& point_and_rows : rows_of) {
+    const std::vector<int>& rows = point_and_rows.second;
+    std::set<std::vector<double>> angles;
+    for (const int row : rows) angles.emplace(campaign.q[row].begin(), campaign.q[row].end());
+    if (angles.size() >= kFewestStops) frozen.insert(frozen.end(), rows.begin(), rows.end());
+  }
+  if (frozen.empty() || kOneStoppedOf * std::ssize(frozen) > campaign.rows()) return;
+  std::ranges::sort(frozen);
+  findings.errors.push_back(fmt::format(
+      "{} rows have the same x, y and z as others at other joint angles, to the last digit, lines "
+      "{} to {}: did the instrument stop while the arm went on? Remove these rows",
+      frozen.size(), campaign.line[frozen.front()], campaign.line[frozen.back()]));
+}
+
 // Rows that state a standard deviation in another unit than the others. Those of covariances may
 // state axes that nobody knows.
 void check_unit_of_sigma(const Campaign& campaign, Findings& findings) {
@@ -328,6 +356,7 @@ Findings check_log(const Campaign& campaign) {
   check_doubled(campaign, findings);
   check_copied_sessions(campaign, findings);
   check_lost_readings(campaign, findings);
+  check_frozen_readings(campaign, findings);
   check_unit_of_sigma(campaign, findings);
   check_session_names(campaign, findings);
   check_lost_values(campaign, findings);

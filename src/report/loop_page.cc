@@ -85,7 +85,7 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
          readings});
   if (result.after_arm)
     tiles.push_back({"The arm alone", page.value("before_after/after_arm_mm") + " mm",
-                     "without what the station does, as programs are corrected"});
+                     "without what station and tool do, as programs are corrected"});
   if (result.after_readings)
     tiles.push_back(
         {"The readings", page.value("before_after/after_readings_mm") + " mm",

@@ -11,6 +11,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "effects/flange_or_tool.h"
 
 namespace armtrue {
 namespace {
@@ -162,17 +163,28 @@ std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
   return of_prediction(gain) + "; cause is one of the class under indistinguishable";
 }
 
-// The effects that may not be the arm's, in words, if no cause has a rival.
+// Of which effects it is not known whether they are the arm's, in a sentence, if no cause has a
+// rival.
 std::string only_doubtful(const std::vector<TracedEffect>& effects) {
-  std::vector<std::string> doubtful;
+  std::vector<std::string> of_instrument, of_tool;
   for (const TracedEffect& traced : effects) {
     if (std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
           return is_other_cause(traced.effect, rival);
         }))
       return "";
-    if (traced.effect.may_be_instrument) doubtful.push_back(describe(traced.effect));
+    if (traced.effect.may_be_instrument) of_instrument.push_back(describe(traced.effect));
+    if (is_of_flange_or_tool(traced.effect)) of_tool.push_back(describe(traced.effect));
   }
-  return listed(doubtful);
+  std::vector<std::string> sentences;
+  if (!of_instrument.empty())
+    sentences.push_back("these poses cannot tell whether it is the arm that moves where " +
+                        listed(of_instrument) + ": programs are not corrected by that");
+  if (!of_tool.empty())
+    sentences.push_back("one tool cannot tell whether the flange gives way or the tool where " +
+                        listed(of_tool) +
+                        ": only programs of the measured tool (--tool-is-measured) are corrected "
+                        "by that");
+  return fmt::format("{}", fmt::join(sentences, "; "));
 }
 
 }  // namespace
@@ -307,7 +319,7 @@ std::string errors_in_words(const LoopResult& result) {
     text += fmt::format("; {} at a step in time may be of either side and {} not judged",
                         counted(rows, "held-out reading"), rows == 1 ? "is" : "are");
   if (result.after_arm && *result.after_arm > kCountsAsWorse * result.after)
-    text += fmt::format("; {:.3g} mm with the arm alone, without what the station does",
+    text += fmt::format("; {:.3g} mm with the arm alone, without what station and tool do",
                         *result.after_arm / kMillimetre);
   if (result.after_readings && kCountsAsWorse * *result.after_readings < result.after)
     text += fmt::format(
@@ -319,9 +331,7 @@ std::string errors_in_words(const LoopResult& result) {
 
 std::string not_separable_in_words(const LoopResult& result) {
   const std::vector<TracedEffect>& effects = result.trace.effects;
-  if (const std::string doubtful = only_doubtful(effects); !doubtful.empty())
-    return "these poses cannot tell whether it is the arm that moves where " + doubtful +
-           ": programs are not corrected by that";
+  if (std::string doubtful = only_doubtful(effects); !doubtful.empty()) return doubtful;
   if (!result.trace.shown_family.empty() && std::ranges::none_of(effects, is_undecided))
     return fmt::format(
         "'{}' is there, but these poses cannot tell in which parts: all of 'held_by_priors' share "

@@ -291,7 +291,7 @@ CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& cam
 
 std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign) {
   if (std::ranges::all_of(result.effects,
-                          [](const Effect& effect) { return moves_program(effect, true); }))
+                          [](const Effect& effect) { return moves_program(effect, false); }))
     return std::nullopt;
   Robot rest = result;
   std::vector<Effect> of_wires;
@@ -300,7 +300,7 @@ std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign) {
     if (is_of_wire) of_wires.push_back(effect);
     return is_of_wire;
   });
-  Robot alone = without_station_effects(std::move(rest), true);
+  Robot alone = without_station_effects(std::move(rest), false);
   alone.effects.insert(alone.effects.end(), of_wires.begin(), of_wires.end());
   place(campaign, alone);
   return alone;

@@ -45,10 +45,10 @@ RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign
 /// The fit without the lasting errors of the instrument that have a name.
 CalibrationResult without_laws(const CalibrationResult& fit, const Campaign& campaign);
 
-/// The arm of a result as it corrects programs, to be judged by readings: without what the station
-/// does; base, tool and targets placed anew. Errors of wires stay: the readings have them, and
-/// no place of base and tool takes up the scale of a wire, which is millimetres of its length.
-/// Nothing without effects of the station.
+/// The arm of a result as it corrects programs, to be judged by readings: without what station and
+/// tool do, as programs of another tool are corrected; base, tool and targets placed anew. Errors
+/// of wires stay: the readings have them, and no place of base and tool takes up the scale of a
+/// wire, which is millimetres of its length. Nothing without effects of station or tool.
 std::optional<Robot> arm_alone(const Robot& result, const Campaign& campaign);
 
 /// The arm of a fit beside() `random`: without RandomEffects::of_campaign, whose means go into the

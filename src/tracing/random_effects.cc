@@ -360,6 +360,8 @@ RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campa
   result.gain = found.gain;
   result.determined = found.determined;
   result.evidence = evidence;
+  result.joints_err =
+      scale * scale * equations.joints.squaredNorm() > static_cast<double>(equations.joints.rows());
   const double readings = folded.sums.freedom;
   std::vector<bool> counts(groups.size());
   std::vector<double> tau(groups.size());

@@ -39,6 +39,7 @@ struct RandomEffects {
   std::vector<Effect> of_campaign;
   RandomNumbers numbers;
   std::vector<GroupShare> groups;
+  bool joints_err = false;  ///< from pose to pose more than the readings of a pose differ
   double determined = 0;  ///< number of random numbers that the readings determine
   double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect
   double evidence = 0;  ///< twice the log likelihood; of fits with one law of readings comparable

@@ -5,6 +5,7 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/search/trace.h"
+#include "effects/flange_or_tool.h"
 
 namespace armtrue {
 namespace {
@@ -15,7 +16,7 @@ constexpr double kMaxTimesFloor = 2.0;  // held-out errors of few poses scatter 
 }  // namespace
 
 bool is_undecided(const TracedEffect& traced) {
-  return traced.effect.may_be_instrument ||
+  return traced.effect.may_be_instrument || is_of_flange_or_tool(traced.effect) ||
          std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
            return is_other_cause(traced.effect, rival);
          });

@@ -137,9 +137,9 @@ struct LoopResult {
   double outside_p = 1;
   double before = 0, after = 0;  ///< mean held-out position error, geometric and as applied [m]
   double after_named = 0;        ///< that of the model of `trace` [m]
-  /// That of the arm alone, as it corrects programs: without what the station does, base and tool
-  /// placed anew on the training poses. Errors of wires are taken off the readings. Nothing if the
-  /// station has no effect [m].
+  /// That of the arm alone, as it corrects programs: without what station and tool do, base and
+  /// tool placed anew on the training poses. Errors of wires are taken off the readings. Nothing if
+  /// the station and tool have no effect [m].
   std::optional<double> after_arm;
   /// That of the model with the random effects of this campaign, too: time or order of visits,
   /// temperature, the way to a pose. It says how much of the readings is understood; no program can

@@ -67,7 +67,7 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 /// `complete_high`, if readings are left out together, if the diagnosis explains what is left, or
 /// if a pattern remains: then the residual is no noise, however large replicates say that noise is.
 /// Otherwise `not_separable` if an effect has a rival with is_other_cause() or may be the
-/// instrument's (programs are not corrected by it), or if a `shown_family` counts.
+/// instrument's or the tool's (programs are not corrected by it), or if a `shown_family` counts.
 /// Otherwise `unknown_noise` without a known noise. Otherwise `too_few_poses` if the held-out error
 /// exceeds `floor_high`: then something may be left.
 Verdict conclude(const Grounds& grounds);
