@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/effects/flange_or_tool.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/observation/observation.h"
 #include "compensation/program_arm.h"
-#include "effects/flange_or_tool.h"
 
 namespace armtrue {
 namespace {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <set>
 
+#include "armtrue/effects/flange_or_tool.h"
 #include "armtrue/effects/gravity_basis.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
-#include "effects/flange_or_tool.h"
 
 namespace armtrue {
 namespace {

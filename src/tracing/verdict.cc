@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/effects/flange_or_tool.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/search/trace.h"
-#include "effects/flange_or_tool.h"
 
 namespace armtrue {
 namespace {
