@@ -17,17 +17,12 @@ namespace {
 // 100 km, or a million turns: beyond, circles through points are lost in rounding.
 constexpr double kLargestNumber = 1e8;
 
-void leave_huge_numbers(RobotProgram& program) {
-  std::map<size_t, std::string> why;
-  for (size_t k = 0; k < program.targets.size(); ++k) {
-    const ProgramPoint& point = program.points[program.targets[k].point];
-    const auto is_huge = [](const ProgramNumber& number) {
-      return number.is_written() && !(std::abs(number.value) < kLargestNumber);
-    };
-    if (std::ranges::any_of(point.numbers, is_huge))
-      why[k] = fmt::format("a number of {} is too large; correct it", point.name);
-  }
-  if (!why.empty()) leave_alone(program, why);
+void refuse_huge_numbers(const RobotProgram& program) {
+  for (const ProgramPoint& point : program.points)
+    for (const ProgramNumber& number : point.numbers)
+      if (number.is_written() && !(std::abs(number.value) < kLargestNumber))
+        throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
+                                     program.texts[number.text].name, point.line, point.name));
 }
 
 void count_lines_without_copies(RobotProgram& program) {
@@ -156,7 +151,7 @@ RobotProgram parse_program(const Dialect& dialect, std::vector<ProgramText> text
   dialect.parse(program, known, parts);
   program = with_routine_copies(std::move(program), known, parts);
   count_lines_without_copies(program);
-  leave_huge_numbers(program);
+  refuse_huge_numbers(program);
   if (!program.targets.empty()) return program;
   throw NoTargets(
       fmt::format("{}: has no move to a point with plain numbers, read as {}{}{}; give the program "

@@ -84,6 +84,7 @@ std::array<double, 2> removed_ci95(const LoopResult& result, const std::vector<i
 void set_excluded_rows(const Training& training, const Campaign& given, LoopResult& result) {
   const std::vector<int> blunders = training.sound->lines_of(training.quality.blunders),
                          gross = given.lines_of(rows_of(result.gross_poses));
+  result.excluded_rows.clear();
   std::ranges::set_union(blunders, gross, std::back_inserter(result.excluded_rows));
   result.left_out_together = left_out_together(given, result.excluded_rows);
 }
@@ -111,7 +112,7 @@ void set_gross_held_out(const Training& training, const Campaign& held_out, Loop
   const int gross = static_cast<int>(result.gross_held_out.size()),
             in_training = blunders_in_training(training);
   result.are_blunders =
-      gross > 0 && in_training > 0 &&
+      gross > 0 && in_training > 0 && result.left_out_together.empty() &&
       hypergeometric_at_least(gross, result.held_out_poses, gross + in_training,
                               result.held_out_poses + result.training_poses) >= kNoChance;
 }
@@ -571,6 +572,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
       all_held_out.lines_of(rows_at_steps(training.trace, *training.sound, all_held_out));
   const Campaign judged_held_out = judged_readings(result, all_held_out);
   result.held_out_poses = count_poses(judged_held_out);
+  set_excluded_rows(training, given, result);
   set_gross_held_out(training, judged_held_out, result);
   std::optional<Campaign> without_blunders;
   const Campaign& held_out =
