@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/dialect.h"
+#include "armtrue/text/number_text.h"
 #include "programs/insertion.h"
 #include "programs/point_numbers.h"
 #include "programs/program_warnings.h"
@@ -151,7 +152,7 @@ class Rewriter {
     std::vector<double> numbers = wanted.numbers;
     for (size_t i = 0; i < numbers.size(); ++i)
       if (const std::string text = written_text(point, wanted, i); !text.empty())
-        numbers[i] = std::stod(text);
+        numbers[i] = read_number(text).value_or(numbers[i]);
     const Pose written = from_point(target, dialect_.pose_of_numbers(numbers));
     Eigen::Matrix<double, 6, 1> moved;
     moved << written.translation - command.pose.translation,
