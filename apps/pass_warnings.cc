@@ -28,7 +28,7 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
-constexpr double kMaxAlong = 2e-3;  // [m]
+constexpr double kMaxAlong = 2e-3;  // [m], off its place along the path
 
 // Why a record does not show the places of the program at their times; empty if it does. A
 // correction that belongs elsewhere on the path is wrong at corners by as much as it is off. An

@@ -159,6 +159,7 @@ void check_lost_readings(const Campaign& campaign, Findings& findings) {
 void check_frozen_readings(const Campaign& campaign, Findings& findings) {
   constexpr size_t kFewestStops = 3;
   constexpr int kOneStoppedOf = 4;  // of the rows: one of so many
+  constexpr double kMoved = 1e-2;   // [rad or m]; less is how repeats of one pose scatter
   if (campaign.rows() < kFewestRows || campaign.position.empty()) return;
   using Point = std::array<double, 3>;
   std::map<Point, std::vector<int>> rows_of;
@@ -170,9 +171,13 @@ void check_frozen_readings(const Campaign& campaign, Findings& findings) {
   std::vector<int> frozen;
   for (const auto& point_and_rows : rows_of) {
     const std::vector<int>& rows = point_and_rows.second;
-    std::set<std::vector<double>> angles;
-    for (const int row : rows) angles.emplace(campaign.q[row].begin(), campaign.q[row].end());
-    if (angles.size() >= kFewestStops) frozen.insert(frozen.end(), rows.begin(), rows.end());
+    std::vector<int> stops;  // a row of each
+    for (const int row : rows)
+      if (stops.size() < kFewestStops && std::ranges::all_of(stops, [&](int stop) {
+            return (campaign.q[row] - campaign.q[stop]).cwiseAbs().maxCoeff() > kMoved;
+          }))
+        stops.push_back(row);
+    if (stops.size() >= kFewestStops) frozen.insert(frozen.end(), rows.begin(), rows.end());
   }
   if (frozen.empty() || kOneStoppedOf * std::ssize(frozen) > campaign.rows()) return;
   std::ranges::sort(frozen);
