@@ -483,6 +483,25 @@ CandidateScore EffectModel::score_of(const std::vector<int>& chosen,
                            log_choices);
 }
 
+CandidateScore EffectModel::score_of_members(const std::vector<int>& chosen,
+                                             const std::vector<int>& held) {
+  std::vector<int> effects = held;
+  for (int k : chosen) effects.push_back(in_fit(k));
+  constexpr bool kIsShrunken = true;
+  return armtrue::score_of(linear(), linear().without(effects), kIsShrunken,
+                           chosen_[chosen.front()].log_choices);
+}
+
+std::vector<int> EffectModel::held_with(int k) const {
+  std::vector<int> held;
+  const std::optional<Family>& family = chosen_[k].effect.family;
+  for (int effect = 0; family && effect < declared_; ++effect)
+    if (const Effect& other = fit_.robot.effects[effect];
+        other.family && other.family->name == family->name)
+      held.push_back(effect);
+  return held;
+}
+
 // The weights of the readings are those of the model with the effect, so that both sums of squares
 // are of the same equations.
 CandidateScore EffectModel::refitted_score_of(int k) {

@@ -102,6 +102,12 @@ class EffectModel {
   CandidateScore score_of(const std::vector<int>& chosen);
   /// The same with the known loss of the model without them.
   CandidateScore score_of(const std::vector<int>& chosen, const Linearization::Loss& loss);
+  /// What chosen members of one family, and others that its prior holds (numbers in the fit),
+  /// explain together: one cause, with the charge of the whole family.
+  CandidateScore score_of_members(const std::vector<int>& chosen, const std::vector<int>& held);
+  /// Numbers in the fit of the effects that the prior of the family of the k-th chosen candidate
+  /// holds.
+  std::vector<int> held_with(int k) const;
   /// What the k-th chosen candidate explains by a refit without it, under the same law of the
   /// readings.
   CandidateScore refitted_score_of(int k);

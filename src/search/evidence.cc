@@ -440,7 +440,6 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.null_run = search.null_run;
   result.remaining_p = search.remaining_p;
   result.pattern_remains = search.pattern_remains;
-  result.shown_family = search.shown_family;
   if (shares.empty()) return result;
   if (options.progress) options.progress("searching for rivals of the effects");
   result.bootstrap_draws =
@@ -466,9 +465,15 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     traced.from_catalogue = chosen[k].from_catalogue;
     traced.separated_by = chosen[k].separated_by;
     traced.in_words = chosen[k].in_words;
+    double score = model.score_of({k}).score;
+    if (const std::vector<int> held = model.held_with(k); score <= 0 && !held.empty()) {
+      score = model.score_of_members({k}, held).score;
+      for (int effect : held) traced.shared_with.push_back(result.fit.robot.effects[effect]);
+    }
     const auto in_place = candidates_in_place_of(model, k);
     const bool is_part = cancels(fitted, result.fit.robot.effects, campaign);
-    if (is_part || is_beaten(model, k, in_place.scores)) {
+    // What a family explains together is not beaten by a curve that explains the part of one member.
+    if (is_part || (traced.shared_with.empty() && is_beaten(model, k, in_place.scores))) {
       if (!is_part) traced.beaten_cause = traced.effect.name;
       traced.from_catalogue = false;
       traced.in_words.clear();
@@ -477,7 +482,6 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     traced.incomplete = std::count_if(chosen.begin(), chosen.end(), [&](const Candidate& other) {
                           return same_place(other.effect, chosen[k].effect);
                         }) > 1;
-    const double score = model.score_of({k}).score;
     const GainLeftOut cv = left_out.of_effect(model.in_fit(k));
     const std::optional<double> at_gate = model.p_at_gate(k);
     const double p = at_gate ? *at_gate : model.chance_of(score);

@@ -17,7 +17,6 @@ struct SearchResult {
   double remaining_p = 1;        ///< family-wise p of the best candidate that was not added
   bool pattern_remains = false;  ///< see TraceResult
   NullRun null_run;
-  std::string shown_family{};  ///< see TraceResult
 };
 
 /// Searches for the effects that the model lacks. Forward steps add one candidate each; after each,

@@ -120,27 +120,40 @@ void ModelSearch::share_in_station() {
 // held by their common prior, if there is evidence for all of them together.
 void ModelSearch::split_families() {
   if (!model_.split_families()) return;
-  constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it
-  for (;;) {
-    std::vector<int> weak;
-    for (int k = 0; k < model_.chosen_count(); ++k)
-      if (model_.chosen()[k].effect.family && model_.score_of({k}).score <= 0) weak.push_back(k);
-    add_those_that_share(weak);
-    if (weak.empty()) break;
-    const CandidateScore together = model_.score_of(weak);
-    if (together.gain > kAic * together.degrees_of_freedom) {
-      if (together.score > 0)
-        result_.shown_family = model_.chosen()[weak.front()].effect.family->name;
-      model_.hold(weak);
-    } else {
-      model_.drop(weak);
-    }
-  }
+  std::set<std::string> families;
+  for (const Candidate& candidate : model_.chosen())
+    if (candidate.effect.family) families.insert(candidate.effect.family->name);
+  for (const std::string& family : families) judge_members(family);
   for (CalibrationResult& stage : result_.stages) {
     std::vector<Effect> singles;
     for (const Effect& effect : stage.robot.effects)
       for (Effect& single : single_effects(effect)) singles.push_back(std::move(single));
     stage.robot.effects = std::move(singles);
+  }
+}
+
+// If those without evidence of their own show together, the one with the most is the finding, and
+// the others share it.
+void ModelSearch::judge_members(const std::string& family) {
+  constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it
+  for (;;) {
+    std::vector<int> weak;
+    std::vector<double> scores;
+    for (int k = 0; k < model_.chosen_count(); ++k) {
+      const std::optional<Family>& own = model_.chosen()[k].effect.family;
+      scores.push_back(own && own->name == family ? model_.score_of({k}).score : 1);
+      if (scores.back() <= 0) weak.push_back(k);
+    }
+    add_those_that_share(weak);
+    if (weak.empty()) return;
+    const CandidateScore together = model_.score_of_members(weak, {});
+    if (together.gain > kAic * together.degrees_of_freedom) {
+      if (together.score > 0)
+        weak.erase(std::ranges::max_element(weak, {}, [&](int k) { return scores[k]; }));
+      model_.hold(weak);
+      return;
+    }
+    model_.drop(weak);
   }
 }
 

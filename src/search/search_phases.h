@@ -23,7 +23,7 @@ class ModelSearch {
               const TraceOptions& options)
       : options_(options),
         campaign_(campaign),
-        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, false, {}, {}},
+        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, false, {}},
         model_(result_.model) {
     result_.stages.push_back(model_.fit());
   }
@@ -76,6 +76,7 @@ class ModelSearch {
   void drop_by_refit();
   void share_in_station();
   void split_families();
+  void judge_members(const std::string& family);
   void add_those_that_share(std::vector<int>& ascending);
   void hold_family_of_most_arms();
   bool add_beside_found(Candidate family);

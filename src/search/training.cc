@@ -65,15 +65,20 @@ WithoutEffects without_effects(const CalibrationResult& fit, const SessionModels
   return without;
 }
 
-// The fit without one effect, all else adjusted to that. With an error of the instrument its
-// distortion goes, which is among the held effects: those from `held` to `found`. Where the
-// readings do not fit much worse, their law stays as it is, and the fit is linear.
+// The fit without one effect, all else adjusted to that. Among the held effects, those from `held`
+// to `found`, the members of its family that share it go, too, and with an error of the instrument
+// its distortion. Where the readings do not fit much worse, their law stays as it is, and the fit
+// is linear.
 Robot without_effect(const CalibrationResult& fit, const SessionModels& models, size_t held,
-                     size_t found, size_t effect) {
+                     size_t found, const TracedEffect& traced, size_t effect) {
   std::vector<size_t> dropped{effect};
-  if (is_of_instrument(fit.robot.effects[effect]))
-    for (size_t k = found; k-- > held;)
-      if (is_polynomial(fit.robot.effects[k].shape)) dropped.push_back(k);
+  for (size_t k = found; k-- > held;) {
+    const Effect& other = fit.robot.effects[k];
+    const auto is_it = [&](const Effect& member) { return same_form(member, other); };
+    if ((is_of_instrument(fit.robot.effects[effect]) && is_polynomial(other.shape)) ||
+        std::ranges::any_of(traced.shared_with, is_it))
+      dropped.push_back(k);
+  }
   const WithoutEffects linear = without_effects(fit, models, dropped);
   constexpr double kSameLaw = 0.1;  // of the loss: sigma changes by 5 %
   const double equations = models.rows() * models.row_size();
@@ -102,7 +107,6 @@ void fall_back_to_geometry(Training& training) {
   trace.fit = trace.stages.front();
   trace.stages.push_back(trace.fit);
   trace.effects.clear();
-  trace.shown_family.clear();
   trace.pattern_remains = false;
   trace.bootstrap_draws.resize(0, 0);
   training.quality = assess(trace.fit, *training.sound);
@@ -124,7 +128,8 @@ void set_predictions(Training& training) {
   const SessionModels models(sound, fit.robot, fit.set.kept, fit.sigma);
   training.without_effect.clear();
   for (size_t k = found; k < effects; ++k)
-    training.without_effect.push_back(without_effect(fit, models, declared, found, k));
+    training.without_effect.push_back(
+        without_effect(fit, models, declared, found, training.trace.effects[k - found], k));
   training.if_complete = uncertainty_if_complete(fit, sound);
 }
 

@@ -149,6 +149,12 @@ std::string moved_in_words(const Rival& rival) {
   return "the tool or a target";
 }
 
+std::set<std::string> names_of(const std::vector<Effect>& effects) {
+  std::set<std::string> names;
+  for (const Effect& effect : effects) names.insert(to_string(effect.parameter));
+  return names;
+}
+
 std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
   if (!effect.beaten_cause.empty())
     return of_prediction(gain) + "; a curve that no listed cause explains: '" +
@@ -158,6 +164,8 @@ std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
     return of_prediction(gain) + "; a polynomial describes it and shows no cause";
   if (effect.incomplete)
     return "incomplete: what it leaves still follows the same driver, see the other effect on it";
+  if (!effect.shared_with.empty())
+    return of_prediction(gain) + "; shown for its family as a whole, for no member alone";
   if (effect.indistinguishable.empty())
     return "cause shown: no other candidate explains these readings";
   return of_prediction(gain) + "; cause is one of the class under indistinguishable";
@@ -168,7 +176,8 @@ std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
 std::string only_doubtful(const std::vector<TracedEffect>& effects) {
   std::vector<std::string> of_instrument, of_tool;
   for (const TracedEffect& traced : effects) {
-    if (std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
+    if (!traced.shared_with.empty() ||
+        std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
           return is_other_cause(traced.effect, rival);
         }))
       return "";
@@ -280,6 +289,9 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
       others.push_back(to_string(rival.effect.parameter) + " follows " +
                        to_string(rival.effect.driver) + " for a cause that is not listed");
   if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";
+  if (std::set<std::string> members = names_of(traced.shared_with); !members.empty())
+    text += "; or " + listed({members.begin(), members.end()}) +
+            ", or all of these: these poses cannot tell how much each";
   if (traced.effect.may_be_instrument) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";
   return text;
@@ -332,11 +344,11 @@ std::string errors_in_words(const LoopResult& result) {
 std::string not_separable_in_words(const LoopResult& result) {
   const std::vector<TracedEffect>& effects = result.trace.effects;
   if (std::string doubtful = only_doubtful(effects); !doubtful.empty()) return doubtful;
-  if (!result.trace.shown_family.empty() && std::ranges::none_of(effects, is_undecided))
-    return fmt::format(
-        "'{}' is there, but these poses cannot tell in which parts: all of 'held_by_priors' share "
-        "it",
-        result.trace.shown_family);
+  const auto shared = std::ranges::find_if(
+      effects, [](const TracedEffect& traced) { return !traced.shared_with.empty(); });
+  if (shared != effects.end())
+    return fmt::format("'{}' is there, but these poses cannot tell in which parts",
+                       shared->effect.family->name);
   return "the cause is one of several that these poses cannot distinguish";
 }
 

@@ -296,8 +296,7 @@ bool is_against_held(const TraceResult& trace, const Campaign& held_out,
                      const TraceOptions& options) {
   const bool has_held =
       std::ssize(trace.fit.robot.effects) > std::ssize(trace.stages.front().robot.effects);
-  if (!has_held || !trace.effects.empty() || !trace.shown_family.empty() || held_out.rows() == 0)
-    return false;
+  if (!has_held || !trace.effects.empty() || held_out.rows() == 0) return false;
   const std::vector<double> with = evaluate(trace.fit.robot, held_out).reading_errors();
   return !is_better(gain_over(trace.stages.front().robot, with, held_out, options));
 }
@@ -427,17 +426,6 @@ Campaign sound_held_out(const Campaign& held_out, LoopResult& result) {
   return without_rows(held_out, rows);
 }
 
-// Whether a family is shown without its members, and that counts: nothing else is found, or the
-// family moves no program, so that the lengths of the arm depend on the parts.
-bool has_parts_in_doubt(const LoopResult& result) {
-  const std::string& family = result.trace.shown_family;
-  return !family.empty() &&
-         (result.trace.effects.empty() || std::ranges::any_of(result.held, [&](const Effect& held) {
-            return held.family && held.family->name == family &&
-                   moves_reading_alone(owner_of(held));
-          }));
-}
-
 void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
   double raised = 1, after = 0, nominal = 0;
   if (held_out.rows() > 0) {
@@ -477,7 +465,6 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                 .left_out_together = !result.left_out_together.empty(),
                 .is_explained = !result.explanation.empty() || result.angles_read_early,
                 .wanders = !result.wandering.empty(),
-                .shown_family = has_parts_in_doubt(result),
                 .pattern_remains = result.trace.pattern_remains,
                 .all_from_few = result.all_from_few,
                 .unconfirmed_curve = !result.unconfirmed_curve.empty()});

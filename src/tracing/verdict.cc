@@ -17,6 +17,7 @@ constexpr double kMaxTimesFloor = 2.0;  // held-out errors of few poses scatter 
 
 bool is_undecided(const TracedEffect& traced) {
   return traced.effect.may_be_instrument || is_of_flange_or_tool(traced.effect) ||
+         !traced.shared_with.empty() ||
          std::ranges::any_of(traced.indistinguishable, [&](const Rival& rival) {
            return is_other_cause(traced.effect, rival);
          });
@@ -85,8 +86,7 @@ Verdict conclude(const Grounds& grounds) {
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
   if (beyond_floor && grounds.after > most) return Verdict::unexplained;
-  if (grounds.shown_family || std::ranges::any_of(grounds.effects, is_undecided))
-    return Verdict::not_separable;
+  if (std::ranges::any_of(grounds.effects, is_undecided)) return Verdict::not_separable;
   if (!grounds.knows_noise) return Verdict::unknown_noise;
   if (beyond_floor) return Verdict::too_few_poses;
   if (grounds.unconfirmed_curve) return Verdict::unexplained;

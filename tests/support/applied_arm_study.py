@@ -333,7 +333,7 @@ def explained(cell, effect):
 
 def is_without_doubt(effect):
     return (effect["name"] != "unexplained" and effect.get("confirmed") is True and not effect.get("indistinguishable")
-            and not effect.get("may_be_instrument") and not re.search(r"\bor\b", effect.get("sentence", "")))
+            and not effect.get("shared_with") and not effect.get("may_be_instrument") and not re.search(r"\bor\b", effect.get("sentence", "")))
 
 
 def mean(values):

@@ -49,8 +49,11 @@ TEST(Description, AFamilyOfWhichNoMemberIsShownHasItsName) {
   LoopResult loop = found(true, {});
   loop.verdict = Verdict::not_separable;
   EXPECT_THAT(verdict_in_words(loop), HasSubstr("the cause is one of several"));
-  loop.trace.effects.clear();
-  loop.trace.shown_family = "thermal growth of the arm";
+  TracedEffect& traced = loop.trace.effects.front();
+  traced.effect.family = {"thermal growth of the arm", 1};
+  traced.shared_with.resize(2, traced.effect);
+  traced.shared_with.front().parameter = "A3.d";
+  EXPECT_THAT(for_the_cell(traced, nullptr, loop.trace.fit.robot), HasSubstr("; or A3.d and"));
   EXPECT_THAT(verdict_in_words(loop), HasSubstr("'thermal growth of the arm' is there"));
 }
 

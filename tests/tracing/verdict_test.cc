@@ -38,12 +38,10 @@ TEST(Verdict, AtTheFloorNothingIsLeft) {
 }
 
 // The arm moves, and nothing shows which of its parts.
-TEST(Verdict, AFamilyOfWhichNoMemberIsShownIsNotNothing) {
-  for (const auto& effects : {kNone, kOne}) {
-    Grounds grounds = at_the_floor(effects);
-    grounds.shown_family = true;
-    EXPECT_EQ(conclude(grounds), Verdict::not_separable);
-  }
+TEST(Verdict, AFamilyOfWhichNoMemberIsShownIsNotSeparable) {
+  std::vector<TracedEffect> effects{kOne};
+  effects.front().shared_with.emplace_back();
+  EXPECT_EQ(conclude(at_the_floor(effects)), Verdict::not_separable);
 }
 
 // The arm, or what reads it: programs are not corrected by such an effect.

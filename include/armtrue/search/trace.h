@@ -100,6 +100,9 @@ struct TracedEffect {
   std::string beaten_cause;
   bool from_catalogue = false;  ///< false: found by the open search, no cause is known
   bool incomplete = false;      ///< another effect has the same parameter and driver
+  /// Of one that these readings show only together with other members of its family: these members,
+  /// which stay in the model by their common prior. Then `evidence` is that of all of them.
+  std::vector<Effect> shared_with;
 };
 
 /// Whether the effect may be an error of the instrument and not of the arm. This is so if
@@ -129,9 +132,6 @@ struct TraceResult {
   /// Whether that p is below the level for adding an effect: only another criterion kept the
   /// candidate out.
   bool pattern_remains = false;
-  /// Name of a family that these readings show without showing any member: all members stay in the
-  /// model by their common prior. Empty: none.
-  std::string shown_family{};
   /// Parameters that the robot file does not let a fit identify, though the readings show them.
   /// Then no effect is found, because it would take their place; LeftOut::beside has those that are
   /// found beside all parameters.

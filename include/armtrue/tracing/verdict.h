@@ -42,8 +42,6 @@ struct Grounds {
   bool left_out_together = false;  ///< see left_out_together()
   bool is_explained = false;       ///< the residual has a cause, see explanation_of_rest()
   bool wanders = false;            ///< see LoopResult::wandering
-  bool shown_family = false;       ///< see TraceResult::shown_family; nothing else is found, or it
-                                   ///< moves no program
   bool pattern_remains = false;    ///< see TraceResult::pattern_remains
   bool all_from_few = false;       ///< see LoopResult::all_from_few
   bool unconfirmed_curve = false;  ///< see LoopResult::unconfirmed_curve
@@ -67,7 +65,7 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 /// `complete_high`, if readings are left out together, if the diagnosis explains what is left, or
 /// if a pattern remains: then the residual is no noise, however large replicates say that noise is.
 /// Otherwise `not_separable` if an effect has a rival with is_other_cause() or may be the
-/// instrument's or the tool's (programs are not corrected by it), or if a `shown_family` counts.
+/// instrument's or the tool's (programs are not corrected by it), or shares what was found.
 /// Otherwise `unknown_noise` without a known noise. Otherwise `too_few_poses` if the held-out error
 /// exceeds `floor_high`: then something may be left.
 Verdict conclude(const Grounds& grounds);

@@ -113,6 +113,8 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out, robot.chain);
   for (const Rival& rival : traced.indistinguishable)
     node["unidentifiable"].push_back(unidentifiable(traced, rival));
+  for (const Effect& member : traced.shared_with)
+    node["shared_with"].push_back(to_string(member.parameter));
   if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
   if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
   if (traced.step_ci95) {

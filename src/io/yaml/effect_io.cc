@@ -233,9 +233,9 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   check_units(map, effect, chain, entries);
   // Statements of close-loop about an effect; the prediction does not depend on them.
   for (const char* key :
-       {"evidence", "indistinguishable", "ruled_out", "cause", "description", "curve", "cycle",
-        "unidentifiable", "separated_by", "variance_share", "variance_share_ci95", "may_lead",
-        "at_s_ci95", "at_deg_ci95", "at_mm_ci95", "confirmed", "sentence"})
+       {"evidence", "indistinguishable", "ruled_out", "shared_with", "cause", "description",
+        "curve", "cycle", "unidentifiable", "separated_by", "variance_share", "variance_share_ci95",
+        "may_lead", "at_s_ci95", "at_deg_ci95", "at_mm_ci95", "confirmed", "sentence"})
     map.ignore(key);
   map.finish();
   return effect;
