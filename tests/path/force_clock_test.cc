@@ -69,6 +69,23 @@ TEST(ForceClock, IsThatOfThePlateWithItsStandardDeviation) {
   EXPECT_EQ(count, 40);
 }
 
+// The best of the coarse offsets lies 25 ms beside the likeliest, because readings of much noise do
+// not tell them apart.
+TEST(ForceClock, OfNoisyReadingsIsTheLikeliestOfAll) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  for (const int k : {7, 10}) {
+    plant::Options options = cell(k);
+    options.period = 0.016;
+    options.noise = 0.3e-3;
+    const plant::Record record = run(program, program.position, options);
+    const ForceClock clock =
+        fit_force_clock(path_of(program), without_force(record),
+                        plate_of(record, options, 2, 7 + static_cast<std::uint64_t>(k)));
+    EXPECT_NEAR(clock.offset, 2, 0.01) << k;
+    EXPECT_GT(clock.deviation, 0.015) << k;
+  }
+}
+
 TEST(ForceClock, GivesThePassItsForce) {
   const plant::Options options = cell(3);
   const plant::Program program = plant::program(plant::Shape::line);

@@ -248,16 +248,21 @@ struct FineSearch {
   double offset(Eigen::Index k) const { return about + step * static_cast<double>(k - side); }
   // Twice the fall of the log likelihood is n ln S's rise, with the independent n.
   double fall(double more) const { return independent * std::log(more / rest[best]); }
+  // Whether 95 % of the likely offsets lie inside.
+  bool holds_likely() const {
+    constexpr double kOf95 = 3.84;
+    return fall(rest[0]) >= kOf95 && fall(rest[rest.size() - 1]) >= kOf95;
+  }
 };
 
-FineSearch search_about(const CoarseSearch& coarse, const MovingDeviation& deviation,
-                        const Path& force, const Span& known) {
+FineSearch search_within(double reach, double about, const MovingDeviation& deviation,
+                         const Path& force, const Span& known) {
   constexpr double kStepsOfPeriod = 16;
   FineSearch search;
   search.step = deviation.period() / kStepsOfPeriod;
-  search.about = coarse.offset(coarse.best);
-  search.side = static_cast<int>(std::ceil(2 * coarse.step / search.step));
-  const double reach = search.step * search.side;
+  search.about = about;
+  search.side = static_cast<int>(std::ceil(reach / search.step));
+  reach = search.step * search.side;
   const OffsetFit fit =
       deviation.fit({known.begin - search.about + reach, known.end - search.about - reach}, 1);
   const Path mean = smoothed(force, deviation.period());
@@ -270,6 +275,15 @@ FineSearch search_about(const CoarseSearch& coarse, const MovingDeviation& devia
   search.independent_share = independent_share(fit.residuals(mean, search.offset(search.best)));
   search.independent = search.independent_share * fit.numbers();
   return search;
+}
+
+// The coarse best errs by as much as the readings leave open, which may be many of its steps.
+FineSearch search_about(const CoarseSearch& coarse, const MovingDeviation& deviation,
+                        const Path& force, const Span& known) {
+  for (double reach = 2 * coarse.step;; reach *= 2) {
+    FineSearch search = search_within(reach, coarse.offset(coarse.best), deviation, force, known);
+    if (search.holds_likely() || reach > 3 * kMaxOffsetSigma) return search;
+  }
 }
 
 // Throws where an offset beyond the valley of the best is a thousandth as likely or more.
