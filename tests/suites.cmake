@@ -1,6 +1,6 @@
 # Read by ctest: a test for each suite of a program of GoogleTest, because a process for each test would take longer than most
 # tests do, and one for each test that is slow. One test alone: PROGRAM --gtest_filter=SUITE.TEST
-function(add_suites name program slow long)
+function(add_suites name program slow long whole)
   cmake_path(GET program PARENT_PATH folder)
   set(apart ${slow} ${long})
   list(JOIN apart ":" left_out)
@@ -22,5 +22,10 @@ function(add_suites name program slow long)
   foreach(test ${long})
     add_test(${name}/${test} ${program} --gtest_filter=${test})
     set_tests_properties(${name}/${test} PROPERTIES WORKING_DIRECTORY ${folder} LABELS "slow;long" COST 30)
+  endforeach()
+  foreach(test ${whole})
+    add_test(${name}/${test}/whole ${program} --gtest_filter=${test})
+    set_tests_properties(${name}/${test}/whole PROPERTIES WORKING_DIRECTORY ${folder} ENVIRONMENT ARMTRUE_WHOLE=1
+                         LABELS "slow;long" COST 30)
   endforeach()
 endfunction()

@@ -75,17 +75,19 @@ struct TargetEquations {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-// Unknowns: the small turn of the base (unless it is held), its translation, the targets. No
-// equation has two targets, so each is eliminated alone.
-Eigen::VectorXd step_of(const Links& links, const State& state, double scale, double damping,
-                        bool turns) {
-  using Base = Eigen::Matrix<double, 6, 6>;
-  Base base = Base::Zero();
+// Unknowns: the small turn of the base (unless it is held), its translation, the targets.
+struct Equations {
+  Eigen::Matrix<double, 6, 6> base = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
-  std::vector<TargetEquations> targets(state.targets.cols());
+  std::vector<TargetEquations> targets;
+};
+
+Equations equations_at(const Links& links, const State& state, double scale) {
+  Equations all;
+  all.targets.resize(state.targets.cols());
   Eigen::Matrix<double, 3, 6> of_base;
   for (size_t row = 0; row < links.pose.size(); ++row) {
-    TargetEquations& target = targets[links.target[row]];
+    TargetEquations& target = all.targets[links.target[row]];
     const Eigen::Vector3d own =
         links.pose[row] * Eigen::Vector3d(state.targets.col(links.target[row]));
     const Eigen::Vector3d turned = state.base.rotation * own;
@@ -93,36 +95,41 @@ Eigen::VectorXd step_of(const Links& links, const State& state, double scale, do
     const double weight = 1 / (kTailFreedom + rest.squaredNorm() / (scale * scale));
     const Eigen::Matrix3d of_target = state.base.rotation * links.pose[row].rotation;
     of_base << -cross_matrix(turned), Eigen::Matrix3d::Identity();
-    base += weight * of_base.transpose() * of_base;
-    gradient += weight * of_base.transpose() * rest;
+    all.base += weight * of_base.transpose() * of_base;
+    all.gradient += weight * of_base.transpose() * rest;
     target.own += weight * of_target.transpose() * of_target;
     target.shared += weight * of_base.transpose() * of_target;
     target.gradient += weight * of_target.transpose() * rest;
   }
+  return all;
+}
+
+// No equation has two targets, so each is eliminated alone.
+Eigen::VectorXd step_of(Equations all, double damping, bool turns) {
   const int taken = turns ? 6 : 3;  // of the unknowns of the base, the last ones
-  double most = base.diagonal().tail(taken).maxCoeff();
-  for (const TargetEquations& target : targets)
+  double most = all.base.diagonal().tail(taken).maxCoeff();
+  for (const TargetEquations& target : all.targets)
     most = std::max(most, target.own.diagonal().maxCoeff());
   const auto damp = [&](auto& information) {
     information.diagonal() *= 1 + damping;
     information.diagonal().array() += 1e-9 * (1 + damping) * most;
   };
-  damp(base);
+  damp(all.base);
   std::vector<Eigen::LDLT<Eigen::Matrix3d>> own;
-  for (TargetEquations& target : targets) {
+  for (TargetEquations& target : all.targets) {
     damp(target.own);
     own.emplace_back(target.own);
-    base -= target.shared * own.back().solve(target.shared.transpose());
-    gradient -= target.shared * own.back().solve(target.gradient);
+    all.base -= target.shared * own.back().solve(target.shared.transpose());
+    all.gradient -= target.shared * own.back().solve(target.gradient);
   }
-  const Eigen::VectorXd of_all = Eigen::MatrixXd(base.bottomRightCorner(taken, taken))
+  const Eigen::VectorXd of_all = Eigen::MatrixXd(all.base.bottomRightCorner(taken, taken))
                                      .ldlt()
-                                     .solve(Eigen::VectorXd(gradient.tail(taken)));
-  Eigen::VectorXd step(taken + state.targets.size());
+                                     .solve(Eigen::VectorXd(all.gradient.tail(taken)));
+  Eigen::VectorXd step(taken + 3 * std::ssize(all.targets));
   step.head(taken) = of_all;
-  for (int t = 0; t < std::ssize(targets); ++t)
+  for (int t = 0; t < std::ssize(all.targets); ++t)
     step.segment<3>(taken + 3 * t) = own[t].solve(
-        targets[t].gradient - targets[t].shared.bottomRows(taken).transpose() * of_all);
+        all.targets[t].gradient - all.targets[t].shared.bottomRows(taken).transpose() * of_all);
   return step;
 }
 
@@ -138,13 +145,14 @@ void move(State& state, const Eigen::VectorXd& step, bool turns) {
 void descend(const Links& links, State& state) {
   constexpr double kMostDamping = 1e6, kSettled = 1e-7;
   double damping = 1e-3;
+  std::vector<double> before = misses(links, state);
+  double scale = scale_of(before);
+  Equations equations = equations_at(links, state, scale);
   for (int step = 0; step < kMaxSteps && damping < kMostDamping; ++step) {
-    const std::vector<double> before = misses(links, state);
-    const double scale = scale_of(before);
     State next = state;
-    const Eigen::VectorXd change = step_of(links, state, scale, damping, true);
+    const Eigen::VectorXd change = step_of(equations, damping, true);
     move(next, change, true);
-    const std::vector<double> after = misses(links, next);
+    std::vector<double> after = misses(links, next);
     if (!(loss_of(after, scale) < loss_of(before, scale))) {
       damping = 10 * damping;
       continue;
@@ -152,6 +160,9 @@ void descend(const Links& links, State& state) {
     damping = std::max(1e-9, 0.1 * damping);
     state = std::move(next);
     if (change.norm() < kSettled) return;
+    before = std::move(after);
+    scale = scale_of(before);
+    equations = equations_at(links, state, scale);
   }
 }
 
@@ -167,7 +178,8 @@ State best_about(const Links& links, const State& first, double good) {
     State start = first;
     start.base.rotation = first.base.rotation * turn;
     for (int round = 0; round < 3; ++round)
-      move(start, step_of(links, start, scale_of(misses(links, start)), 0, false), false);
+      move(start, step_of(equations_at(links, start, scale_of(misses(links, start))), 0, false),
+           false);
     starts.emplace_back(median(misses(links, start)), std::move(start));
   }
   std::ranges::stable_sort(starts, {}, &std::pair<double, State>::first);

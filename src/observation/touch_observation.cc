@@ -145,6 +145,7 @@ void ObservationModel::At::predict_pixel(int row, const Pose& measured,
   predicted.in_contact = camera_place.rotation.transpose() * (point - camera_place.translation);
   const PixelReading reading = project(camera.lens, intrinsics, predicted.in_contact);
   const double length = model_.campaign_.metre_per_pixel;
+  predicted.by_intrinsics = length * reading.by_intrinsics.row(touch.axis).transpose();
   predicted.gradient = length * reading.by_point.row(touch.axis).transpose();
   predicted.direction = camera_place.rotation * predicted.gradient;
   if (camera.on_arm) predicted.direction = -predicted.direction;
@@ -161,12 +162,8 @@ double ObservationModel::At::pixel_column(int row, int parameter,
   const bool of_camera = number == seen.contact;
   if (!of_camera && number != seen.board) return 0;
   const Contact& contact = robot_.chain.contacts[number];
-  if (which >= kFirstIntrinsic) {
-    if (!of_camera) return 0;
-    const PixelReading reading = project(contact.lens, contact.intrinsics, predicted.in_contact);
-    return model_.campaign_.metre_per_pixel *
-           reading.by_intrinsics(touch.axis, which - kFirstIntrinsic);
-  }
+  if (which >= kFirstIntrinsic)
+    return of_camera ? predicted.by_intrinsics[which - kFirstIntrinsic] : 0;
   if (which == kFirstIntrinsic - 1) return 0;  // no radius
   // By a motion of the point of the board in R_A; the camera's motion is the opposite one.
   const Eigen::Vector3d by_point =

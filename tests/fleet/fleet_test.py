@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""config/fleet on twenty simulated arms, of which two were hit, one warms up and one has a wrong file.
+"""config/fleet on fifteen simulated arms, of which two were hit, one warms up and one has a wrong file.
 
     fleet_test.py BIN
 
@@ -35,7 +35,7 @@ NOMINAL = (SOURCES / "config/robots/kr360-spindle.yaml").read_text()
 NOISE_MM, NOISE_DEG = 0.05, math.degrees(0.1e-3)
 FIRST, NIGHTS = "2026-11-01", ("2026-11-25", "2026-11-26", "2026-11-27")
 HIT_JOINT, HIT_TOOL, WARM, WRONG = "arm-04", "arm-11", "arm-07", "arm-15"
-ARMS = [f"arm-{k:02}" for k in range(1, 21)]
+ARMS = [f"arm-{k:02}" for k in range(1, 16)]
 
 
 def altered(text, link, key, change):
@@ -152,7 +152,7 @@ class Twenty(unittest.TestCase):
     def test_what_happened_is_found_and_nothing_else(self):
         self.assertEqual(self.done.returncode, 3, self.done.stderr)
         rows = history(self.folder)
-        self.assertEqual(len(rows), 20 * (1 + len(NIGHTS)))
+        self.assertEqual(len(rows), len(ARMS) * (1 + len(NIGHTS)))
         checks = {key: row["verdict"] for key, row in rows.items() if key[2] == "check" and row["verdict"] != "holds"}
         self.assertEqual(checks, {(HIT_JOINT, NIGHTS[1], "check"): "moved", (HIT_JOINT, NIGHTS[2], "check"): "moved",
                                   (HIT_TOOL, NIGHTS[2], "check"): "moved", (WARM, NIGHTS[2], "check"): "drifts",

@@ -582,8 +582,6 @@ TABLE = {
         "more than an arm of this size"),
     "length 200 mm off": (campaign(NO_ORIENTATION, lambda: robot_with(r"(name: A2,.* d_mm: )500", r"\g<1>700")), 1,
                           "which is no error of an arm"),
-    "length 120 mm off": (campaign(each(lambda r: None), lambda: robot_with(r"(name: A5,.* d_mm: )0", r"\g<1>120")), 1,
-                          "which is no error of an arm"),
     "length 60 mm off": (campaign(each(lambda r: None), lambda: robot_with(r"(name: A5,.* d_mm: )0", r"\g<1>60")), 0,
                          "is the robot file that of this model?"),
     "length 150 mm off, where poses hardly tell": (

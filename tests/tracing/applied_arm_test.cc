@@ -13,6 +13,7 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/loop.h"
+#include "support/thinned.h"
 #include "tracing/hidden_campaign.h"
 #include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
@@ -67,7 +68,8 @@ Judged judge(const Campaign& all, std::uint64_t seed) {
 TEST(AppliedArm, ManySmallEffectsPredictTogether) {
   double gain = 0;
   int applied = 0;
-  for (unsigned seed = 1; seed <= 4; ++seed) {
+  const int campaigns = 4 / thinned(2);
+  for (int seed = 1; seed <= campaigns; ++seed) {
     const Judged judged = judge(visits(kNominal, many_sines(60, 5e-5, seed), 200, seed), seed);
     EXPECT_LE(judged.applied, judged.named);
     if (judged.added == 0) continue;
@@ -75,13 +77,13 @@ TEST(AppliedArm, ManySmallEffectsPredictTogether) {
     gain += std::log(judged.named / judged.applied);
     ++applied;
   }
-  ASSERT_GE(applied, 2);
+  ASSERT_GE(applied, campaigns / 2);
   EXPECT_GT(gain / applied, 0.05);
 }
 
 TEST(AppliedArm, HarmsNothingWhereNothingIsHidden) {
   int with_some = 0;
-  for (unsigned seed = 1; seed <= 10; ++seed) {
+  for (int seed = 1; seed <= 10 / thinned(2); ++seed) {
     const Judged judged = judge(visits(kNominal, many_sines(0, 0, seed), 100, seed), seed);
     with_some += judged.added > 0;
   }

@@ -16,6 +16,7 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/tracing/loop.h"
+#include "support/thinned.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue::order_test {
@@ -77,7 +78,9 @@ void expect_same(const TraceResult& a, const TraceResult& b, const std::string& 
 
 class Triple : public testing::TestWithParam<int> {};
 
-TEST_P(Triple, IsTheSameInAnyOrderOfRowsParametersAndCatalogue) {
+// In any order of rows, parameters and catalogue, and from the second best first step: forward
+// search is greedy, but what it ends in may not hang on that.
+TEST_P(Triple, IsTheSameInAnyOrderAndFromAnotherStart) {
   const Campaign campaign = triple(GetParam());
   Robot robot = read_robot(kNominal).robot;
   Catalogue catalogue = read_catalogue(kCatalogue);
@@ -86,6 +89,15 @@ TEST_P(Triple, IsTheSameInAnyOrderOfRowsParametersAndCatalogue) {
     robot.identify.push_back(parameter_name(robot.chain, k));
   const TraceResult straight = trace(robot, campaign, catalogue);
   EXPECT_GE(straight.effects.size(), 3u);
+
+  TraceOptions options;
+  options.max_effects = 0;
+  const std::vector<RankedCandidate> first = trace(robot, campaign, catalogue, options).ranking;
+  ASSERT_GT(first.size(), 1u);
+  options = {};
+  options.start = {first[1].effect};
+  expect_same(straight, trace(robot, campaign, catalogue, options),
+              "from " + describe(first[1].effect));
 
   std::mt19937 random(5);
   std::vector<int> rows(campaign.rows());
@@ -107,22 +119,6 @@ TEST_P(Triple, IsTheSameInAnyOrderOfRowsParametersAndCatalogue) {
         EXPECT_NEAR(c.ci95[1], d.ci95[1], 1e-2 * c.std);
       }
     }
-}
-
-// Forward search is greedy; what it ends in may not hang on its first step.
-TEST_P(Triple, IsTheSameFromTheSecondBestFirstStep) {
-  const Campaign campaign = triple(GetParam());
-  const Robot robot = read_robot(kNominal).robot;
-  const Catalogue catalogue = read_catalogue(kCatalogue);
-  const TraceResult straight = trace(robot, campaign, catalogue);
-  TraceOptions options;
-  options.max_effects = 0;
-  const std::vector<RankedCandidate> first = trace(robot, campaign, catalogue, options).ranking;
-  ASSERT_GT(first.size(), 1u);
-  options = {};
-  options.start = {first[1].effect};
-  const TraceResult other = trace(robot, campaign, catalogue, options);
-  expect_same(straight, other, "from " + describe(first[1].effect));
 }
 
 INSTANTIATE_TEST_SUITE_P(Hidden, Triple, testing::Values(0, 1, 2));
@@ -163,6 +159,7 @@ Campaign reversals(double ratio, int poses, unsigned seed) {
 // What explains most in a large campaign is among what may lead in nearly every small one, and its
 // share within the interval.
 TEST(Order, WhatMayLeadIsSaid) {
+  const int part = thinned(2), seeds = 20 / part;
   const Robot robot = read_robot(kNominal).robot;
   const auto of = [](const TraceResult& result, const std::string& parameter) {
     const auto found = std::find_if(
@@ -180,7 +177,7 @@ TEST(Order, WhatMayLeadIsSaid) {
     const double share = large.effects[0].variance_share.value;
     EXPECT_FALSE(large.effects[1].variance_share.may_lead);
     int campaigns = 0, may_lead = 0, others = 0, covered = 0;
-    for (unsigned seed = 1; seed <= 20; ++seed) {
+    for (int seed = 1; seed <= seeds; ++seed) {
       const TraceResult small = trace(robot, reversals(ratio, 80, 100 + seed), catalogue, options);
       const auto first = of(small, "A2.theta"), second = of(small, "A3.theta");
       if (!first || !second || small.effects.size() != 2) continue;
@@ -191,9 +188,9 @@ TEST(Order, WhatMayLeadIsSaid) {
       others += other.may_lead;
       covered += lead.ci95[0] <= share && share <= lead.ci95[1];
     }
-    EXPECT_GE(campaigns, 18);
+    EXPECT_GE(campaigns, seeds - 2 / part);
     EXPECT_GE(may_lead, campaigns - 1);
-    EXPECT_GE(covered, campaigns - 3);
+    EXPECT_GE(covered, campaigns - (part == 1 ? 3 : 2));
     EXPECT_EQ(others > 0, ratio < 1);
   }
 }

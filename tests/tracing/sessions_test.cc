@@ -83,12 +83,12 @@ INSTANTIATE_TEST_SUITE_P(Hidden, AcrossSessions,
 TEST(Sessions, OfManyPosesAreSearchedInPart) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 5;
-  plan.poses = 8000;
+  plan.poses = 3000;
   plan.repeats = 1;
   plan.orientation = false;
   HiddenCampaign campaign(kNominal, "x-cycles", 0.05, plan);
-  carry_instrument(campaign.training, std::vector{0.9992});
-  carry_instrument(campaign.held_out, std::vector{0.9992});
+  carry_instrument(campaign.training, std::vector{0.998});
+  carry_instrument(campaign.held_out, std::vector{0.998});
   ASSERT_GT(campaign.training.rows(), 2000);
   const std::vector<int>& session = campaign.training.session;
   ASSERT_LT(std::count(session.begin(), session.end(), 1), 10);
@@ -102,15 +102,13 @@ TEST(Sessions, OfManyPosesAreSearchedInPart) {
 
 TEST(Sessions, NothingIsSaidWhenNothingIsHidden) {
   for (int stations : {2, 3}) {
-    for (unsigned seed : {51u, 52u}) {
-      HiddenCampaign campaign = oracle("null", seed);
-      carry_instrument(campaign.training, stations);
-      carry_instrument(campaign.held_out, stations);
-      const LoopResult result = closed(campaign);
-      EXPECT_TRUE(result.trace.effects.empty()) << listed(result);
-      EXPECT_EQ(result.verdict, Verdict::nothing_to_explain);
-      EXPECT_LT(result.after, 1.1 * campaign.written.floor_mean_mm * kMillimetre);
-    }
+    HiddenCampaign campaign = oracle("null", 49 + stations);
+    carry_instrument(campaign.training, stations);
+    carry_instrument(campaign.held_out, stations);
+    const LoopResult result = closed(campaign);
+    EXPECT_TRUE(result.trace.effects.empty()) << listed(result);
+    EXPECT_EQ(result.verdict, Verdict::nothing_to_explain);
+    EXPECT_LT(result.after, 1.1 * campaign.written.floor_mean_mm * kMillimetre);
   }
 }
 

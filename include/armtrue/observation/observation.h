@@ -212,6 +212,7 @@ class ObservationModel::At {
     // Of a touch: the point in the axes of the contact, or of the camera, and the derivative of the
     // reading by it; of a beam where it ends.
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
+    Intrinsics by_intrinsics;  // of a pixel, by those of its camera
   };
   // `jacobian`: that of the arm, or null.
   Prediction predict(int row, PoseJacobian* jacobian) const;
