@@ -72,6 +72,8 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
                        CorrectionArguments arguments,
                        const std::function<PosturesAtCalls()>& postures_at_calls) {
   const Robot &robot = models.robot, &controller = models.controller;
+  // --start is of programs that no other one calls.
+  auto start = postures_at_calls ? std::exchange(arguments.start, {}) : decltype(arguments.start){};
   const CompensationOptions options = compensation_options(arguments, controller);
   if (program) remove_what_never_runs(*program);
   const auto read = [&] {
@@ -103,6 +105,18 @@ DividedProgram correct(Command& command, const Models& models, RobotProgram* pro
           warn_of_calls(command, file.source, at_calls.callers);
           continue;
         }
+        if (at_calls.angles.empty() && !start.empty()) {
+          arguments.start = std::exchange(start, {});
+          continue;
+        }
+        if (!start.empty())
+          throw InputError(fmt::format(
+              "{}:{}: target '{}': its calls ({}) come in several postures, and --start is no "
+              "other "
+              "than one of them; state its branch (KUKA S and T, ABB ConfL \\On), or bring the arm "
+              "to one posture before the calls",
+              file.source, file.program.visits.line[error.row],
+              file.program.visits.pose_ids[error.row], at_calls.callers));
       }
       if (program && leave_what_is_out_of_reach(error, *program)) {
         read();

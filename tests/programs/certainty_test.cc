@@ -1114,7 +1114,10 @@ TEST(Certainty, AFanucCommentMayHoldAnApostrophe) {
   };
   EXPECT_THAT(with_listing("2:  PR[2:d'ici]=LPOS ;\n"), ElementsAre(3, 7));
   EXPECT_THAT(with_listing("2:  PR[1:d'ici]=LPOS ;\n"), ElementsAre(3));
-  EXPECT_THAT(with_listing("2:  PR[GP1:1,3:d'ici]=5 ;\n"), ElementsAre(3));
+  EXPECT_THAT(with_listing("2:  PR[GP1:1,3:d'ici]=5 ;\n"), ElementsAre(3, 7));
+  EXPECT_THAT(with_listing("2:  PR[GP1:1,3:d'ici]=R[1] ;\n"), ElementsAre(3));
+  EXPECT_THAT(with_listing("2:  PR[1,3]=5 ;\n3:  CALL OTHER ;\n"), ElementsAre(3));
+  EXPECT_THAT(with_listing("2:  SEARCH START[1] PR[1] ;\n"), ElementsAre(3));
 }
 
 TEST(Certainty, AFanucMoveBehindATouchOffsetIsDisplaced) {

@@ -133,15 +133,17 @@ class Machine:
         name, value = (part.strip() for part in line.split("=", 1))
         name = name.upper()
         if name in ("$BASE", "$TOOL"):
-            of = self.shared.get(value.upper()) or entries(value)
-            motion = rp.abc_motion(*(of[c] for c in POSE))
-            setattr(self, name[1:].lower(), motion)
+            kept = own.get(value.upper())
+            of = kept or self.shared.get(value.upper()) or entries(value)
+            setattr(self, name[1:].lower(), kept or rp.abc_motion(*(of[c] for c in POSE)))
             self.here = {}
             return
         name, _, component = name.partition(".")
         place = self.place(name, own)
         if component:
             place[name] = {**place[name], component: self.number(value, own)}
+        elif value in ("$BASE", "$TOOL"):
+            place[name] = getattr(self, value[1:].lower())
         elif value == "$POS_ACT":
             place[name] = dict(self.here)
         elif value.startswith("{"):

@@ -102,7 +102,9 @@ class Writer:
         near = rp.abc_motion(4, -6, 8, 1, -2, 1)
         state = lambda base, tool: [programs.kuka_setting("BASE", base), programs.kuka_setting("TOOL", tool)]
         now, other = state(self.base, self.tool), state(vc.after(self.base, near), vc.after(self.tool, near))
-        k = self.rng.randint(0, 3)
+        k = self.rng.randint(0, 4)
+        if k == 4:  # KEPT holds the base of the moment, or that of before
+            return self.rng.choice((["KEPT=$BASE"], [])) + other + ["SUB()", "$BASE=KEPT", now[1]]
         return [[], other[:1], other[1:], other][k] + ["SUB()", *now]
 
     def write(self):
@@ -114,7 +116,7 @@ class Writer:
             sub.insert(self.rng.randint(0, len(sub)), "RETURN")
         inner = [line for _ in range(3) for line in self.block(0)]
         sub.insert(self.rng.randint(0, len(sub)), "INNER()")
-        lines = ["&ACCESS RVP", "DEF part( )", "DECL E6POS PB,PC", "DECL REAL K", "K=3.5", *setting, "PB=XP3",
+        lines = ["&ACCESS RVP", "DEF part( )", "DECL E6POS PB,PC", "DECL REAL K", "K=3.5", "DECL FRAME KEPT", *setting, "KEPT=$BASE", "PB=XP3",
                  f"PC={self.point()}", f"PTP {self.point()}", *body, "LIN XP1", "END", "DEF SUB()", *sub, "END", "DEF INNER()", *inner, "END", ""]
         lines = [line for line in lines if "PB" not in line and "PC" not in line] if self.rng.random() < 0.1 else lines
         # PB, PC and K are of the main program alone.

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "programs/fanuc/fanuc_assignments.h"
 #include "programs/program_flow.h"
 #include "programs/statement.h"
 
@@ -15,8 +16,9 @@ namespace armtrue {
 /// Offset).
 class FanucFrames {
  public:
-  /// `text`: by masked_fanuc(), with the moves; `statements`: its lines behind their numbers.
-  FanucFrames(std::string_view text, const std::vector<Statement>& statements);
+  /// `text`, `statements`: as of fanuc_flow(), which gives `flow`.
+  FanucFrames(std::string_view text, const std::vector<Statement>& statements,
+              const ProgramFlow& flow, const FanucAssignments& registers);
 
   /// The number of the active frame or tool at a place; nothing if it is not certain.
   std::optional<int> active(bool is_tool, size_t at) const;
@@ -26,11 +28,18 @@ class FanucFrames {
     int line = 0;
     std::vector<double> numbers;  ///< X Y Z W P R [mm, deg]
   };
-  /// What the program has given a frame or tool at a place, if that is known: UTOOL[9]=PR[9] behind
-  /// six lines PR[9,1]=0 to PR[9,6]=0, with no call since. Null if not.
+  /// What the program has given a frame or tool at a place, if that is known: UTOOL[9]=PR[9], with
+  /// no call since. Null if not.
   const SetFrame* set_value(bool is_tool, int number, size_t at) const;
   /// Whether moves at a place are, or may be, displaced by what the arm has touched.
   bool is_displaced(size_t at) const { return displaced_.at(at) != 0; }
+  struct Condition {
+    double id = 0;         ///< of the register
+    size_t statement = 0;  ///< where that is stated
+  };
+  /// The register of OFFSET CONDITION or TOOL_OFFSET CONDITION at a place; nothing if it is not
+  /// certain.
+  std::optional<Condition> condition(bool is_tool, size_t at) const;
 
  private:
   // Of user frames or of tools.
@@ -40,23 +49,23 @@ class FanucFrames {
     std::map<int, std::vector<ProgramFlow::Setting>> changes;
     std::vector<SetFrame> values;
     ProgramFlow::Values active;
+    std::vector<ProgramFlow::Setting> conditions;  // the value is an index of conditions_
+    ProgramFlow::Values condition;
     std::map<int, ProgramFlow::Values> changed;
   };
 
   void read_statement(std::string_view text, const Statement& statement);
-  void read_steps(std::string_view text, const Statement& statement);
-  void read_setting(Kind& kind, bool is_number, size_t at, bool is_first, TextCursor cursor);
-  bool read_element(std::string_view text, const Statement& statement);
-  int value_of(Kind& kind, TextCursor cursor) const;
+  void read_setting(Kind& kind, bool is_number, size_t at, const Statement& statement,
+                    TextCursor cursor);
+  void read_condition(Kind& kind, const Statement& statement, TextCursor cursor);
+  int value_of(Kind& kind, const Statement& statement, TextCursor cursor) const;
   int change_at(bool is_tool, int number, size_t at) const;
   const Kind& kind(bool is_tool) const { return is_tool ? tools_ : frames_; }
 
-  ProgramFlow flow_;
+  const FanucAssignments& registers_;
   Kind frames_, tools_;
+  std::vector<Condition> conditions_;
   std::vector<ProgramFlow::Setting> calls_;  // of programs that may set frames
-  int line_ = 0;                             // of the statement that is read
-  double register_ = 0;                      // that the lines just before it set
-  std::map<double, double> elements_;        // of the register
   std::vector<ProgramFlow::Setting> displacements_;
   ProgramFlow::Values displaced_;
 };

@@ -8,6 +8,8 @@
 
 #include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
+#include "programs/fanuc/fanuc_assignments.h"
+#include "programs/fanuc/fanuc_flow.h"
 #include "programs/fanuc/fanuc_frames.h"
 #include "programs/fanuc/fanuc_parts.h"
 #include "programs/fanuc/fanuc_positions.h"
@@ -96,10 +98,13 @@ class FanucReader : MoveReader {
       if (cursor.next() != '!' && cursor.next() != '/' && cursor.next() != '-')
         statements.push_back({line.line, cursor.at(), line.end});
     }
-    frames_.emplace(part, statements);
-    registers_.emplace(part, program_.texts.data() + program_.own_texts,
-                       program_.texts.data() + program_.texts.size());
+    listed_.emplace(program_.texts.data() + program_.own_texts,
+                    program_.texts.data() + program_.texts.size());
     for (const Statement& statement : statements) read_uses(part, statement);
+    const ProgramFlow flow = fanuc_flow(part, statements);
+    registers_.emplace(part, statements, flow, *listed_,
+                       [&](double number) { return as_register(number); });
+    frames_.emplace(part, statements, flow, *registers_);
     for (const Statement& statement : statements) read_statement(part, statement);
     for (const auto& [id, position] : positions_)
       if (position.point >= 0) program_.points[position.point].is_shared = position.is_shared;
@@ -195,25 +200,63 @@ class FanucReader : MoveReader {
   struct PointOfMove {
     double id = 0;
     size_t begin = 0, end = 0;
-    bool is_register = false;  // PR[3]
+    std::optional<FanucRegister> of_register{};  // PR[3]
   };
 
   // Offset,PR[1] along the axes of the user frame, Tool_Offset,PR[1] along those of the tool.
   struct Displacement {
     bool is_tool = false;
-    double id = 0;
+    Pose by{};
   };
 
-  // The displacement, if its register is listed and has no rotation: no manual says how the
-  // controller composes rotations.
-  std::optional<Pose> pose_of(const Displacement& displacement) const {
-    const FanucRegister* const found = registers_->find(displacement.id);
-    if (!found || found->is_joints) return std::nullopt;
+  // The displacement by PR[..] behind Offset or Tool_Offset, or by their condition. Nothing if the
+  // register is not known, or turns: no manual says how the controller composes rotations.
+  std::optional<Displacement> displacement(bool is_tool, const Statement& statement,
+                                           TextCursor cursor) {
+    const bool has_comma = cursor.take(',');
+    std::optional<double> id;
+    std::optional<FanucRegister> value;
+    if (cursor.take_name() == "PR") {
+      const auto index = take_fanuc_index(cursor);
+      if (!index || !index->number || index->element != 0) return std::nullopt;
+      value = registers_->find(*(id = index->number), statement.begin);
+    } else if (const auto condition = frames_->condition(is_tool, statement.begin);
+               condition && !has_comma) {
+      value = registers_->find(*(id = condition->id), statement.begin);
+      const auto then = registers_->find(condition->id, condition->statement);
+      if (!then || !value || then->numbers != value->numbers) return std::nullopt;
+    }
+    if (!value || value->is_joints()) return std::nullopt;
     for (size_t i = 3; i < 6; ++i)
-      if (found->numbers[i] != 0) return std::nullopt;
-    return Pose{
-        Eigen::Matrix3d::Identity(),
-        Eigen::Vector3d(found->numbers[0], found->numbers[1], found->numbers[2]) * kMillimetre};
+      if (value->numbers[i] != 0) return std::nullopt;
+    if (value->meaning == FanucRegister::Meaning::not_said)
+      warnings_.add(
+          statement.line,
+          fmt::format("the numbers that the program gives PR[{}] are taken for X, Y, Z, "
+                      "W, P, R; if it holds joint angles, the correction of moves that it "
+                      "displaces is for another place",
+                      *id));
+    const Eigen::Vector3d shift(value->numbers[0], value->numbers[1], value->numbers[2]);
+    return Displacement{is_tool, {Eigen::Matrix3d::Identity(), shift * kMillimetre}};
+  }
+
+  // What PR[..]=P[3] copies.
+  std::optional<FanucRegister> as_register(double number) {
+    const auto found = positions_.find(number);
+    if (found == positions_.end()) return std::nullopt;
+    const FanucPosition& position = found->second;
+    const bool is_joints = position.numbers.contains("J1");
+    FanucRegister result{is_joints ? FanucRegister::Meaning::joints : FanucRegister::Meaning::pose,
+                         {},
+                         position.configuration,
+                         position.frame,
+                         position.tool};
+    for (const char* const name : is_joints ? kFanucJoints : kFanucPose)
+      if (const auto value = position.numbers.find(name); value != position.numbers.end())
+        result.numbers.push_back(value->second.value);
+    const bool has_others = position.numbers.size() != 6 || !position.others.empty();
+    return position.is_changed || has_others || result.numbers.size() != 6 ? std::nullopt
+                                                                           : std::optional(result);
   }
 
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
@@ -237,15 +280,16 @@ class FanucReader : MoveReader {
       follows_point |= is_offset && other.empty();
       is_coordinated |= word == "COORD";
       if (is_offset) {
-        const auto register_number = register_behind(cursor);
-        if (register_number && word != "VOFFSET")
-          displacements.push_back({word == "TOOL_OFFSET", *register_number});
-        if (!register_number || word == "VOFFSET" || !pose_of(displacements.back()))
+        const auto by = word == "VOFFSET" ? std::nullopt
+                                          : displacement(word == "TOOL_OFFSET", statement, cursor);
+        if (by)
+          displacements.push_back(*by);
+        else
           is_because("the move is displaced (" + word + ")" +
-                     (register_number
-                          ? ", and no listing (--with POSREG.VA) says by how much, or it turns, or "
-                            "the program sets its register"
-                          : ""));
+                     (word == "VOFFSET"
+                          ? ""
+                          : ", and no listing (--with POSREG.VA) says by how much, or it turns, or "
+                            "the program sets its register"));
       }
       if ((word != "P" && word != "PR") || !cursor.take('[')) return;
       const auto id = cursor.take_number();
@@ -258,8 +302,8 @@ class FanucReader : MoveReader {
       }
       if (word == "P" && id) return points.push_back({*id, at, cursor.at()});
       is_any |= word == "P";
-      if (word == "PR" && id && registers_->find(*id))
-        return points.push_back({*id, at, cursor.at(), true});
+      auto of_register = word == "PR" && id ? registers_->find(*id, statement.begin) : std::nullopt;
+      if (of_register) return points.push_back({*id, at, cursor.at(), std::move(of_register)});
       is_because(word == "PR"
                      ? "its point is a register, and no listing (--with POSREG.VA) has it, or the "
                        "program sets it"
@@ -274,19 +318,19 @@ class FanucReader : MoveReader {
     if (other.empty() && points.size() != wanted) other = "it does not have the points of its kind";
     for (const PointOfMove& point : points)
       if (other.empty())
-        other = point.is_register ? why_not_usable_register(point) : why_not_usable(point);
+        other = point.of_register ? why_not_usable_register(point) : why_not_usable(point);
     for (const PointOfMove& point : points)
       if (other.empty() && !displacements.empty() && (kind == "C" || is_joints(point)))
         other = "an arc, or joint angles, are displaced";
     if (!other.empty()) {
       if (is_any) each_position({}, [](FanucPosition& position) { position.is_shared = true; });
       for (const PointOfMove& point : points)
-        if (!follows_point && !point.is_register) positions_[point.id].is_shared = true;
+        if (!follows_point && !point.of_register) positions_[point.id].is_shared = true;
       return leave(statement.line, other);
     }
     for (size_t i = 0; i < points.size(); ++i) {
       const bool is_auxiliary = i + 1 < points.size();
-      ProgramTarget& target = points[i].is_register
+      ProgramTarget& target = points[i].of_register
                                   ? add_register_target(points[i], statement.line, is_auxiliary)
                                   : add_target(points[i], statement.line, is_auxiliary);
       if (!displacements.empty()) displace(displacements, target);
@@ -319,10 +363,10 @@ class FanucReader : MoveReader {
       return "its motion is coordinated with a positioner (COORD), which carries its frame and "
              "moves";
     for (const PointOfMove& point : points) {
-      if (point.is_register || is_joints(point)) continue;
+      if (point.of_register || is_joints(point)) continue;
       const auto number = frame_number(positions_[point.id], false, at);
-      const bool is_of_world = number && (registers_->find_frame(false, *number) ||
-                                          frames_->set_value(false, *number, at));
+      const bool is_of_world =
+          number && (listed_->find_frame(false, *number) || frames_->set_value(false, *number, at));
       if (is_of_world && !is_given("UF", *number))
         return fmt::format(
             "its motion is coordinated with a positioner (COORD), which carries its frame; say "
@@ -349,7 +393,7 @@ class FanucReader : MoveReader {
   }
 
   bool is_joints(const PointOfMove& point) {
-    return point.is_register ? registers_->find(point.id)->is_joints
+    return point.of_register ? point.of_register->is_joints()
                              : positions_[point.id].numbers.contains("J1");
   }
 
@@ -372,17 +416,10 @@ class FanucReader : MoveReader {
     beside.middle = original_.substr(points[0].end, points[1].begin - points[0].end);
   }
 
-  // Offset,PR[3:name] or Offset PR[3]; nothing if no register stands there.
-  static std::optional<double> register_behind(TextCursor cursor) {
-    cursor.take(',');
-    if (cursor.take_name() != "PR" || !cursor.take('[')) return std::nullopt;
-    return cursor.take_number();
-  }
-
   std::string why_not_inserted(const std::vector<PointOfMove>& points, const std::string& part,
                                const Statement& options) {
     for (const PointOfMove& point : points) {
-      if (point.is_register) return "its point is a register";
+      if (point.of_register) return "its point is a register";
       if (positions_[point.id].numbers.contains("J1")) return "its point is joint angles";
     }
     if (original_.substr(options.begin, options.end - options.begin).find('\n') !=
@@ -433,7 +470,7 @@ class FanucReader : MoveReader {
   // if it is. A register is in the active ones.
   std::string why_frames_not_certain(const PointOfMove& of_move) {
     for (const bool is_tool : {false, true}) {
-      const bool is_active = of_move.is_register || is_in_active(positions_[of_move.id], is_tool);
+      const bool is_active = of_move.of_register || is_in_active(positions_[of_move.id], is_tool);
       const auto number = is_active ? frames_->active(is_tool, of_move.begin)
                                     : frame_number(positions_[of_move.id], is_tool, of_move.begin);
       if (number) {
@@ -442,8 +479,8 @@ class FanucReader : MoveReader {
       } else if (is_active) {
         return fmt::format(
             "its {0} is in the active {1}{2}, and which it is, {3}_NUM does not say for certain",
-            of_move.is_register ? "register" : "point", is_tool ? "tool" : "frame",
-            of_move.is_register ? "" : " (F)", is_tool ? "UTOOL" : "UFRAME");
+            of_move.of_register ? "register" : "point", is_tool ? "tool" : "frame",
+            of_move.of_register ? "" : " (F)", is_tool ? "UTOOL" : "UFRAME");
       }
     }
     return "";
@@ -455,8 +492,8 @@ class FanucReader : MoveReader {
     if (frames_->is_changed(is_tool, number, at))
       return fmt::format("{}[{}] is set at run time", name, number);
     const char* const option = is_tool ? "UT" : "UF";
-    if (!registers_->find_frame(is_tool, number) || is_given(option, number) ||
-        frames_->set_value(is_tool, number, at) || !registers_->is_set_by_others(is_tool, number))
+    if (!listed_->find_frame(is_tool, number) || is_given(option, number) ||
+        frames_->set_value(is_tool, number, at) || !listed_->is_set_by_others(is_tool, number))
       return "";
     return fmt::format("another program sets {}[{}]; say where it is: --frame {}[{}]=x,y,z,a,b,c",
                        name, number, option, number);
@@ -527,8 +564,16 @@ class FanucReader : MoveReader {
 
   // A register is in the active frame, and has no place in the text.
   std::string why_not_usable_register(const PointOfMove& of_move) {
-    if (!is_joints(of_move))
+    const FanucRegister& of = *of_move.of_register;
+    if (of.meaning == FanucRegister::Meaning::not_said ||
+        (!of.is_joints() && of.configuration.empty()))
+      return "its register has no CONFIG that is known";
+    if (!is_joints(of_move)) {
       if (const std::string why = why_frames_not_certain(of_move); !why.empty()) return why;
+      if ((of.frame && of.frame != frames_->active(false, of_move.begin)) ||
+          (of.tool && of.tool != frames_->active(true, of_move.begin)))
+        return "its register is a copy of a position in another frame, or of another tool";
+    }
     const bool has_more = std::ranges::any_of(positions_, [](const auto& position) {
       return position.second.numbers.size() + position.second.others.size() > 6;
     });
@@ -555,7 +600,7 @@ class FanucReader : MoveReader {
   }
 
   ProgramTarget& add_register_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
-    const FanucRegister& of = *registers_->find(of_move.id);
+    const FanucRegister& of = *of_move.of_register;
     const std::optional<int> frame = frames_->active(false, of_move.begin),
                              tool = frames_->active(true, of_move.begin);
     const auto text = [](std::optional<int> number) {
@@ -563,18 +608,18 @@ class FanucReader : MoveReader {
     };
     ProgramPoint point;
     point.name = fmt::format("UF : {}, UT : {},", text(frame), text(tool));
-    if (!of.is_joints) point.name += fmt::format("\tCONFIG : '{}',", of.configuration);
+    if (!of.is_joints()) point.name += fmt::format("\tCONFIG : '{}',", of.configuration);
     point.name += "\n";
     point.line = line;
     point.begin = of_move.begin;
     point.end = of_move.end;
-    point.kind = of.is_joints ? TargetKind::joints : TargetKind::cartesian;
+    point.kind = of.is_joints() ? TargetKind::joints : TargetKind::cartesian;
     point.is_expression = true;
     for (const double number : of.numbers)
       point.numbers.push_back({0, of_move.end, of_move.end, number, ""});
     ProgramTarget& target =
         add(of_move, line, is_auxiliary, keep(point, 0), of.configuration, frame, tool);
-    target.remark = "the register is written into the program, as it is listed";
+    target.remark = "the register is written into the program, as it is listed or set there";
     return target;
   }
 
@@ -584,7 +629,7 @@ class FanucReader : MoveReader {
     const char* const option = is_tool ? "UT" : "UF";
     std::string name = fmt::format("{}[{}]", option, number);
     const std::vector<double>* numbers = nullptr;
-    if (const FanucRegister* const found = registers_->find_frame(is_tool, number))
+    if (const FanucRegister* const found = listed_->find_frame(is_tool, number))
       numbers = &found->numbers;
     if (const FanucFrames::SetFrame* const set = frames_->set_value(is_tool, number, at);
         set && !is_given(option, number)) {
@@ -608,7 +653,7 @@ class FanucReader : MoveReader {
   // The move keeps its options: its point becomes another one.
   void displace(const std::vector<Displacement>& displacements, ProgramTarget& target) {
     for (const Displacement& displacement : displacements)
-      (displacement.is_tool ? target.behind : target.before) = *pose_of(displacement);
+      (displacement.is_tool ? target.behind : target.before) = displacement.by;
     target.pose = target.before * target.pose * target.behind;
     ProgramPoint point = program_.points[target.point];
     point.starts_from = target.point;
@@ -621,8 +666,9 @@ class FanucReader : MoveReader {
   std::string text_;
   std::map<double, FanucPosition> positions_;
   std::vector<double> ids_of_points_;
+  std::optional<FanucRegisters> listed_;
+  std::optional<FanucAssignments> registers_;
   std::optional<FanucFrames> frames_;
-  std::optional<FanucRegisters> registers_;
   size_t line_begin_ = 0;       // of the move that is read
   bool ends_at_target_ = true;  // the move that is read
   bool moves_no_arm_ = false;   // only other groups

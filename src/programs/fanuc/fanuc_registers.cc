@@ -25,9 +25,10 @@ struct ListedEntry {
 FanucRegister register_of(const ListedEntry& entry) {
   constexpr size_t kNumbers = 6;
   FanucRegister result;
-  result.is_joints = entry.numbers.contains("J1");
+  const bool is_joints = entry.numbers.contains("J1");
+  result.meaning = is_joints ? FanucRegister::Meaning::joints : FanucRegister::Meaning::pose;
   result.configuration = entry.configuration;
-  for (const char* name : result.is_joints ? kJoints : kPose)
+  for (const char* name : is_joints ? kJoints : kPose)
     if (const auto found = entry.numbers.find(name); found != entry.numbers.end())
       result.numbers.push_back(found->second);
   if (result.numbers.size() != kNumbers || entry.numbers.size() != kNumbers) result.numbers.clear();
@@ -63,11 +64,14 @@ bool is_fanuc_listing(const std::string& text) {
       [&](const char* name) { return text.find(name) != std::string::npos; });
 }
 
-FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begin,
-                               const ProgramText* end) {
+FanucRegisters::FanucRegisters(const ProgramText* begin, const ProgramText* end) {
   for (const ProgramText* text = begin; text != end; ++text) {
     if (is_fanuc_listing(text->text)) {
       read_listing(text->text);
+      continue;
+    }
+    if (text->name.starts_with(kFanucCall)) {
+      changed_by_calls_[text->name.substr(kFanucCall.size())].note(text->text, "PR");
       continue;
     }
     const std::string other = masked_fanuc(text->text);
@@ -75,7 +79,6 @@ FanucRegisters::FanucRegisters(std::string_view program, const ProgramText* begi
     changed_frames_.note(other, "UFRAME");
     changed_tools_.note(other, "UTOOL");
   }
-  changed_.note(program, "PR");
 }
 
 // [*POSREG*]$POSREG  Storage: SHADOW  Access: RW  : ARRAY[1,100] OF Position Reg
@@ -160,9 +163,14 @@ bool FanucRegisters::is_set_by_others(bool is_tool, double number) const {
 const FanucRegister* FanucRegisters::find_frame(bool is_tool, double number) const {
   const Listed& listed = is_tool ? tools_ : frames_;
   const auto found = listed.find(number);
-  if (found == listed.end() || found->second.is_joints || found->second.numbers.empty())
+  if (found == listed.end() || found->second.is_joints() || found->second.numbers.empty())
     return nullptr;
   return &found->second;
+}
+
+bool FanucRegisters::may_be_set_by(const std::string& program, double number) const {
+  const auto found = changed_by_calls_.find(program);
+  return found == changed_by_calls_.end() || found->second.contains(number);
 }
 
 const FanucRegister* FanucRegisters::find(double number) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -10,12 +11,19 @@
 
 namespace armtrue {
 
-/// A position register of group 1, as POSREG.VA lists it.
+/// A position register of group 1.
 struct FanucRegister {
-  bool is_joints = false;
-  std::vector<double> numbers;  ///< X Y Z W P R or J1 to J6 [mm, deg]
-  std::string configuration;    ///< F U T, 0, 0, 0; empty of joints
+  enum class Meaning { not_said, pose, joints };
+  Meaning meaning = Meaning::not_said;
+  std::vector<double> numbers;     ///< X Y Z W P R or J1 to J6 [mm, deg]
+  std::string configuration;       ///< F U T, 0, 0, 0; empty of joints
+  std::optional<int> frame, tool;  ///< of the position that it is a copy of
+
+  bool is_joints() const { return meaning == Meaning::joints; }
 };
+
+/// Begins the name of the text that says what a call assigns (FolderTexts).
+constexpr std::string_view kFanucCall = "CALL ";
 
 /// Whether a text lists variables of a controller that count: POSREG.VA, SYSFRAME.VA.
 bool is_fanuc_listing(const std::string& text);
@@ -24,15 +32,16 @@ bool is_fanuc_listing(const std::string& text);
 /// registers, PR[1], PR[GP1:1,3:name]; of "UFRAME" user frames, of "UTOOL" tools.
 std::set<std::string> fanuc_values_set_in(std::string_view program, std::string_view kind);
 
-/// The position registers of a controller that no program assigns, its user frames and tools.
+/// The position registers of a controller, its user frames and tools, as listings have them.
 class FanucRegisters {
  public:
-  /// `texts`: listings, $POSREG, $MNUFRAME and $MNUTOOL, and programs. `program`: the text of the
-  /// program itself, by masked_fanuc().
-  FanucRegisters(std::string_view program, const ProgramText* begin, const ProgramText* end);
+  /// Listings, $POSREG, $MNUFRAME and $MNUTOOL, and other programs, or the texts of FolderTexts.
+  FanucRegisters(const ProgramText* begin, const ProgramText* end);
 
-  /// Null if the register is not listed, is not taught for six axes, or is given values.
+  /// Null if the register is not listed, is not taught for six axes, or another program assigns it.
   const FanucRegister* find(double number) const;
+  /// Whether a program that is called, or one that this calls, may assign a position register.
+  bool may_be_set_by(const std::string& program, double number) const;
   /// X Y Z W P R of a user frame or a tool; null if it is not listed.
   const FanucRegister* find_frame(bool is_tool, double number) const;
   /// Whether another program sets a user frame or a tool.
@@ -52,6 +61,7 @@ class FanucRegisters {
 
   Listed registers_, frames_, tools_;
   Changes changed_, changed_frames_, changed_tools_;
+  std::map<std::string, Changes> changed_by_calls_;
 };
 
 }  // namespace armtrue

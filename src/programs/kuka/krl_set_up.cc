@@ -512,6 +512,8 @@ void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int li
     set_fdat(fdat, fdat_at(fdat, begin), {line, begin}, of_fdat);
     if (of_fdat[kMode] == 1) settings[kMode] = 1;
     setting = of_fdat[part];
+  } else if (const auto kept = kept_in(value, part, begin)) {
+    setting = kept;
   } else {
     setting = frame_of(src_.find('=', begin) + 1, end, begin);
   }
@@ -541,10 +543,15 @@ int KrlSetUps::with_component(Part part, const std::string& spelled, size_t plac
   return add_value(frames_[held].name + " with " + component, *krl_pose(frame));
 }
 
+// The value before a statement.
+int KrlSetUps::held_at(Part part, size_t place) {
+  depends_on_itself_ = true;
+  return is_followed_ ? values_[part].at(before_statement(place)) : kUncertain;
+}
+
 // The frame before a statement; kUncertain if it is not known.
 int KrlSetUps::held_before(Part part, size_t place) {
-  depends_on_itself_ = true;
-  const int held = is_followed_ ? values_[part].at(before_statement(place)) : kUncertain;
+  const int held = held_at(part, place);
   return held < 0 ? kUncertain : held;
 }
 
@@ -623,6 +630,23 @@ int KrlSetUps::value_at(const std::string& name, const KrlSetFrame& frame, size_
   for (const size_t call : frame.lost_at) settings.push_back({call, kUncertain});
   values->second = syntax_.steps.flow().follow(settings, before);
   return values->second.at(place);
+}
+
+// OLD=$BASE keeps a frame, and $BASE=OLD sets it again; kStart if the program did not set it
+// before.
+std::optional<int> KrlSetUps::kept_in(const std::string& name, Part part, size_t place) {
+  if (is_given_frame(known_, name)) return std::nullopt;
+  const std::string keeping = name + (part == kTool ? "=$TOOL" : "=$BASE");
+  std::vector<ProgramFlow::Setting> settings;
+  bool keeps_any = false;
+  for (const KrlChange& change : syntax_.variables->changes_of(name)) {
+    const bool keeps = change.is_assignment && compact(text(change.begin, change.end)) == keeping;
+    settings.push_back({change.begin, keeps ? held_at(part, change.begin) : kUncertain});
+    keeps_any |= keeps;
+  }
+  if (!keeps_any) return std::nullopt;
+  const int kept = syntax_.steps.flow().follow(settings, kUncertain).at(place);
+  return kept == kUncertain ? std::nullopt : std::optional(kept);
 }
 
 int KrlSetUps::number_of(const char* list, int number, size_t place) {

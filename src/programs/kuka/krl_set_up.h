@@ -112,6 +112,7 @@ class KrlSetUps {
   int with_component(Part part, const std::string& spelled, size_t place);
   int frame_of(size_t begin, size_t end, size_t place);
   int product_of(const std::vector<Statement>& factors, const std::string& spelled, size_t place);
+  int held_at(Part part, size_t place);
   int held_before(Part part, size_t place);
   int add(const std::string& name, const std::optional<Pose>& pose);
   int add_value(const std::string& name, const Pose& pose);
@@ -120,6 +121,7 @@ class KrlSetUps {
   std::string not_followed(const SetUp& set_up) const;
   int add_name(const std::string& name, size_t place);
   int value_at(const std::string& name, const KrlSetFrame& frame, size_t place);
+  std::optional<int> kept_in(const std::string& name, Part part, size_t place);
   int number_of(const char* list, int number, size_t place);
   std::string_view text(size_t begin, size_t end) const;
 

@@ -87,6 +87,12 @@ std::optional<KrlValue> KrlVariables::value_at(const std::string& name, size_t p
   return values_[value];
 }
 
+const std::vector<KrlChange>& KrlVariables::changes_of(const std::string& name) const {
+  static const std::vector<KrlChange> kNone;
+  const auto found = variables_.find(name);
+  return found == variables_.end() ? kNone : found->second.changes;
+}
+
 void KrlVariables::note_what_is_stated(Variable& variable) const {
   const auto note = [&](const KrlFrame& point) {
     variable.states_turn |= point.status || point.turn;

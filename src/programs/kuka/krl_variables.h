@@ -66,6 +66,8 @@ class KrlVariables {
 
   /// The value at a place; nothing if it is not known.
   std::optional<KrlValue> value_at(const std::string& name, size_t place) const;
+  /// What changes a variable; empty if nothing does, or more than these may.
+  const std::vector<KrlChange>& changes_of(const std::string& name) const;
   /// The tool and base of an FDAT at a place, as far as they are known.
   std::optional<KrlFdat> fdat_at(const std::string& name, size_t place) const;
   /// A sum of products of numbers and variables.
