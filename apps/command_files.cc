@@ -55,7 +55,7 @@ void Command::add_robot_to_inputs(const RobotFile& file) {
   for (const std::string& doubt : doubts_of_sizes(file.robot.chain)) warn(file.name + ": " + doubt);
 }
 
-Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
+Campaign Command::read_campaign(const std::string& path, const Robot& robot, bool with_copies) {
   progress("reading measurements");
   CampaignFile file = armtrue::read_campaign(path, robot.chain);
   inputs_.emplace_back(file.campaign.source, file.sha256);
@@ -69,6 +69,7 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   if (!findings.errors.empty())
     throw InputError(file.campaign.source + ": " + findings.errors.front());
   for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
+  if (!with_copies) leave_out_copies(file.campaign);
   if (const RenumberedImages renumbered = find_renumbered_images(robot, file.campaign);
       !renumbered.rows.empty()) {
     warn(file.campaign.source + ": " + renumbered.words);
@@ -80,6 +81,18 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
     leave_out_orientations(file.campaign);
   }
   return std::move(file.campaign);
+}
+
+void Command::leave_out_copies(Campaign& campaign) {
+  const CopiedRows copies = copied_rows(campaign);
+  if (copies.rows.empty()) return;
+  warn(fmt::format(
+      "{}: {} of {} rows read the same as another of their pose to the last digit, such as line {} "
+      "and line {}: a copy is no second visit and says nothing of the noise; one row of each "
+      "reading counts, the others are left out",
+      campaign.source, copies.rows.size(), campaign.rows(), campaign.line[copies.row],
+      campaign.line[copies.of]));
+  campaign = without_rows(campaign, copies.rows);
 }
 
 void Command::warn_of_turns(const std::string& source, const std::vector<MovedByTurns>& moved,

@@ -103,8 +103,9 @@ class Command : public OptionGroup {
   /// Of a robot that was read before the other inputs; warns of its sizes.
   void add_robot_to_inputs(const RobotFile& file);
   /// Contradictions between columns are errors or warnings (see check_log()). Sessions begin at the
-  /// times of --new-session-at-s. Call refuse_mistakes() on the result.
-  Campaign read_campaign(const std::string& path, const Robot& robot);
+  /// times of --new-session-at-s. Copies of readings are left out with a warning (copied_rows()),
+  /// unless they are asked for. Call refuse_mistakes() on the result.
+  Campaign read_campaign(const std::string& path, const Robot& robot, bool with_copies = false);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
   /// Takes the effects without a name out of a robot that is to be fitted, with a warning.
@@ -154,6 +155,7 @@ class Command : public OptionGroup {
   void refuse_named(const std::string& path, const std::string& name, const CLI::Option* own) const;
   void check_outputs() const;
   void check_folders() const;
+  void leave_out_copies(Campaign& campaign);
   void warn_of_turns(const std::string& source, const std::vector<MovedByTurns>& moved,
                      const Robot& robot, const std::vector<int>& lines);
   void begin_new_sessions(Campaign& campaign, bool is_input) const;

@@ -305,17 +305,16 @@ JointRows joints_before(const Campaign& all, const std::vector<int>& rows,
 
 // Readings that stand a row or two away from their joint angles, as where one of two tables that
 // were put side by side has lost a row.
-std::vector<Hypothesis> row_hypotheses(const Campaign& all, const std::vector<int>& rows,
-                                       const std::vector<int>& chosen) {
+std::vector<JointsOfOtherRows> joints_of_other_rows(const Campaign& all,
+                                                    const std::vector<int>& rows,
+                                                    const std::vector<int>& chosen) {
   const std::string_view what = all.has_pixels_only() ? "pose" : "row";
-  std::vector<Hypothesis> hypotheses;
+  std::vector<JointsOfOtherRows> others;
   for (const int late : {1, -1, 2, -2})
-    hypotheses.push_back(
-        {fmt::format("the readings stand {} {} than their joint angles: move them, or put the "
-                     "tables together again",
-                     counted(std::abs(late), what), late > 0 ? "later" : "earlier"),
-         [q = joints_before(all, rows, chosen, late)](Robot&, Campaign& c) { c.q = q; }});
-  return hypotheses;
+    others.push_back({fmt::format("readings stand {} {} than their joint angles",
+                                  counted(std::abs(late), what), late > 0 ? "later" : "earlier"),
+                      joints_before(all, rows, chosen, late)});
+  return others;
 }
 
 // A hypothesis that changes the angles a, b, c.
@@ -562,10 +561,15 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
     if (const auto other = find_other_board(robot, campaign)) return {{*other}, fits};
     if (miss > kOdd) try_image_hypotheses(robot, campaign, miss, findings);
   }
+  const std::vector<JointsOfOtherRows> others = joints_of_other_rows(all, rows, chosen);
   if (!fits && findings.empty()) {
     std::vector<Hypothesis> hypotheses = position_hypotheses(robot.chain, campaign, !few);
     if (has_turns) std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
-    if (!few) std::ranges::copy(row_hypotheses(all, rows, chosen), std::back_inserter(hypotheses));
+    if (!few)
+      for (const JointsOfOtherRows& other : others)
+        hypotheses.push_back(
+            {"the " + other.words + ": move them, or put the tables together again",
+             [&other](Robot&, Campaign& c) { c.q = other.q; }});
     constexpr size_t kCalibrated = 6;  // as many starts as place_base_and_tool() follows to the end
     if (campaign.has_pixels_only() && hypotheses.size() > kCalibrated) {
       hypotheses = by_placement(robot, campaign, hypotheses);
@@ -581,7 +585,8 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   }
   if (few) return {findings, fits};
   if (findings.empty())
-    if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
+    if (const auto mixed =
+            find_mixed_rows(robot, campaign, others, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);
   if (!fits) try_couplings(robot, campaign, median_miss, findings);
   if (findings.empty() && !fits) try_calibration(robot, campaign, findings);

@@ -80,37 +80,23 @@ Copies find_copies(const Campaign& campaign, Time time) {
   return copies;
 }
 
-// Whether repeats that are equal are copies although they have numbers of their own: other repeats
-// differ, so that it is no simulation without noise, and points have more digits than 0.01 mm, so
-// that no display made them equal.
-bool has_noise(const Campaign& campaign, const Copies& copies) {
-  constexpr double kStep = 0.01 * kMillimetre;
-  std::set<std::tuple<int, int, int>> places;
-  std::vector<double> coordinates;
-  for (int row = 0; row < campaign.rows(); ++row) {
-    places.insert(place_of(campaign, row));
-    if (!campaign.position.empty()) coordinates.push_back(campaign.position[row].x());
-  }
-  return campaign.rows() - copies.count > std::ssize(places) && !coordinates.empty() &&
-         !last_digits(coordinates, kStep);
-}
-
+// Rows of several numbers have copies of their own, see copied_rows().
 void check_doubled(const Campaign& campaign, Findings& findings) {
   const auto what = [&](const Copies& copies, const char* included) {
     return fmt::format("{} of {} rows hold the same as another{}: line {} as line {}", copies.count,
                        campaign.rows(), included, campaign.line[copies.second],
                        campaign.line[copies.first]);
   };
-  const bool is_numbered = !campaign.repeat.empty();
-  if (!is_numbered && !campaign.time_s.empty() && !stands_still(campaign))
+  if (!campaign.repeat.empty()) return;
+  if (!campaign.time_s.empty() && !stands_still(campaign))
     if (const Copies copies = find_copies(campaign, Time::counts); copies.count > 0) {
       findings.errors.push_back(what(copies, ", time included") +
                                 "; a reading counts once: remove the copies");
       return;
     }
+  if (!campaign.reads_one_number() && !campaign.has_touches()) return;
   const Copies copies = find_copies(campaign, Time::is_left_out);
-  if (copies.count == 0 || (is_numbered && !has_noise(campaign, copies))) return;
-  if (4 * copies.count >= campaign.rows())
+  if (copies.count > 0 && 4 * copies.count >= campaign.rows())
     findings.warnings.push_back(what(copies, campaign.time_s.empty() ? "" : ", but for the time") +
                                 "; if they are copies, remove them: they would count as repeats "
                                 "that agree, and the noise would look too small");
@@ -354,6 +340,23 @@ void check_directions(const Campaign& campaign, Findings& findings) {
       campaign.q.front().size(), opposite, same + opposite));
 }
 
+// The numbers of the instrument in a row.
+std::array<double, 7> numbers_read(const Campaign& campaign, int row) {
+  std::array<double, 7> numbers{};
+  std::copy_n(campaign.position[row].data(), 3, numbers.begin());
+  if (campaign.has_orientation())
+    std::copy_n(campaign.orientation[row].coeffs().data(), 4, numbers.begin() + 3);
+  return numbers;
+}
+
+// How often two visits of a pose read the same by chance in all three coordinates, by how often
+// they do in some: with the chance p of each, pairs that differ agree in (p + p^2) / (1 + p + p^2)
+// of their coordinates.
+double chance_of_three(double share_of_others) {
+  const double odds = share_of_others / (1 - share_of_others);
+  return std::pow((std::sqrt(1 + 4 * odds) - 1) / 2, 3);
+}
+
 }  // namespace
 
 Findings check_log(const Campaign& campaign) {
@@ -370,6 +373,44 @@ Findings check_log(const Campaign& campaign) {
   check_clock(campaign, findings);
   if (!campaign.arrival.empty()) check_directions(campaign, findings);
   return findings;
+}
+
+CopiedRows copied_rows(const Campaign& campaign) {
+  constexpr double kStep = 0.01 * kMillimetre;  // of displays; finer digits never agree by chance
+  constexpr int kFewest = 3, kFewestOthers = 10;
+  constexpr double kDeviations = 4;
+  if (campaign.position.empty() || campaign.reads_one_number()) return {};
+  const auto read = [&](int row) { return numbers_read(campaign, row); };
+  std::vector<int> order(campaign.position.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, [&](int a, int b) {
+    const auto of_a = place_of(campaign, a), of_b = place_of(campaign, b);
+    return of_a != of_b ? of_a < of_b : read(a) < read(b);
+  });
+  CopiedRows copies;
+  double alike = 0, others = 0;  // coordinates that agree in pairs that differ, such pairs
+  for (size_t k = 1; k < order.size(); ++k) {
+    const int a = order[k - 1], b = order[k];
+    if (place_of(campaign, a) != place_of(campaign, b)) continue;
+    if (read(a) == read(b)) {
+      copies.rows.push_back(b);
+      if (copies.rows.size() == 1 || b < copies.row) copies.row = b, copies.of = a;
+      continue;
+    }
+    alike += (campaign.position[a].array() == campaign.position[b].array()).count();
+    ++others;
+  }
+  const auto found = static_cast<double>(copies.rows.size());
+  if (found < kFewest) return {};
+  std::vector<double> coordinates;
+  for (const Eigen::Vector3d& point : campaign.position) coordinates.push_back(point.x());
+  if (last_digits(coordinates, kStep)) {
+    if (others < kFewestOthers) return {};
+    const double by_chance = (found + others) * chance_of_three(alike / (3 * others));
+    if (found < kFewest + by_chance + kDeviations * std::sqrt(by_chance)) return {};
+  }
+  std::ranges::sort(copies.rows);
+  return copies;
 }
 
 Findings check_travel(const Robot& robot, const Campaign& campaign) {

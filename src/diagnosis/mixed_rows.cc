@@ -138,8 +138,9 @@ std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& c
   std::optional<std::string> finding;
   size_t most_poses = kPosesThatProve - 1;
   for (const RowMistake& mistake : mistakes) {
-    Campaign corrected = campaign.select(off);
+    Campaign corrected = campaign;
     mistake.correct(corrected);
+    corrected = corrected.select(off);
     const std::vector<double> left = evaluate(placed, corrected).*errors;
     std::vector<int> found;
     std::set<int> poses;
@@ -194,13 +195,17 @@ std::optional<Robot> placed_by_most(const Robot& robot, const Campaign& campaign
 }  // namespace
 
 std::optional<std::string> find_mixed_rows(const Robot& given, const Campaign& campaign,
+                                           const std::vector<JointsOfOtherRows>& others,
                                            double good, double good_turn) {
   Robot robot = given;
   robot.effects.clear();
   const auto placed = placed_by_most(robot, campaign, good);
   if (!placed) return std::nullopt;
-  const auto finding =
-      shared_mistake(*placed, campaign, &Evaluation::position, good, row_mistakes(placed->chain));
+  std::vector<RowMistake> mistakes = row_mistakes(placed->chain);
+  for (const JointsOfOtherRows& other : others)
+    mistakes.push_back({"their " + other.words, "was a row lost? Put the tables together again",
+                        [&other](Campaign& c) { c.q = other.q; }});
+  const auto finding = shared_mistake(*placed, campaign, &Evaluation::position, good, mistakes);
   if (finding || !campaign.has_orientation()) return finding;
   return shared_mistake(*placed, campaign, &Evaluation::orientation, good_turn,
                         orientation_mistakes());

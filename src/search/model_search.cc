@@ -108,7 +108,8 @@ void ModelSearch::find_effects() {
       may_revise &= is_new_model();
       result_.stages.push_back(model_.fit());
     }
-    if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
+    if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2) &&
+        !part_into_steps()) {
       if (details_) {
         judge_rest();
         break;

@@ -67,6 +67,7 @@ class ModelSearch {
                                                         const ProjectedCandidates::Place& place);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
+  bool part_into_steps();
 
   // At the end (search_end.cc).
   void settle_inner_values();
@@ -92,6 +93,7 @@ class ModelSearch {
   std::set<std::multiset<std::string>> seen_;
   // Families that were half shown beside the present model, or beside all that was found.
   std::set<std::string> barred_, rejected_;
+  std::set<std::string> parted_;  // parameters whose curve of time was compared with steps
   std::set<std::string> shared_;  // families whose members share what was found of one
   // Pairs of forms that changed places and changed back. They may do so again once nothing is to be
   // added, when known causes give way.

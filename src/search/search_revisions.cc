@@ -9,6 +9,11 @@ namespace {
 constexpr int kMaxRevisions = 4;
 constexpr int kMaxMerges = 50;  // several times what the longest search went through
 
+bool is_in_time(const Effect& effect, ShapeKind shape) {
+  return effect.driver.kind == DriverKind::time && !effect.driver.factor &&
+         effect.shape.kind == shape;
+}
+
 }  // namespace
 
 // Exchanges effects that another candidate now explains better, and drops effects that the others
@@ -172,6 +177,51 @@ bool ModelSearch::merge_into_spline(size_t least) {
   if (curve < 0 || ++merges_ > kMaxMerges) return false;
   model_.merge(merged, candidates()[curve]);
   return true;
+}
+
+// Replaces a curve of time by steps of the same parameter where EBIC prefers these. What jumps one
+// way and later the other looks like a curve as long as one step at a time is tried. False if
+// nothing changed.
+bool ModelSearch::part_into_steps() {
+  constexpr size_t kMostSteps = 3;  // more are no events
+  const auto found = std::ranges::find_if(model_.chosen(), [&](const Candidate& chosen) {
+    return is_in_time(chosen.effect, ShapeKind::series) &&
+           !parted_.contains(to_string(chosen.effect.parameter));
+  });
+  if (found == model_.chosen().end()) return false;
+  const Effect curve = found->effect;
+  parted_.insert(to_string(curve.parameter));
+  const auto all_there = [&] {
+    std::vector<int> there;
+    for (int k = 0; k < model_.chosen_count(); ++k)
+      if (same_place(model_.chosen()[k].effect, curve)) there.push_back(k);
+    return there;
+  };
+  const auto best_step = [&](const std::vector<CandidateScore>& scores) {
+    int best = -1;
+    for (int c = 0; c < std::ssize(candidates()); ++c)
+      if (is_in_time(candidates()[c].effect, ShapeKind::step) && may_enter(candidates()[c]) &&
+          same_place(candidates()[c].effect, curve) &&
+          (best < 0 || scores[c].score > scores[best].score))
+        best = c;
+    return best;
+  };
+  const EffectModel::Fitted before = model_.fitted();
+  const double own = model_.score_of(all_there()).score;
+  const auto k = static_cast<int>(found - model_.chosen().begin());
+  const int first = best_step(model_.view().projected.scores_without({model_.in_fit(k)}));
+  if (first < 0) return false;
+  model_.exchange(k, model_.refined(candidates()[first], model_.in_fit(k)));
+  while (all_there().size() < kMostSteps) {
+    const std::vector<CandidateScore> scores = model_.view().projected.scores();
+    const int next = best_step(scores);
+    if (next < 0 || scores[next].score <= 0) break;
+    model_.add(model_.refined(candidates()[next], -1), model_.chance_of(scores[next].score));
+    settle_place_of(model_.chosen_count() - 1);
+  }
+  if (model_.score_of(all_there()).score > own + kMinFallToExchange) return true;
+  model_.come_back(before);
+  return false;
 }
 
 }  // namespace armtrue

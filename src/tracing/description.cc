@@ -12,6 +12,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/tracing/verdict.h"
 
 namespace armtrue {
 namespace {
@@ -392,6 +393,11 @@ std::string unexplained_in_words(const LoopResult& result) {
   if (result.trace.pattern_remains)
     return fmt::format("what is left is no noise, p {:.2g}: {}", result.trace.remaining_p,
                        result.pattern);
+  const auto curve = std::ranges::find_if(result.trace.effects, is_curve_of_time);
+  if (curve != result.trace.effects.end())
+    return describe(curve->effect) +
+           ", a curve that no listed cause explains: it holds for the time of these readings, "
+           "and nobody knows what it does on another day";
   const bool fits = !(result.lack_of_fit && *result.lack_of_fit < kUnlikely);
   if (fits && !result.left_out_together.empty()) return result.left_out_together;
   if (fits && !result.unconfirmed_curve.empty())

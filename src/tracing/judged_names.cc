@@ -100,16 +100,22 @@ bool is_of_time(const TracedEffect& traced) {
   return traced.effect.driver.kind == DriverKind::time && !traced.effect.driver.factor;
 }
 
-// Parameters of the arm that so many effects of time move or more, a step among them.
+// Parameters of the arm that so many effects of time move or more, a step among them. A curve
+// beside a step is several: a zero that jumps has none between its jumps.
 std::vector<Parameter> moved_in_time(const TraceResult& trace, int least) {
   std::vector<Parameter> moved;
+  const auto number_of_changes = [&](const Parameter& parameter) {
+    int changes = 0;
+    for (const TracedEffect& other : trace.effects)
+      if (is_of_time(other) && other.effect.parameter == parameter)
+        changes += other.effect.shape.kind == ShapeKind::series ? 2 : 1;
+    return changes;
+  };
   for (const TracedEffect& step : trace.effects) {
     const Parameter& parameter = step.effect.parameter;
     if (is_of_time(step) && step.effect.shape.kind == ShapeKind::step &&
         moved_by(step.effect) == Moved::arm && std::ranges::count(moved, parameter) == 0 &&
-        std::ranges::count_if(trace.effects, [&](const TracedEffect& other) {
-          return is_of_time(other) && other.effect.parameter == parameter;
-        }) >= least)
+        number_of_changes(parameter) >= least)
       moved.push_back(parameter);
   }
   return moved;
@@ -270,9 +276,9 @@ JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then t
 
 void fall_back_to_geometry(JudgedTraining& judged) {
   fall_back_to_geometry(judged.training);
-  judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound);
   judged.instrument_errs = false;
-  judged.wandering.clear();
+  judged.random = random_effects_beside(judged.training.trace.fit, *judged.training.sound, nullptr,
+                                        judged.wandering);
 }
 
 RandomEffects random_effects_beside(const CalibrationResult& fit, const Campaign& campaign,

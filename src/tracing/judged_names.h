@@ -33,7 +33,8 @@ struct JudgedTraining {
 JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
                                const Catalogue& catalogue, const TraceOptions& options);
 
-/// fall_back_to_geometry() of the training, with random effects beside the geometry.
+/// fall_back_to_geometry() of the training, with random effects beside the geometry. What wanders
+/// still does.
 void fall_back_to_geometry(JudgedTraining& judged);
 
 /// The random effects of arm and station beside a fit to `campaign`, with errors of the instrument

@@ -23,6 +23,12 @@ bool is_undecided(const TracedEffect& traced) {
          });
 }
 
+bool is_curve_of_time(const TracedEffect& traced) {
+  const Driver& driver = traced.effect.driver;
+  return driver.kind == DriverKind::time && !driver.factor && traced.in_words.empty() &&
+         traced.effect.shape.kind == ShapeKind::series && moved_by(traced.effect) == Moved::arm;
+}
+
 std::string to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::closed:
@@ -77,7 +83,7 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 
 Verdict conclude(const Grounds& grounds) {
   if (grounds.left_out_together || grounds.is_explained || grounds.wanders ||
-      grounds.pattern_remains)
+      grounds.pattern_remains || std::ranges::any_of(grounds.effects, is_curve_of_time))
     return Verdict::unexplained;
   if (grounds.all_from_few) return Verdict::too_few_poses;
   if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;

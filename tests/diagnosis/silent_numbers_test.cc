@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <set>
 #include <string>
@@ -54,6 +55,16 @@ Campaign with_poses_changed(int n, const RowChange& change) {
   Campaign campaign = tutorial();
   for (int row = 0; row < campaign.rows(); ++row)
     if (campaign.pose[row] % n == 0) change(campaign, row);
+  return campaign;
+}
+
+// From a row on, each reading is that of the row before.
+Campaign with_readings_late(int from) {
+  Campaign campaign = tutorial();
+  for (int row = campaign.rows() - 1; row >= from; --row) {
+    campaign.position[row] = campaign.position[row - 1];
+    campaign.orientation[row] = campaign.orientation[row - 1];
+  }
   return campaign;
 }
 
@@ -308,6 +319,9 @@ std::vector<Mistake> mistakes() {
       {"the later half in metres", with_half_changed(false, scaled(1e-3)),
        "30 rows of 30 poses, the first in line 32, do not fit the others: their positions look "
        "like metres among millimetres"},
+      {"a row lost at two thirds", with_readings_late(120),
+       "the first in line 122, do not fit the others: their readings stand 1 row later than their "
+       "joint angles"},
       {"the first half of the angles in radians", with_half_changed(true, angles_in_radians),
        "30 rows of 30 poses, the first in line 2, do not fit the others: their joint angles look "
        "like radians among degrees"},
@@ -361,8 +375,6 @@ std::vector<Mistake> mistakes() {
        }),
        "in the order of the poses, the readings lie in another frame"},
       {"rows doubled", doubled(true), "hold the same as another, time included"},
-      {"rows without time doubled", doubled(false), "if they are copies, remove them"},
-      {"rows doubled at a later time", doubled_later(), "but for the time"},
       {"a session copied", with_a_session_copied(), "hold the same as another in another session"},
       {"temperatures in kelvin", with_temperatures(291.15), "are these kelvin?"},
       {"temperatures in Fahrenheit", with_temperatures(64), "are these degrees Fahrenheit"},
@@ -412,6 +424,38 @@ std::vector<Mistake> mistakes() {
       {"all lengths 2 % short", with_poses_changed(1, scaled(0.98)),
        "the links come out shorter by 2 % alike"},
   };
+}
+
+// Of each reading one row stays.
+TEST(SilentNumbers, CopiedRowsAreThoseOfOneReading) {
+  const Campaign once = tutorial();
+  EXPECT_THAT(copied_rows(once).rows, IsEmpty());
+  for (const Campaign& twice : {doubled(false), doubled_later()}) {
+    const CopiedRows copies = copied_rows(twice);
+    ASSERT_EQ(std::ssize(copies.rows), once.rows());
+    for (int row = 0; row < once.rows(); ++row) EXPECT_EQ(copies.rows[row], 2 * row + 1);
+    EXPECT_EQ(copies.row, 1);
+    EXPECT_EQ(copies.of, 0);
+  }
+}
+
+// A display of steps of 0.05 mm makes visits equal by chance, in one coordinate more often than in
+// all three. Copies among them are more than that.
+TEST(SilentNumbers, EqualReadingsOfACoarseInstrumentAreNoCopies) {
+  Campaign campaign = tutorial();
+  for (Eigen::Vector3d& point : campaign.position)
+    point = (point / 5e-5).array().round().matrix() * 5e-5;
+  campaign.orientation.clear();
+  EXPECT_THAT(copied_rows(campaign).rows, IsEmpty());
+  std::map<int, int> first;
+  int copied = 0;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (const auto [known, is_new] = first.try_emplace(campaign.pose[row], row);
+        !is_new && campaign.pose[row] % 3 == 0) {
+      campaign.position[row] = campaign.position[known->second];
+      ++copied;
+    }
+  EXPECT_GE(std::ssize(copied_rows(campaign).rows), copied);
 }
 
 TEST(SilentNumbers, RightReadingsHaveNoFindings) {

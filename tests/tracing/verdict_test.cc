@@ -51,6 +51,18 @@ TEST(Verdict, AnEffectThatMayBeTheInstrumentClosesNothing) {
   EXPECT_EQ(conclude(at_the_floor(effects)), Verdict::not_separable);
 }
 
+// Programs run on another day than the campaign.
+TEST(Verdict, ACurveOfTimeWithoutACauseIsNoExplanation) {
+  std::vector<TracedEffect> effects{kOne};
+  Effect& curve = effects.front().effect;
+  curve.parameter = "A2.theta";
+  curve.driver.kind = DriverKind::time;
+  curve.shape = series_shape(SeriesBasis::cosine, 4, 0, 3600);
+  EXPECT_EQ(conclude(at_the_floor(effects)), Verdict::unexplained);
+  effects.front().in_words = "a joint's zero drifts";
+  EXPECT_EQ(conclude(at_the_floor(effects)), Verdict::closed);
+}
+
 // Below the floor, too: poses left out gain nothing by the pattern, and it is no chance.
 TEST(Verdict, APatternThatRemainsIsNoNoise) {
   for (const auto& effects : {kNone, kOne}) {

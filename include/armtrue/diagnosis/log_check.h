@@ -29,8 +29,8 @@ struct Findings {
 /// write in place of a temperature, a time or a load that they did not get, see
 /// check_lost_values(). Warnings:
 /// - 0 in place of points of several poses, which may be a reference point;
-/// - readings that stand twice, without a time or at another, if a quarter of the rows are such
-///   copies; the same for readings that stand in two sessions;
+/// - readings of one number that stand twice, without a time or at another, if a quarter of the
+///   rows are such copies; a quarter of all readings that stands in two sessions;
 /// - standard deviations of rows more than 200 times as large as others;
 /// - two sessions whose names differ in case or blanks alone;
 /// - temperatures that are those of an arm in kelvin, or of an arm or a room in Fahrenheit;
@@ -39,6 +39,17 @@ struct Findings {
 ///   (the joints would move faster than 1000 deg/s);
 /// - directions of arrival that are nearly all opposite to the moves from row to row.
 Findings check_log(const Campaign& campaign);
+
+struct CopiedRows {
+  std::vector<int> rows;  ///< ascending; empty if there are no copies
+  int row = 0, of = 0;    ///< the first one, and the row whose copy it is
+};
+
+/// Rows whose point and orientation another row of their pose, session and channel has to the last
+/// digit, whatever its time: copies in place of further visits, which would count as repeats that
+/// agree. Of each reading one row stays. Where points have steps of 0.01 mm or more, visits read
+/// the same by chance: then only if more do than the agreement of single coordinates explains.
+CopiedRows copied_rows(const Campaign& campaign);
 
 /// Units that the numbers contradict, as sentences: joint angles of more than four turns (degrees
 /// read as radians), or all within 2 pi deg of zero (radians read as degrees); points more than 50

@@ -50,6 +50,10 @@ struct Grounds {
 /// Whether these readings do not tell the cause of an effect, or not that the arm moves by it.
 bool is_undecided(const TracedEffect& traced);
 
+/// Whether the arm follows the time along a curve that no listed cause explains: it is known for
+/// the time of the campaign alone, and nobody knows what it does on another day.
+bool is_curve_of_time(const TracedEffect& traced);
+
 /// The mean backlash of the joints [rad], if three of them at least have backlash and all have the
 /// same. Each gear has its own backlash; joint angles read before standstill look like a common
 /// one. Above zero the joints went on in the direction in which they came, as no backlash does:
@@ -63,7 +67,8 @@ std::optional<double> common_backlash(const KinematicChain& chain,
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, if the diagnosis explains what is left, or
-/// if a pattern remains: then the residual is no noise, however large replicates say that noise is.
+/// if a pattern remains: then the residual is no noise, however large replicates say that noise is;
+/// and if an effect is_curve_of_time().
 /// Otherwise `not_separable` if an effect has a rival with is_other_cause() or may be the
 /// instrument's or the tool's (programs are not corrected by it), or shares what was found.
 /// Otherwise `unknown_noise` without a known noise. Otherwise `too_few_poses` if the held-out error
