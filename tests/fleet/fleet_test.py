@@ -165,6 +165,16 @@ class Twenty(unittest.TestCase):
         self.assertIn(f"{HIT_JOINT}: Moved between {NIGHTS[0]} and {NIGHTS[1]}: A2.theta +0.0", self.done.stdout)
         self.assertEqual(len(self.done.stdout.splitlines()), 4)
 
+    def test_one_query_tells_moves_and_drifts(self):
+        with contextlib.closing(sqlite3.connect(self.folder / "history.sqlite")) as base:
+            found = base.execute("SELECT arm, json_extract(m.value, '$.parameter'), json_extract(m.value, '$.driver') "
+                                 "FROM nights, json_each(moved) AS m WHERE night = ?", NIGHTS[-1:]).fetchall()
+        self.assertEqual({arm for arm, _, _ in found}, {HIT_JOINT, HIT_TOOL, WARM})
+        self.assertIn((HIT_JOINT, "A2.theta", None), found)
+        for arm, parameter, driver in found:
+            self.assertRegex(parameter, r"^\w+(\.\w+)?$")
+            self.assertEqual(driver, "time" if arm == WARM else None)
+
     def test_rows_say_how_good_an_arm_is(self):
         for (arm, night, kind), row in history(self.folder).items():
             with self.subTest(arm=arm, night=night):
