@@ -89,7 +89,7 @@ def make_fleet(folder, arms=ARMS, nights=NIGHTS):
                 hit = virtual_cell.Arm(altered(text, "A2", "theta_deg", 0.02))
                 arm_at = lambda share: hit
             if night == nights[-1] and name == HIT_TOOL:
-                bent = virtual_cell.Arm(re.sub(r"(?m)^tool: .*$", "tool: {x_mm: 0.5, y_mm: 0, z_mm: 0, a_deg: 0, b_deg: 0, c_deg: 0}", text))
+                bent = virtual_cell.Arm(re.sub(r"(?m)^tool: .*$", "tool: {x_mm: 0.5, y_mm: 0, z_mm: 0.2, a_deg: 0, b_deg: 0, c_deg: 0}", text))
                 arm_at = lambda share: bent
             if night == nights[-1] and name == WARM:
                 steps = [virtual_cell.Arm(warm(text, kelvin)) for kelvin in range(16)]
@@ -100,8 +100,8 @@ def make_fleet(folder, arms=ARMS, nights=NIGHTS):
 
 
 def fleet(folder, *words):
-    if words[0] == "run":
-        words = ("run", "--today", NIGHTS[-1], *words[1:])
+    if words[0] in ("run", "page"):
+        words = (words[0], "--today", NIGHTS[-1], *words[1:])
     return subprocess.run([sys.executable, "-B", FLEET, "-C", folder, *words], capture_output=True, text=True)
 
 
@@ -161,9 +161,20 @@ class Twenty(unittest.TestCase):
         self.assertEqual([move["parameter"] for move in joint], ["A2.theta"])
         self.assertAlmostEqual(joint[0]["change_deg"], 0.02, delta=0.004)
         self.assertEqual([move["parameter"] for move in json.loads(rows[HIT_TOOL, NIGHTS[2], "check"]["moved"])], ["tool"])
+        self.assertRegex(rows[HIT_TOOL, NIGHTS[2], "check"]["message"], r"^tool: tool\.x \+0\.\d+ mm, tool\.z \+0\.\d+ mm$")
         self.assertEqual(rows[WRONG, NIGHTS[2], "check"]["same_as"], f"arm-02, {NIGHTS[2]}")
         self.assertIn(f"{HIT_JOINT}: Moved between {NIGHTS[0]} and {NIGHTS[1]}: A2.theta +0.0", self.done.stdout)
         self.assertEqual(len(self.done.stdout.splitlines()), 4)
+
+    def test_one_query_tells_moves_and_drifts(self):
+        with contextlib.closing(sqlite3.connect(self.folder / "history.sqlite")) as base:
+            found = base.execute("SELECT arm, json_extract(m.value, '$.parameter'), json_extract(m.value, '$.driver') "
+                                 "FROM nights, json_each(moved) AS m WHERE night = ?", NIGHTS[-1:]).fetchall()
+        self.assertEqual({arm for arm, _, _ in found}, {HIT_JOINT, HIT_TOOL, WARM})
+        self.assertIn((HIT_JOINT, "A2.theta", None), found)
+        for arm, parameter, driver in found:
+            self.assertRegex(parameter, r"^\w+(\.\w+)?$")
+            self.assertEqual(driver, "time" if arm == WARM else None)
 
     def test_rows_say_how_good_an_arm_is(self):
         for (arm, night, kind), row in history(self.folder).items():
@@ -202,12 +213,11 @@ class Twenty(unittest.TestCase):
 
     def test_a_second_run_repeats_nothing(self):
         before = {path: path.stat().st_mtime_ns for path in self.folder.glob("results/*/*.json")}
-        rows, page = history(self.folder), (self.folder / "index.html").read_bytes()
+        made = {name: (self.folder / name).read_bytes() for name in ("index.html", "history.sqlite")}
         again = fleet(self.folder, "run", "--only-catalogue")
         self.assertEqual(again.stdout, self.done.stdout)
         self.assertEqual(before, {path: path.stat().st_mtime_ns for path in self.folder.glob("results/*/*.json")})
-        self.assertEqual(rows, history(self.folder))
-        self.assertEqual(page, (self.folder / "index.html").read_bytes())
+        self.assertEqual(made, {name: (self.folder / name).read_bytes() for name in made})
 
     def test_a_kill_loses_nothing(self):
         """Killed while it works, it leaves whole results alone; a restart takes these and ends with the same bytes."""
@@ -237,13 +247,21 @@ class Twenty(unittest.TestCase):
         shutil.copytree(self.folder / "arms", folder / "arms")
         for name in ARMS[5:]:
             shutil.rmtree(folder / "arms" / name)
-        done = subprocess.run(["snakemake", "-s", SNAKEFILE, "--directory", folder, "--cores", "2", "--config",
-                               "only_catalogue=true"], capture_output=True, text=True)
+        make = lambda: subprocess.run(
+            ["snakemake", "-s", SNAKEFILE, "--directory", folder, "--cores", "2", "--config", "only_catalogue=true",
+             f"today={NIGHTS[-1]}"], capture_output=True, text=True)
+        for _ in range(2):  # what is made again says the same, and makes nothing but the page
+            done = make()
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertRegex(done.stdout, f"(?m)^{HIT_JOINT}: Moved between {NIGHTS[0]} and {NIGHTS[1]}: A2.theta")
+            self.assertEqual(history(folder), {key: row for key, row in history(self.folder).items() if key[0] in ARMS[:5]})
+            self.assertEqual(Page((folder / "index.html").read_text()).arms[0], HIT_JOINT)
+        self.assertNotRegex(done.stderr, "rule (calibrate|check|record):")
+        for path in folder.glob(f"arms/{HIT_JOINT}/check-*.csv"):
+            if path.name != f"check-{NIGHTS[0]}.csv":
+                path.unlink()
+        done = make()
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(history(folder), {key: row for key, row in history(self.folder).items() if key[0] in ARMS[:5]})
-        again = subprocess.run(["snakemake", "-s", SNAKEFILE, "--directory", folder, "--cores", "2", "--config",
-                                "only_catalogue=true"], capture_output=True, text=True)
-        self.assertIn("Nothing to be done", again.stdout + again.stderr)
 
 
 class OneArm(unittest.TestCase):
@@ -288,7 +306,7 @@ class OneArm(unittest.TestCase):
             self.assertEqual(fleet(self.folder, "record").returncode, 0)
             verdicts = {key[0]: row["verdict"] for key, row in history(self.folder).items() if row["verdict"] != "holds"}
             self.assertEqual(verdicts, {"arm-03": "moved", "arm-04": "suspect"})
-        self.assertEqual(fleet(self.folder, "page").returncode, 0)
+        self.assertEqual(fleet(self.folder, "page").returncode, 3)
         page = Page((self.folder / "index.html").read_text())
         self.assertEqual(page.arms[:2], ["arm-03", "arm-04"])
         self.assertIn("May have moved, or chance (p = 0.0006)", page.words)
