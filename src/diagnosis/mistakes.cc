@@ -119,13 +119,13 @@ std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& c
 std::optional<SharedReading> shared_reading(const Campaign& training, const Campaign& test) {
   std::unordered_map<size_t, int> row_of;
   for (int row = 0; row < training.rows(); ++row) row_of.emplace(reading_of(training, row), row);
-  struct CopiedRows {
+  struct CopiedPose {
     int rows = 0, shared = 0;
     SharedReading first{};
   };
-  std::vector<CopiedRows> poses(test.pose_ids.size());
+  std::vector<CopiedPose> poses(test.pose_ids.size());
   for (int row = 0; row < test.rows(); ++row) {
-    CopiedRows& pose = poses[test.pose[row]];
+    CopiedPose& pose = poses[test.pose[row]];
     ++pose.rows;
     const auto same = row_of.find(reading_of(test, row));
     if (same == row_of.end()) continue;
@@ -135,12 +135,12 @@ std::optional<SharedReading> shared_reading(const Campaign& training, const Camp
   constexpr double kByChance = 0.2;
   constexpr int kNeverByChance = 12;
   const bool by_one_number = test.reads_one_number();
-  const auto is_shared = [&](const CopiedRows& pose) {
+  const auto is_shared = [&](const CopiedPose& pose) {
     return pose.shared > (by_one_number ? pose.rows / 2 : 0);
   };
   const auto count = static_cast<double>(std::ranges::count_if(poses, is_shared));
   const bool maybe_chance = by_one_number && count <= kByChance * static_cast<double>(poses.size());
-  const auto copy = std::ranges::find_if(poses, [&](const CopiedRows& pose) {
+  const auto copy = std::ranges::find_if(poses, [&](const CopiedPose& pose) {
     return is_shared(pose) && !(maybe_chance && pose.shared < kNeverByChance);
   });
   if (copy == poses.end()) return std::nullopt;
