@@ -138,8 +138,10 @@ void add_import_options(Command& command, ImportArguments& arguments) {
               "by stops, the standstills found in both tables")
       .needs(joints)
       .check(one_of({"id", "order", "time", "stops"}));
-  join.option("--max-gap-s", import.max_gap_s,
-              "Join by time: largest gap between the joint samples before and after a point")
+  join.option(
+          "--max-gap-s", import.max_gap_s,
+          "Join by time: largest gap between the joint samples before and after a point; of a "
+          "recording with some joints in each message also the age of a value that still counts")
       .check(above_zero())
       .default_shown();
   join.option("--clock-offset-s", import.clock_offset_s,

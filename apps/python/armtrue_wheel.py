@@ -1,6 +1,7 @@
 """Builds the wheel of armtrue (PEP 517): the module, the manual pages, and the commands with every library that they
 load, the C library and its loader included, as the tarball of apps/package has them. So one wheel runs on any Linux of
-this kind of processor. CMake, Ninja and the packages of apps/set-up must be there; nothing is downloaded."""
+this kind of processor. The commands are taken from build/ where apps/set-up has built them, which takes seconds, and are
+compiled elsewhere, which takes minutes. CMake, Ninja and the packages of apps/set-up must be there; nothing is downloaded."""
 
 import base64
 import hashlib
@@ -34,13 +35,27 @@ def metadata():
             "Requires-Python: >=3.9\nProvides-Extra: frames\nRequires-Dist: pandas; extra == 'frames'\n")
 
 
+def build_of(sources):
+    """The folder of apps/set-up, if it has an optimised build of these sources: nothing is compiled twice. Else None."""
+    build = pathlib.Path(sources) / "build"
+    try:
+        cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")
+    except OSError:
+        return None
+    wanted = (f"CMAKE_HOME_DIRECTORY:INTERNAL={sources}", "CMAKE_BUILD_TYPE:STRING=Release", "ARMTRUE_DISPATCH:BOOL=OFF")
+    return build if set(wanted) <= set(cache.splitlines()) else None
+
+
 def build_commands(stage):
     """Builds the commands, and installs them below `stage` with their libraries."""
-    build = os.environ.get("ARMTRUE_WHEEL_BUILD") or str(pathlib.Path(stage).parent / "build")
-    subprocess.run(["cmake", "-S", str(SOURCES), "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                    "-DARMTRUE_BUILD_TESTS=OFF", "-DARMTRUE_DISPATCH=ON"], check=True)
-    subprocess.run(["cmake", "--build", build, "--target", "commands"], check=True)
-    subprocess.run(["cmake", "--install", build, "--component", "commands", "--strip", "--prefix", str(stage)], check=True)
+    build = build_of(SOURCES)
+    if build is None:
+        build = pathlib.Path(stage).parent / "build"
+        subprocess.run(["cmake", "-S", str(SOURCES), "-B", str(build), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                        "-DARMTRUE_BUILD_TESTS=OFF"], check=True)
+    subprocess.run(["cmake", "--build", str(build), "--target", "commands", "launcher"], check=True)
+    for component in ("commands", "wheel"):
+        subprocess.run(["cmake", "--install", str(build), "--component", component, "--strip", "--prefix", str(stage)], check=True)
     subprocess.run([str(SOURCES / "apps" / "bring-libraries"), str(stage)], check=True)
 
 

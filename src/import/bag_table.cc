@@ -14,6 +14,7 @@
 #include "armtrue/text/input_error.h"
 #include "import/bag.h"
 #include "import/cdr.h"
+#include "import/column_mapping.h"
 
 namespace armtrue {
 namespace {
@@ -53,7 +54,71 @@ std::string list(const std::set<std::string>& names) {
   return fmt::format("'{}'", fmt::join(names, "', '"));
 }
 
-BagTopic choose_topic(const std::string& path, const BagSelection& selection) {
+// std_msgs/msg/Header
+struct Header {
+  explicit Header(CdrReader& reader) {
+    const std::int64_t seconds = reader.int32();
+    stamp_ns = seconds * kSecond + reader.uint32();
+    frame = reader.string();
+  }
+  std::int64_t stamp_ns;
+  std::string frame;
+};
+
+// The names in a sensor_msgs/msg/JointState, behind its header.
+std::vector<std::string> joint_names_of(CdrReader& reader) {
+  std::vector<std::string> names;
+  for (std::uint32_t left = reader.uint32(); left > 0; --left) names.push_back(reader.string());
+  return names;
+}
+
+std::vector<BagTopic> all_of(const std::map<std::string, std::string>& types) {
+  std::vector<BagTopic> topics;
+  for (const auto& [name, type] : types) topics.push_back({name, type});
+  return topics;
+}
+
+// Topics by name of a wanted joint.
+using TopicsOfJoints = std::map<std::string, std::set<std::string>>;
+
+TopicsOfJoints topics_of_joints(const std::string& path, const std::set<std::string>& joints,
+                                const std::map<std::string, std::string>& fitting) {
+  TopicsOfJoints topics;
+  visit_bag(path, {[&](const BagTopic& topic) { return fitting.contains(topic.name); },
+                   [&](const BagTopic& topic, std::int64_t, std::string_view message) {
+                     try {
+                       CdrReader reader(message);
+                       const Header header(reader);
+                       for (std::string joint : joint_names_of(reader)) {
+                         if (!joints.contains(joint) && joint.ends_with(kJointEnding))
+                           joint.resize(joint.size() - kJointEnding.size());
+                         if (joints.contains(joint)) topics[joint].insert(topic.name);
+                       }
+                     } catch (const CutMessage&) {  // said when it is read
+                     }
+                   }});
+  return topics;
+}
+
+// Of several topics with joint states those that hold the wanted joints: one that has them all, or
+// else all that have some. Empty if none has, or a joint stands in two of them.
+std::set<std::string> topics_with_joints(const TopicsOfJoints& topics, size_t wanted) {
+  std::map<std::string, size_t> counts;
+  bool stands_twice = false;
+  for (const auto& [joint, of] : topics) {
+    stands_twice = stands_twice || of.size() > 1;
+    for (const std::string& topic : of) ++counts[topic];
+  }
+  std::set<std::string> whole, some;
+  for (const auto& [topic, count] : counts) {
+    some.insert(topic);
+    if (count == wanted) whole.insert(topic);
+  }
+  if (whole.size() == 1) return whole;
+  return whole.empty() && !stands_twice ? some : std::set<std::string>();
+}
+
+std::vector<BagTopic> choose_topics(const std::string& path, const BagSelection& selection) {
   std::map<std::string, std::string> fitting;  // type by name
   std::set<std::string> all;
   visit_bag(path, {[&](const BagTopic& topic) {
@@ -75,6 +140,13 @@ BagTopic choose_topic(const std::string& path, const BagSelection& selection) {
         "{}: {} holds {}; it has {}", path,
         selection.topic.empty() ? "no topic" : "no topic '" + selection.topic + "' that", what,
         all.empty() ? "none" : list(all)));
+  if (fitting.size() > 1 && !selection.joints.empty()) {
+    const std::set<std::string> chosen = topics_with_joints(
+        topics_of_joints(path, selection.joints, fitting), selection.joints.size());
+    if (!chosen.empty())
+      std::erase_if(fitting, [&](const auto& topic) { return !chosen.contains(topic.first); });
+    if (!chosen.empty()) return all_of(fitting);
+  }
   if (fitting.size() > 1) {
     std::set<std::string> names;
     for (const auto& [name, type] : fitting) names.insert(name);
@@ -82,7 +154,7 @@ BagTopic choose_topic(const std::string& path, const BagSelection& selection) {
                                  list(names), what, selection.of_joints ? "joints" : "points",
                                  *names.begin()));
   }
-  return {fitting.begin()->first, fitting.begin()->second};
+  return all_of(fitting);
 }
 
 // One reading of a topic: its time and its cells, by column.
@@ -106,26 +178,19 @@ class Columns {
   std::vector<std::string> names_;
 };
 
-// std_msgs/msg/Header
-struct Header {
-  explicit Header(CdrReader& reader) {
-    const std::int64_t seconds = reader.int32();
-    stamp_ns = seconds * kSecond + reader.uint32();
-    frame = reader.string();
-  }
-  std::int64_t stamp_ns;
-  std::string frame;
-};
-
 class BagTable {
  public:
-  BagTable(BagTopic topic, const BagSelection& selection, std::string file)
-      : topic_(std::move(topic)),
+  // `topics`: several of joint states, or one of any type.
+  BagTable(const std::vector<BagTopic>& topics, const BagSelection& selection, std::string file)
+      : topic_(topics.front()),
         selection_(selection),
         file_(std::move(file)),
-        type_(pose_type(topic_.type)) {}
+        type_(pose_type(topic_.type)) {
+    for (const BagTopic& topic : topics) names_.push_back(topic.name);
+  }
 
-  void take(std::int64_t logged_ns, std::string_view message) {
+  void take(const BagTopic& topic, std::int64_t logged_ns, std::string_view message) {
+    topic_.name = topic.name;
     ++messages_;
     try {
       CdrReader reader(message);
@@ -159,13 +224,12 @@ class BagTable {
           "{}: '{}' states poses in several frames, {}; record one frame, that of the instrument",
           file_, topic_.name, list(parents_)));
     PlainTable table;
-    table.file = fmt::format("{}({})", file_, topic_.name);
+    table.file = fmt::format("{}({})", file_, fmt::join(names_, ", "));
     table.header_line = 1;
     table.separator = '\0';
     table.columns.push_back({"__time", ""});
     for (const std::string& name : columns_.names()) table.columns.push_back({name, ""});
-    const bool has_stamps =
-        std::ranges::any_of(readings_, [](const Reading& one) { return one.stamp_ns != 0; });
+    const bool has_stamps = stamped_.size() == names_.size();
     if (!has_stamps) table.notes.push_back("times of the recorder: the headers have none");
     const auto time = [&](const Reading& one) { return has_stamps ? one.stamp_ns : one.logged_ns; };
     std::ranges::stable_sort(readings_, {}, time);
@@ -184,15 +248,14 @@ class BagTable {
  private:
   void take_joints(CdrReader& reader) {
     const Header header(reader);
-    std::vector<std::string> names;
-    for (std::uint32_t left = reader.uint32(); left > 0; --left) names.push_back(reader.string());
+    const std::vector<std::string> names = joint_names_of(reader);
     Reading reading{header.stamp_ns, logged_ns_, messages_, {}};
     const size_t positions = reader.uint32();
     if (positions != 0 && positions != names.size()) throw CutMessage();
     for (size_t k = 0; k < positions; ++k)
       reading.cells.emplace_back(columns_.of(topic_.name + "/" + names[k] + "/position"),
                                  reader.float64());
-    if (positions > 0) readings_.push_back(std::move(reading));
+    if (positions > 0) add(std::move(reading));
   }
 
   void take_pose(CdrReader& reader) {
@@ -215,10 +278,17 @@ class BagTable {
       if (!selection_.body.empty() && child != selection_.body) return;
     }
     parents_.insert(header.frame);
+    add(std::move(reading));
+  }
+
+  void add(Reading reading) {
+    if (reading.stamp_ns != 0) stamped_.insert(topic_.name);
     readings_.push_back(std::move(reading));
   }
 
-  BagTopic topic_;
+  BagTopic topic_;                  // of the message
+  std::vector<std::string> names_;  // of the topics
+  std::set<std::string> stamped_;   // those with times in their headers
   const BagSelection& selection_;
   std::string file_;
   const PoseType* type_;
@@ -232,11 +302,13 @@ class BagTable {
 }  // namespace
 
 PlainTable read_bag_table(const std::string& path, const BagSelection& selection) {
-  const BagTopic topic = choose_topic(path, selection);
-  BagTable table(topic, selection, path);
-  visit_bag(path, {[&](const BagTopic& one) { return one.name == topic.name; },
-                   [&](const BagTopic&, std::int64_t logged_ns, std::string_view message) {
-                     table.take(logged_ns, message);
+  const std::vector<BagTopic> topics = choose_topics(path, selection);
+  BagTable table(topics, selection, path);
+  visit_bag(path, {[&](const BagTopic& one) {
+                     return std::ranges::find(topics, one.name, &BagTopic::name) != topics.end();
+                   },
+                   [&](const BagTopic& topic, std::int64_t logged_ns, std::string_view message) {
+                     table.take(topic, logged_ns, message);
                    }});
   return table.table();
 }

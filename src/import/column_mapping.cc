@@ -130,8 +130,8 @@ class Mapper {
         table_.fail(row, k,
                     "moves an axis that the robot does not have (" +
                         encoder_columns(options_.robot->chain) +
-                        "); take the file of the robot with that axis, or leave the column out: "
-                        "--ignore '" +
+                        "); take the file of the robot with that axis, give --urdf if it is the "
+                        "URDF's name of a joint, or leave the column out: --ignore '" +
                         header(k) + "'");
     leave_out(k, "no axis of the robot, and it stands still");
   }

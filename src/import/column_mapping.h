@@ -17,6 +17,13 @@
 
 namespace armtrue {
 
+/// Behind the name of a link, the name of its joint where no URDF says another.
+inline constexpr std::string_view kJointEnding = "_joint";
+
+/// The names of the robot's joints in joint states, in the order of the chain; without a robot
+/// none.
+std::vector<std::string> joint_state_names(const ImportOptions& options);
+
 /// ImportOptions, parsed. Throws InputError for a malformed option.
 class ImportNames {
  public:
@@ -26,7 +33,8 @@ class ImportNames {
   void set_preset(std::optional<Preset> preset) { preset_ = std::move(preset); }
   const Preset* preset() const { return preset_ ? &*preset_ : nullptr; }
   /// Assigns the columns of a table by the preset. If headers name joints without numbers, these
-  /// are joints of the robot; without a robot their names must end in numbers.
+  /// are joints of the robot; without a robot their names must end in numbers. Without a preset the
+  /// headers that have the names of the URDF's joints are these joints.
   void apply_preset(const PlainTable& table, const ImportOptions& options);
 
   /// True for a length or an angle that is known by its name, and for a column that an option
@@ -47,6 +55,7 @@ class ImportNames {
   void check_all_found(const std::vector<const PlainTable*>& tables) const;
 
  private:
+  void add_joints_of_urdf(const PlainTable& table);
   void add_joints_by_name(const PlainTable& table, const ImportOptions& options,
                           const std::map<std::string, std::string>& headers);
 
@@ -55,6 +64,7 @@ class ImportNames {
   std::set<std::string> doubted_;
   std::vector<std::string> ignored_;  // a * at the end stands for any text
   std::vector<std::string> named_;    // by options
+  std::map<std::string, std::string> of_urdf_;  // quantity by name of the joint
   std::optional<Preset> preset_;
 };
 

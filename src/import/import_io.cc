@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
+#include <map>
 
 #include "armtrue/campaign/scattered_poses.h"
 #include "armtrue/kinematics/chain.h"
@@ -114,17 +116,29 @@ class CampaignBuilder {
     const size_t last = row;
     if (row > 0 && campaign_.line[last] == campaign_.line[last - 1])
       return campaign_.pose.back();  // of another marker
-    const auto is_same = [&](int first) { return differs(first, row) <= kSamePose; };
-    const auto known = how_.same_joints_are_one_pose ? std::ranges::find_if(first_row_, is_same)
-                       : how_.stops_are_poses && row > 0 && is_same(first_row_.back())
-                           ? first_row_.end() - 1
-                           : first_row_.end();
-    const auto pose = static_cast<int>(known - first_row_.begin());
-    if (known == first_row_.end()) {
+    const int next = static_cast<int>(first_row_.size());
+    int pose = next;
+    if (how_.same_joints_are_one_pose)
+      pose = std::min(next, pose_like(row));
+    else if (how_.stops_are_poses && row > 0 && differs(first_row_.back(), row) <= kSamePose)
+      pose = next - 1;
+    if (pose == next) {
+      pose_of_joint_.insert({campaign_.q[row][0], pose});
       first_row_.push_back(row);
       campaign_.pose_ids.push_back(std::to_string(first_row_.size()));
     }
     return pose;
+  }
+
+  // The first pose with the joint angles of a row; INT_MAX if none.
+  int pose_like(int row) const {
+    int first = std::numeric_limits<int>::max();
+    const double angle = campaign_.q[row][0];
+    const auto end = pose_of_joint_.upper_bound(angle + kSamePose);
+    for (auto near = pose_of_joint_.lower_bound(angle - kSamePose); near != end; ++near)
+      if (differs(first_row_[near->second], row) <= kSamePose)
+        first = std::min(first, near->second);
+    return first;
   }
 
   // Largest difference of a joint [rad or m].
@@ -165,6 +179,7 @@ class CampaignBuilder {
   StatedBlocks blocks_;
   std::vector<int> time_rows_;  // in the table of the times
   std::vector<int> first_row_;  // by pose
+  std::multimap<double, int> pose_of_joint_;  // numbered poses by their first joint [rad or m]
   std::map<std::string, int> poses_, targets_, sessions_;
 };
 
@@ -217,6 +232,7 @@ ImportedReadings import_readings(const std::string& path, const ImportOptions& o
   map_imported_table(import, options, TableRole::readings);
   TableReader reader(import.table, import.mapping);
   JointMatches matches;
+  matches.same_joints_are_one_pose = true;
   const std::string moved = moved_into_travel(reader, options);
   for (int r = 0; r < reader.rows(); ++r)
     matches.rows.push_back(

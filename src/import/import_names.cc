@@ -69,6 +69,18 @@ void add_name(std::map<std::string, std::string>& headers, const PlainTable& tab
 
 }  // namespace
 
+std::vector<std::string> joint_state_names(const ImportOptions& options) {
+  std::vector<std::string> names;
+  if (!options.robot) return names;
+  const KinematicChain& chain = options.robot->chain;
+  for (int j = 0; j < joint_count(chain); ++j) {
+    const std::string& link = joint_link(chain, j).name;
+    const auto named = options.joint_of_link.find(link);
+    names.push_back(named == options.joint_of_link.end() ? link : named->second);
+  }
+  return names;
+}
+
 ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignored) {
   for (const std::string& text : options.columns) {
     const NamePair pair = split_pair("--column", text, text.find('='));
@@ -96,9 +108,38 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
     named_.push_back(pair.left);
   }
   named_.insert(named_.end(), ignored_.begin(), ignored_.end());
+  if (options.joint_of_link.empty() || !options.robot) return;
+  const std::vector<std::string> names = joint_state_names(options);
+  const std::vector<JointName> joints = joint_names(options.robot->chain);
+  for (size_t j = 0; j < joints.size(); ++j) of_urdf_[names[j]] = joints[j].column;
+}
+
+// A table with all joints of the URDF by their names has no other joints: what else is called a
+// joint there follows one (mimic), or is one of a gripper.
+void ImportNames::add_joints_of_urdf(const PlainTable& table) {
+  const auto is_open = [&](const std::string& header) {
+    return !quantities_.contains(header) && !is_ignored(header);
+  };
+  std::map<std::string, std::string> found;  // quantity by header
+  for (const auto& [name, quantity] : of_urdf_) {
+    if (maps(table, quantity)) continue;  // by --column
+    const auto column = std::ranges::find_if(table.columns, [&](const PlainColumn& one) {
+      return column_name(one.name).stem == name && is_open(one.name);
+    });
+    if (column == table.columns.end()) return;
+    found[column->name] = quantity;
+  }
+  for (const PlainColumn& column : table.columns) {
+    const auto known = known_quantity(column.name);
+    if (known && joint_number(known->name) > 0 && !found.contains(column.name) &&
+        is_open(column.name))
+      ignored_.push_back(column.name);
+  }
+  quantities_.insert(found.begin(), found.end());
 }
 
 void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& options) {
+  if (!preset_ && !of_urdf_.empty()) add_joints_of_urdf(table);
   if (!preset_) return;
   std::map<std::string, std::string> by_name;  // header by name of the joint
   for (const PresetColumn& column : preset_->columns) {
@@ -149,26 +190,27 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOption
     units_.insert({header, is_length ? "m" : "rad"});  // sensor_msgs/JointState
   };
   if (options.robot) {
-    const KinematicChain& chain = options.robot->chain;
-    const std::vector<JointName> joints = joint_names(chain);
+    const std::vector<JointName> joints = joint_names(options.robot->chain);
+    const std::vector<std::string> names = joint_state_names(options);
     std::vector<std::string> unknown;
     for (int j = 0; j < std::ssize(joints); ++j) {
-      const std::string& link = joint_link(chain, j).name;
-      const auto named = options.joint_of_link.find(link);
-      const std::string name = named == options.joint_of_link.end() ? link : named->second;
-      auto found = headers.find(name);
-      if (found == headers.end()) found = headers.find(name + "_joint");
+      auto found = headers.find(names[j]);
+      if (found == headers.end()) found = headers.find(names[j] + std::string(kJointEnding));
       if (found == headers.end())
-        unknown.push_back(name);
+        unknown.push_back(names[j]);
       else
         add(joints[j].column, found->second, joints[j].is_length);
     }
+    // If some have their names, the others are elsewhere.
+    const bool has_other_names = unknown.size() == joints.size() && options.joint_of_link.empty();
+    const std::string remedy = has_other_names ? "give --urdf, the file that the robot was made of"
+                               : options.joints_topic.empty()
+                                   ? "record it, too"
+                                   : "leave out --joints-topic, to read it from other topics";
     if (!unknown.empty() && !is_stated)
       table.fail_header("the joints are " + quoted_names(headers) + ", and the robot's " +
-                        unknown.front() +
-                        " is none of them; give --urdf, the file that the robot "
-                        "was made of, or name each: --column q1_deg='" +
-                        headers.begin()->second + "'");
+                        unknown.front() + " is none of them; " + remedy +
+                        ", or name each: --column q1_deg='" + headers.begin()->second + "'");
     return;
   }
   // joint_a1 to joint_a7: one name with numbers from 1 on.
@@ -199,6 +241,7 @@ bool ImportNames::is_known(std::string_view header) const {
   if (quantities_.contains(header)) return true;
   if (preset_) return is_in_preset(*preset_, header);
   const std::string name(header);
+  if (of_urdf_.contains(column_name(header).stem)) return true;
   if (is_matrix_element(header) || is_marker_coordinate(name) || is_of_body(name)) return true;
   return quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle ||
                       quantity->kind == UnitKind::encoder || quantity->kind == UnitKind::force);

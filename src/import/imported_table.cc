@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "armtrue/text/input_error.h"
@@ -13,6 +14,7 @@
 #include "import/instrument_tables.h"
 #include "import/marker_columns.h"
 #include "import/presets.h"
+#include "import/table_reader.h"
 
 namespace armtrue {
 namespace {
@@ -22,6 +24,63 @@ void refuse_lone_dates(const PlainTable& table, const ColumnMapping& mapping) {
     table.fail_header(
         "the column of dates has no column of times beside it; name it: --column t_s=NAME, or "
         "leave the dates out with --ignore");
+}
+
+// The joints of a row that a recording fills by several messages: the latest value of each, at the
+// time of the row.
+struct LatestJoint {
+  int column;
+  std::string cell;
+  double time = 0;
+};
+
+// Completes rows that have some joints, with the latest values of the others; leaves out those of
+// which one is older than `oldest_s`.
+void gather_joints(ImportedTable& import, double oldest_s) {
+  std::vector<LatestJoint> latest;
+  for (const JointName& joint : import.mapping.joints)
+    latest.push_back({import.mapping.find(joint.column)->column, ""});
+  const auto is_whole = [&](const PlainRow& row) {
+    return std::ranges::none_of(
+        latest, [&](const LatestJoint& joint) { return row.cells[joint.column].empty(); });
+  };
+  if (!import.mapping.has("t") || std::ranges::all_of(import.table.rows, is_whole)) return;
+  const TableReader::Clock clock = TableReader(import.table, import.mapping).clock();
+  const PlainTime zero = clock.is_number ? PlainTime{} : clock.times.front();
+  std::vector<PlainRow> whole;
+  int stale = 0;
+  double oldest = 0, before = -std::numeric_limits<double>::infinity();
+  for (size_t r = 0; r < import.table.rows.size(); ++r) {
+    PlainRow& row = import.table.rows[r];
+    const double now = clock.since(static_cast<int>(r), zero);
+    double age = 0;
+    for (LatestJoint& joint : latest) {
+      std::string& cell = row.cells[joint.column];
+      if (!cell.empty()) joint = {joint.column, cell, now};
+      cell = joint.cell;
+      age =
+          cell.empty() ? std::numeric_limits<double>::infinity() : std::max(age, now - joint.time);
+    }
+    if (age > oldest_s) {
+      ++stale;
+      continue;
+    }
+    oldest = std::max(oldest, age);
+    if (now == before) whole.pop_back();  // messages of one time: the last row has the news of all
+    before = now;
+    whole.push_back(std::move(row));
+  }
+  if (whole.empty())
+    import.table.fail_header(fmt::format(
+        "its messages hold some of the joints each, and at no time all were told within {:g} s; "
+        "do their clocks agree? Else state a longer time: --max-gap-s",
+        oldest_s));
+  std::string note = fmt::format(
+      "joints of several messages: at each time the latest of each, at most {:.3f} s old", oldest);
+  if (stale > 0)
+    note += fmt::format("; {} left out, where one is older (--max-gap-s)", counted(stale, "row"));
+  import.table.notes.push_back(note);
+  import.table.rows = std::move(whole);
 }
 
 // Leaves out rows without joint angles: a file of several topics has rows of the others.
@@ -84,8 +143,11 @@ void read_bag(const std::string& path, const ImportOptions& options, TableRole r
     throw InputError(path + ": is a recording, which states its columns; leave out --preset " +
                      preset->name);
   import.names.set_preset(*find_preset(of_joints ? "plotjuggler-joints" : "plotjuggler-poses"));
-  import.table = read_bag_table(
-      path, {of_joints, of_joints ? options.joints_topic : options.points_topic, options.body});
+  BagSelection selection{
+      of_joints, of_joints ? options.joints_topic : options.points_topic, options.body, {}};
+  if (of_joints)
+    for (const std::string& name : joint_state_names(options)) selection.joints.insert(name);
+  import.table = read_bag_table(path, selection);
 }
 
 }  // namespace
@@ -124,7 +186,10 @@ void map_imported_table(ImportedTable& import, const ImportOptions& options, Tab
     import.table.fail_header(
         "--join stops follows one point, and several stand in each row; choose one with --marker, "
         "or join by id or time");
-  if (import.names.preset() && import.names.preset()->is_sparse) leave_out_empty_rows(import);
+  if (import.names.preset() && import.names.preset()->is_sparse) {
+    leave_out_empty_rows(import);
+    gather_joints(import, options.max_gap_s);
+  }
 }
 
 }  // namespace armtrue

@@ -10,6 +10,8 @@ import io
 import math
 import pathlib
 import random
+import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -19,6 +21,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import ros_bag as bag  # noqa: E402
 
 BIN = None
+ROBOT = pathlib.Path(__file__).resolve().parents[2] / "config/robots/kr360-spindle.yaml"
 BEGIN = 1_700_000_000 * bag.SECOND
 NAMES = ["joint_1", "joint_3", "joint_2", "joint_6", "joint_5", "joint_4"]
 STATES, POSES, TF = "/joint_states", "/mocap/tool", "/tf"
@@ -170,6 +173,47 @@ class Bags(unittest.TestCase):
         self.check(self.read("--points", "a.mcap", "--joints", "a.mcap", "--points-topic", POSES))
         wrong = self.read("--points", "a.mcap", "--joints", "a.mcap", "--points-topic", "/mocap/tol", code=1).stderr
         self.assertIn("/mocap/tool (geometry_msgs/msg/PoseStamped)", wrong)
+
+    def split(self, messages, topics):
+        """The joint states as of two drivers: of joint_1 and, 3 ms later, of the others. `topics`: of the two."""
+        (self.path / "robot.yaml").write_text(re.sub(r"\bA(\d)\b", r"joint_\1", ROBOT.read_text()))
+        found = []
+        for topic, kind, t, data in messages:
+            if topic != STATES:
+                found.append((topic, kind, t, data))
+                continue
+            angles = struct.unpack("<6d", data[-56:-8])
+            found.append((topics[0], kind, t, bag.joint_state(t, NAMES[:1], angles[:1])))
+            found.append((topics[1], kind, t, bag.joint_state(t + 3_000_000, NAMES[1:], angles[1:])))
+        return found
+
+    def read_split(self, messages, code=0, more=()):
+        bag.write_mcap(self.path / "a.mcap", messages)
+        return self.read("--points", "a.mcap", "--joints", "a.mcap", "--robot", "robot.yaml", *more, code=code)
+
+    def test_joints_of_several_drivers_are_gathered(self):
+        whole = recording(self.stops)
+        rail, arm = "/rail/joint_states", "/arm/joint_states"
+        for topics in ((STATES, STATES), (rail, arm)):
+            done = self.read_split(self.split(whole, topics))
+            self.check(done)
+            self.assertIn("at each time the latest of each, at most 0.017 s old", done.stderr)
+        both = self.split(whole, (rail, arm))
+        self.check(self.read_split(both + [m for m in whole if m[0] == STATES]))  # one topic has all
+        again = [("/again", *m[1:]) for m in both if m[0] == arm]
+        self.assertIn("'/again', '/arm/joint_states', '/rail/joint_states' hold joint states",
+                      self.read_split(both + again, code=1).stderr)
+        self.assertIn("the robot's joint_1 is none of them; leave out --joints-topic",
+                      self.read_split(both, 1, ("--joints-topic", arm)).stderr)
+
+    def test_an_old_value_of_a_joint_is_none(self):
+        """One driver is silent at the second stop: there is no stop, rather than one with an angle from elsewhere."""
+        rail = "/rail/joint_states"
+        messages = self.split(recording(self.stops), (rail, STATES))
+        done = self.read_split([m for m in messages if m[0] != rail or not 3 < (m[2] - BEGIN) / bag.SECOND < 12])
+        self.assertRegex(done.stderr, r"4\d\d rows left out, where one is older \(--max-gap-s\)")
+        del self.stops[1]
+        self.check(done)
 
     def test_a_recording_beside_a_table(self):
         bag.write_mcap(self.path / "a.mcap", recording(self.stops))
