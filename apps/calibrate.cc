@@ -57,7 +57,15 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
                              far_above});
 }
 
-void report_not_shown(const app::Command& command, const CalibrationResult& result) {
+void report_not_shown(const app::Command& command, const CalibrationResult& result,
+                      const Campaign& campaign) {
+  if (campaign.has_pixels_only()) {  // nothing to enter
+    if (!set_up_not_shown(result.robot.chain, result.set).empty())
+      command.report(
+          "the tool stays as the robot file has it: the places of camera and board are "
+          "relative to it\n");
+    return;
+  }
   for (const int parameter : set_up_not_shown(result.robot.chain, result.set))
     command.report(not_shown(result.robot.chain, parameter) + "\n");
 }
@@ -133,7 +141,7 @@ int run(app::Command& command, const app::CalibrationArguments& arguments) {
   command.report_written(command.output);
   if (const std::string near = near_nominal_in_words(result, campaign); !near.empty())
     command.report(near + "\n");
-  report_not_shown(command, result);
+  report_not_shown(command, result, campaign);
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       calibration_page(result, robot, campaign,

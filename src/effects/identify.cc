@@ -110,10 +110,14 @@ std::string why_not_identified(const KinematicChain& chain,
              "' belongs to the instrument; its constant is 0, and only effects change it";
     if (index) continue;
     const std::string near = did_you_mean(chain, name);
+    std::string links;
+    for (const Link& link : chain.links) links += (links.empty() ? "" : ", ") + link.name;
+    const std::string example = chain.links[chain.links.size() > 1 ? 1 : 0].name + ".d";
     return "the robot has no parameter '" + name + "'" +
-           (near.empty() ? "; use auto, paper-25, base, tool, names such as A2.d, base.x, tool.rz, "
-                           "patterns such as *.theta, and - before what is taken away, as in "
-                           "auto,-A3.d"
+           (near.empty() ? "; use auto, paper-25, base, tool, names such as " + example +
+                               ", base.x, tool.rz, patterns such as *.theta, and - before what is "
+                               "taken away, as in auto,-" +
+                               example + "; the links are " + links
                          : near);
   }
   return "";

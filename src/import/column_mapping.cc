@@ -47,6 +47,7 @@ class Mapper {
     for (int k = 0; k < std::ssize(table_.columns); ++k) map_column(k);
     take_times_of_dates();
     refuse_target_without_pose();
+    refuse_actual_beside_nominal();
     if (role_ != TableRole::points && (role_ != TableRole::pass || has_joint())) find_joints();
     ColumnUnits units(table_, names_, options_, mapping_.joints);
     require_columns(units);
@@ -226,6 +227,23 @@ class Mapper {
     table_.fail_header("the column '" + name +
                        "' may name the pose or the reflector; say which: --column pose='" + name +
                        "' or --column target='" + name + "'");
+  }
+
+  // "Ist X" alone is what was measured; beside "Soll X" it may be what the controller tells.
+  void refuse_actual_beside_nominal() const {
+    const auto has_word = [&](int k, std::string_view word) {
+      return lower_case(header(k)).find(word) != std::string::npos;
+    };
+    const MappedColumn* const x = mapping_.find("x");
+    if (!x || names_.quantity_of(header(x->column)) || !has_word(x->column, "ist")) return;
+    for (int k = 0; k < std::ssize(table_.columns); ++k)
+      if (has_word(k, "soll") && !names_.is_ignored(header(k)))
+        table_.fail_header("the column '" + header(x->column) + "' stands beside '" + header(k) +
+                           "': if an instrument measured it, say so: --column x_mm='" +
+                           header(x->column) +
+                           "', and its y and z; else leave such columns out: "
+                           "--ignore '" +
+                           header(x->column) + "'");
   }
 
   void require_columns(const ColumnUnits& units) const {

@@ -77,9 +77,12 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
       add("e" + std::to_string(axis), UnitKind::encoder, {"e" + std::to_string(axis)});
     for (const char axis : std::string("xyz")) {
       const std::string name(1, axis);
-      add(name, UnitKind::length, {name, "pos" + name, "position" + name, "poseposition" + name});
+      add(name, UnitKind::length,
+          {name, "pos" + name, "position" + name, "poseposition" + name, name + "wert",
+           "messwert" + name, "ist" + name, name + "ist", "istwert" + name});
       add("r" + name, UnitKind::angle, {"r" + name});
-      add("f" + name, UnitKind::force, {"f" + name, "force" + name});
+      add("f" + name, UnitKind::force,
+          {"f" + name, "force" + name, "kraft" + name, "kraftf" + name});
     }
     for (const char axis : std::string("wxyz")) {
       const std::string name(1, axis);
@@ -104,7 +107,8 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
     add("session", UnitKind::none, {"session"});
     add("target", UnitKind::none, {"target", "reflector", "reflektor"});
     add("t", UnitKind::time,
-        {"t", "time", "timestamp", "datetime", "date/time", "zeit", "zeitstempel", "temps"});
+        {"t", "time", "timestamp", "datetime", "date/time", "zeit", "messzeit", "zeitstempel",
+         "temps"});
     add("date", UnitKind::none, {"date", "datum"});
     add("payload", UnitKind::mass, {"payload", "nutzlast"});
     return names;

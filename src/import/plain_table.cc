@@ -130,9 +130,10 @@ void read_header(Source& source, const TableStyle& style, HeaderSearch& search, 
     throw InputError(table.file + ": is empty; expected a table with a header row");
   throw InputError(
       at_line(table.file, 1) +
-      "the table has no header row with known names, such as X,Y,Z or A1,...,A6; the first "
+      "the table has no header row with known names, such as X,Y,Z, A1,...,A6 or, of a "
+      "pass, Fx,Fy,Fz; the first "
       "line is '" +
-      first + "'; say which column is which: --column x_mm=NAME" +
+      first + "'; say which column is which: --column x_mm=NAME, fx_n=NAME" +
       (has_numbers(first) ? ", or, if the file begins with numbers, put a line of names above them"
                           : ""));
 }

@@ -79,10 +79,12 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
                      std::string(header));
   for (std::string_view name : names) {
     if (std::find(columns_.begin(), columns_.end(), name) != columns_.end())
-      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": " +
-                       (name.empty()
-                            ? "two columns have no name; name or remove them"
-                            : "the column '" + std::string(name) + "' stands twice; remove one"));
+      throw InputError(
+          source_.name() + ":" + std::to_string(source_.line_number()) + ": " +
+          (name.empty()
+               ? "two columns have no name; name or remove them, or convert an exported table "
+                 "with import-readings (of a pass: --pass)"
+               : "the column '" + std::string(name) + "' stands twice; remove one"));
     columns_.emplace_back(name);
   }
 }
@@ -229,9 +231,13 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
             : "; the robot has these axes: name the columns so, add them, or give the robot of "
               "this table.";
   constexpr size_t kOfAnExport = 3;  // with so many missing, another program wrote the table
-  if (missing.size() >= kOfAnExport && what.empty())
-    remedy = std::string("; convert an exported table with import-readings") +
-             (std::ranges::count(missing, "t_s") ? " --pass" : "") + ", or name the columns so.";
+  const bool is_export = missing.size() >= kOfAnExport && what.empty();
+  if (is_export)
+    remedy = std::string("; convert an exported table with ") +
+             (std::ranges::count(missing, "t_s")
+                  ? "import-readings --pass, a robot program with import-readings --program"
+                  : "import-readings, which asks for the units") +
+             ", or name the columns so.";
   if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
     remedy = "; separate them by commas or semicolons, not by tabs.";
   std::vector<std::string> candidates;
@@ -242,7 +248,9 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
         std::ranges::min_element(candidates, {}, [&](const std::string& candidate) {
           return std::pair(distance_without_unit(candidate, name), edit_distance(candidate, name));
         });
-    if (nearest != candidates.end() && may_be_a_slip(*nearest, name)) {
+    const bool is_slip = nearest != candidates.end() && may_be_a_slip(*nearest, name);
+    // In an export a name that is near may have another unit.
+    if (is_slip && (!is_export || lower_case(*nearest) == lower_case(name))) {
       remedy = "; is '" + *nearest + "' meant to be '" + name + "'?";
       break;
     }

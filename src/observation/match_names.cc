@@ -104,6 +104,16 @@ std::optional<ContactPoint> find_pixel(const KinematicChain& chain, const std::s
   return ContactPoint{*camera, *point, *board};
 }
 
+// How a robot file states one.
+std::string example_of(ContactKind kind) {
+  if (kind == ContactKind::beam) return "";
+  return std::string(", such as ") +
+         (kind == ContactKind::camera
+              ? "eye: {on: arm, fx_px: 1500, fy_px: 1500, cx_px: 640, cy_px: 512}"
+              : "board: {on: cell, pattern: \"checkerboard:9x6:25mm\"}") +
+         "; armtrue-formats(5), IMAGES, has both";
+}
+
 // Why a beam, a camera or a board is not found.
 std::string why_not_one(const KinematicChain& chain, ContactKind kind, const std::string& name) {
   const std::string word = kind == ContactKind::camera  ? "camera"
@@ -117,7 +127,7 @@ std::string why_not_one(const KinematicChain& chain, ContactKind kind, const std
                    word + "' which one it is"
              : std::string("a row with ") +
                    (kind == ContactKind::beam ? "a beam" : "u_px and v_px") + " needs the " + word +
-                   "; add it to the robot file, under '" + word + "s'";
+                   "; add it to the robot file, under '" + word + "s'" + example_of(kind);
 }
 
 std::string why_no_pixel(const KinematicChain& chain, const std::string& text) {

@@ -183,7 +183,9 @@ std::string certificate_page(const Certificate& certificate,
   page.add(poses_table(certificate.poses, expanded));
   page.section("Files");
   page.add(page.inputs());
-  page.add("<table class=\"sign\"><tr><td>Place, date</td><td>Signature</td></tr></table>\n");
+  page.add(
+      "<table class=\"sign\"><tr><th scope=\"col\">Place, date</th><th "
+      "scope=\"col\">Signature</th></tr></table>\n");
   return page.finish(false).html;
 }
 

@@ -102,9 +102,14 @@ std::string keyed_share(double share, const std::string& key) {
 }
 
 std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
-  std::string html = "<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>";
-  for (const std::string& cell : head) html += "<th scope=\"col\">" + cell + "</th>";
-  html += "</tr></thead>\n<tbody>\n";
+  std::string html = "<div class=\"scroll\" tabindex=\"0\"><table>\n";
+  if (std::ranges::any_of(head, [](const std::string& cell) { return !cell.empty(); })) {
+    html += "<thead><tr>";
+    for (const std::string& cell : head)
+      html += cell.empty() ? "<td></td>" : "<th scope=\"col\">" + cell + "</th>";
+    html += "</tr></thead>\n";
+  }
+  html += "<tbody>\n";
   for (const TableRow& row : rows) {
     html += "<tr>";
     for (size_t k = 0; k < row.size(); ++k)

@@ -66,7 +66,7 @@ const char* page_style() {
          ".share{height:.6rem;background:var(--grid);border-radius:.3rem;margin:.3rem 0;"
          "max-width:26rem}.share i{display:block;height:100%;background:var(--after);"
          "border-radius:.3rem;print-color-adjust:exact}"
-         ".sign{width:100%;margin-top:1.5rem}.sign td{width:50%;height:4.5em;"
+         ".sign{width:100%;margin-top:1.5rem}.sign th{font-weight:400;width:50%;height:4.5em;"
          "vertical-align:bottom;text-align:left}"
          "@page{size:A4;margin:14mm}"
          "@media print{body{font-size:10pt}main{max-width:none;padding:0}"

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "armtrue/kinematics/parameters.h"
@@ -231,7 +233,13 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.sessions.empty()) lost.emplace_back("sessions");
   if (!robot.chain.targets.empty()) lost.emplace_back("targets");
   if (!robot.chain.anchors.empty()) lost.emplace_back("anchors");
-  if (!robot.chain.contacts.empty()) lost.emplace_back("contacts");
+  std::set<std::string> kinds;
+  for (const Contact& contact : robot.chain.contacts)
+    kinds.insert(contact.kind == ContactKind::camera  ? "cameras"
+                 : contact.kind == ContactKind::board ? "boards"
+                 : contact.kind == ContactKind::beam  ? "beams"
+                                                      : "contacts");
+  lost.insert(lost.end(), kinds.begin(), kinds.end());
   if (robot.gravity != Vector3d(0, 0, -9.81)) lost.emplace_back("gravity_m_s2");
   if (robot.floor != 0) lost.emplace_back("floor_mm");
   if (robot.identify != std::vector<std::string>{"auto"}) lost.emplace_back("identify");

@@ -36,6 +36,12 @@ TEST(Page, ShowsAValueWithItsPath) {
   EXPECT_EQ(page().value("all"), "-");
 }
 
+TEST(Page, HasNoColumnHeadersWithoutWords) {
+  EXPECT_THAT(table({"", "now"}, {{"a", "1"}}), HasSubstr("<td></td><th scope=\"col\">now</th>"));
+  EXPECT_THAT(table({"", ""}, {{"a", "1"}}),
+              Not(testing::AnyOf(HasSubstr("thead"), HasSubstr("<td></td>"))));
+}
+
 TEST(Page, ShowsNoDigitsThatOnlyRoundingMakes) {
   EXPECT_THAT(page().value("all/rp_mm"), HasSubstr(">0.0000<"));
   EXPECT_THAT(page().value("all/ap_mrad"), HasSubstr(">0.0000<"));

@@ -26,6 +26,8 @@ bool has_lens(Lens lens, int intrinsic) {
 }
 
 void read_mounting(YamlMap& map, Contact& contact) {
+  if (!map.has("on"))
+    map.fail("on", "is missing; write arm (fixed in the measured frame) or cell (at rest)");
   const std::string on = map.text("on");
   if (on != "arm" && on != "cell")
     map.fail("on", "'" + on + "' is none of arm (fixed in the measured frame) and cell (at rest)");
