@@ -397,8 +397,8 @@ CopiedRows copied_rows(const Campaign& campaign) {
       if (copies.rows.size() == 1 || b < copies.row) copies.row = b, copies.of = a;
       continue;
     }
-    alike += static_cast<double>(
-        (campaign.position[a].array() == campaign.position[b].array()).count());
+    alike +=
+        static_cast<double>((campaign.position[a].array() == campaign.position[b].array()).count());
     ++others;
   }
   const auto found = static_cast<double>(copies.rows.size());

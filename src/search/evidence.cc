@@ -472,7 +472,8 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     }
     const auto in_place = candidates_in_place_of(model, k);
     const bool is_part = cancels(fitted, result.fit.robot.effects, campaign);
-    // What a family explains together is not beaten by a curve that explains the part of one member.
+    // What a family explains together is not beaten by a curve that explains the part of one
+    // member.
     if (is_part || (traced.shared_with.empty() && is_beaten(model, k, in_place.scores))) {
       if (!is_part) traced.beaten_cause = traced.effect.name;
       traced.from_catalogue = false;
