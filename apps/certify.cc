@@ -77,7 +77,7 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   const About about = command.read_about(arguments.about);
   std::optional<CertifiedValues> before;
   if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
-  const Campaign campaign = command.read_campaign(command.input, robot, true);
+  const Campaign campaign = command.read_campaign(command.input, robot, app::Command::Copies::keep);
   if (campaign.has_pixels())
     throw InputError(campaign.source +
                      ": a certificate is of points that an instrument read, not of images; give "

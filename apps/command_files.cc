@@ -55,7 +55,7 @@ void Command::add_robot_to_inputs(const RobotFile& file) {
   for (const std::string& doubt : doubts_of_sizes(file.robot.chain)) warn(file.name + ": " + doubt);
 }
 
-Campaign Command::read_campaign(const std::string& path, const Robot& robot, bool with_copies) {
+Campaign Command::read_campaign(const std::string& path, const Robot& robot, Copies copies) {
   progress("reading measurements");
   CampaignFile file = armtrue::read_campaign(path, robot.chain);
   inputs_.emplace_back(file.campaign.source, file.sha256);
@@ -69,7 +69,7 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot, boo
   if (!findings.errors.empty())
     throw InputError(file.campaign.source + ": " + findings.errors.front());
   for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
-  if (!with_copies) leave_out_copies(file.campaign);
+  if (copies == Copies::leave_out) leave_out_copies(file.campaign);
   if (const RenumberedImages renumbered = find_renumbered_images(robot, file.campaign);
       !renumbered.rows.empty()) {
     warn(file.campaign.source + ": " + renumbered.words);

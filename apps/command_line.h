@@ -103,9 +103,11 @@ class Command : public OptionGroup {
   /// Of a robot that was read before the other inputs; warns of its sizes.
   void add_robot_to_inputs(const RobotFile& file);
   /// Contradictions between columns are errors or warnings (see check_log()). Sessions begin at the
-  /// times of --new-session-at-s. Copies of readings are left out with a warning (copied_rows()),
-  /// unless they are asked for. Call refuse_mistakes() on the result.
-  Campaign read_campaign(const std::string& path, const Robot& robot, bool with_copies = false);
+  /// times of --new-session-at-s. A fit leaves out copies of readings, with a warning
+  /// (copied_rows()). Call refuse_mistakes() on the result.
+  enum class Copies { leave_out, keep };
+  Campaign read_campaign(const std::string& path, const Robot& robot,
+                         Copies copies = Copies::leave_out);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
   /// Takes the effects without a name out of a robot that is to be fitted, with a warning.

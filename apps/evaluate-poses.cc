@@ -97,7 +97,7 @@ int run(app::Command& command, const Arguments& arguments) {
     command.warn(arguments.against + " is calibrated and " + arguments.robot +
                  " is not: the gain of the second over the first is meant; exchange --robot and "
                  "--against if it is not");
-  const Campaign campaign = command.read_campaign(command.input, given);
+  const Campaign campaign = command.read_campaign(command.input, given, app::Command::Copies::keep);
   command.warn_of_training(file, campaign,
                            "their errors are what the fit left, not those of other poses");
   const std::optional<About> about = app::read_about(command, arguments.page);

@@ -89,7 +89,7 @@ MeasuredLoop read_measured_loop(Command& command, const LoopArguments& arguments
     if (!arguments.uses_all_poses() && !command.warned_of_change) measured.all = {};
   } else {
     measured.training = measured.all;
-    measured.held_out = command.read_campaign(arguments.test, robot);
+    measured.held_out = command.read_campaign(arguments.test, robot, Command::Copies::keep);
     sensor.take_off(measured.held_out, robot.chain);
     warn_of_all(command, {trust_usual_deviation(robot, measured.held_out)});
     refuse_mistakes(command, robot, measured.held_out);

@@ -50,7 +50,7 @@ PlanOptions plan_options(const Command& command, const PlanArguments& arguments)
 
 Campaign poses_to_complement(Command& command, const PlanArguments& arguments, const Robot& robot) {
   if (arguments.given.empty()) return {};
-  Campaign given = command.read_campaign(arguments.given, robot);
+  Campaign given = command.read_campaign(arguments.given, robot, Command::Copies::keep);
   refuse_mistakes(command, robot, given);
   return given;
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <string_view>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/way.h"
@@ -188,10 +187,6 @@ std::vector<std::string> warnings_of(const RobotProgram& program,
       warnings.add(program.targets[move.target].line,
                    "stands in a loop; the path has one turn of it");
   std::vector<std::string> all = program.warnings;
-  constexpr std::string_view kLeft = ": left alone: ";  // of a correction, which is not made here
-  for (std::string& warning : all)
-    if (const size_t at = warning.find(kLeft); at != std::string::npos)
-      warning.replace(at, kLeft.size(), ": not in the path: ");
   const std::vector<std::string> own = warnings.list();
   all.insert(all.end(), own.begin(), own.end());
   return all;

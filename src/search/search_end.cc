@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -132,23 +133,28 @@ void ModelSearch::split_families() {
   }
 }
 
-// If those without evidence of their own show together, the one with the most is the finding, and
-// the others share it.
+// If no member has evidence of its own, but all together have, the one with the most is the
+// finding, and the others share it. So it is of the instrument's, too, where some have: the lengths
+// of the arm depend on the parts.
 void ModelSearch::judge_members(const std::string& family) {
   constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it
   for (;;) {
-    std::vector<int> weak;
-    std::vector<double> scores;
+    std::vector<int> members, weak;
+    std::map<int, double> scores;
     for (int k = 0; k < model_.chosen_count(); ++k) {
       const std::optional<Family>& own = model_.chosen()[k].effect.family;
-      scores.push_back(own && own->name == family ? model_.score_of({k}).score : 1);
-      if (scores.back() <= 0) weak.push_back(k);
+      if (!own || own->name != family) continue;
+      members.push_back(k);
+      scores[k] = model_.score_of({k}).score;
+      if (scores[k] <= 0) weak.push_back(k);
     }
     add_those_that_share(weak);
     if (weak.empty()) return;
     const CandidateScore together = model_.score_of_members(weak, {});
+    const bool show_together =
+        weak == members || moves_reading_alone(owner_of(model_.chosen()[weak.front()].effect));
     if (together.gain > kAic * together.degrees_of_freedom) {
-      if (together.score > 0)
+      if (show_together && together.score > 0)
         weak.erase(std::ranges::max_element(weak, {}, [&](int k) { return scores[k]; }));
       model_.hold(weak);
       return;

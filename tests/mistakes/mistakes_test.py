@@ -545,8 +545,8 @@ TABLE = {
         lambda r: r.update(session="Day1" if float(r["t_s"]) < 1800 else "day 1"))), 0, "if they are one, write one name"),
     # copies
     "rows doubled": (campaign(in_turn(without("repeat"), twice)), 1, "time included"),
-    "rows doubled without time": (campaign(in_turn(without("repeat", "t_s"), twice)), 0, "if they are copies"),
-    "rows doubled with a later time": (campaign(in_turn(without("repeat"), later_copies)), 0, "but for the time"),
+    "rows doubled without time": (campaign(in_turn(without("repeat", "t_s"), twice)), 0, "a copy is no second visit"),
+    "rows doubled with a later time": (campaign(in_turn(without("repeat"), later_copies)), 0, "a copy is no second visit"),
     # the frame and the scale of the instrument
     "later half in another frame": (campaign(in_turn(turned("x_mm", "y_mm", 0.2, lambda r: float(r["t_s"]) > 2000),
                                                      add("a_deg", 0.2, lambda r: float(r["t_s"]) > 2000))), 0,
@@ -636,7 +636,7 @@ TABLE = {
         lambda: (make("simulate-poses", "--robot", ROBOT, "--count", 600, "--noise-mm", 0.1, "--noise-mrad", 0.15, "-o",
                       "long.csv"), campaign(rows_late(1), source="long.csv")())[1], 1,
         "stand 1 row later than their joint angles"),
-    "rows doubled with other numbers": (campaign(numbered_copies), 0, "if they are copies"),
+    "rows doubled with other numbers": (campaign(numbered_copies), 0, "a copy is no second visit"),
     # digits
     "points in steps of 1 mm": (campaign(rounded(1)), 0, "the points have steps of 1 mm"),
     "orientations in steps of 0.1 deg": (campaign(rounded(0.1, ANGLES)), 0, "the orientations have steps of 0.1 deg"),

@@ -53,7 +53,8 @@ TEST(Description, AFamilyOfWhichNoMemberIsShownHasItsName) {
   traced.effect.family = {"thermal growth of the arm", 1};
   traced.shared_with.resize(2, traced.effect);
   traced.shared_with.front().parameter = "A3.d";
-  EXPECT_THAT(for_the_cell(traced, nullptr, loop.trace.fit.robot), HasSubstr("; or A3.d and"));
+  EXPECT_THAT(for_the_cell(traced, nullptr, loop.trace.fit.robot),
+              HasSubstr("; or A2.theta and A3.d, or all of these"));
   EXPECT_THAT(verdict_in_words(loop), HasSubstr("'thermal growth of the arm' is there"));
 }
 
