@@ -105,8 +105,8 @@ Things contacts_of(const Campaign& campaign) {
                   "moved, give it another name from there on"};
   std::vector<int> of_name;
   for (const std::string& text : campaign.contact_names) {
-    const std::string touched = BeamName::is_one(text) ? BeamName(text).contact : text;
-    const std::string name = touched.substr(0, touched.find('/'));
+    const size_t begin = text.find(':') + 1;  // behind the name of a beam, if there is one
+    const std::string name = text.substr(begin, text.find('/', begin) - begin);
     const auto known = std::ranges::find(contacts.names, name);
     of_name.push_back(static_cast<int>(known - contacts.names.begin()));
     if (known == contacts.names.end()) contacts.names.push_back(name);

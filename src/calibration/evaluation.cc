@@ -437,6 +437,10 @@ std::vector<double> image_errors(const Evaluation& evaluation, const Campaign& c
   return {};
 }
 
+double mean_reading_error(const Robot& robot, const Campaign& campaign) {
+  return summarize(evaluate(robot, campaign).reading_errors()).mean;
+}
+
 PoseErrors errors_of(const Evaluation& evaluation, const Campaign& campaign) {
   PoseErrors errors;
   errors.position = summarize(evaluation.reading_errors());

@@ -33,8 +33,8 @@ std::optional<LeftOut> left_out_but_shown(const Robot& robot, const Campaign& ca
   if (orientations > 0)
     fall += 2 * orientations * std::log(narrow.sigma.orientation / wide.sigma.orientation);
   if (fall <= count * std::log(equations)) return std::nullopt;
-  left_out.without = summarize(evaluate(narrow.robot, campaign).reading_errors()).mean;
-  left_out.with = summarize(evaluate(wide.robot, campaign).reading_errors()).mean;
+  left_out.without = mean_reading_error(narrow.robot, campaign);
+  left_out.with = mean_reading_error(wide.robot, campaign);
   return left_out;
 }
 

@@ -67,7 +67,7 @@ std::optional<std::string> find_unlikely_change(const Robot& nominal, const Plai
   constexpr double kShareSeen = 0.05;  // of a length, or of an angle by 1 m
   try {
     const Robot placed = placed_nominal(nominal, fit.readings);
-    const double error = summarize(evaluate(placed, fit.readings).reading_errors()).mean;
+    const double error = mean_reading_error(placed, fit.readings);
     if (error < kShareSeen * change->size) return std::nullopt;
   } catch (const std::invalid_argument&) {
     return std::nullopt;  // base and tool are not shown

@@ -459,4 +459,9 @@ std::string unknown_noise_in_words(const LoopResult& result) {
       result.after / kMillimetre, result.of_images ? "pixel_px" : "position_mm");
 }
 
+std::string describe(const Effect& effect) {
+  return to_string(effect.parameter) + " follows " + to_string(effect.driver) + " (" +
+         to_string(effect.shape) + ")";
+}
+
 }  // namespace armtrue

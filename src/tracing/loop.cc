@@ -21,6 +21,7 @@
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
 #include "tracing/contradicted_rows.h"
+#include "tracing/held_out.h"
 #include "tracing/joint_curves.h"
 #include "tracing/judged_names.h"
 #include "tracing/rows_at_steps.h"
@@ -30,28 +31,6 @@ namespace {
 
 int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
-}
-
-// The pose of each reading of an evaluation.
-std::vector<int> poses_of_readings(const Campaign& campaign) {
-  const std::vector<int> poses = campaign.pose_by_id(), first = campaign.first_rows_of_readings();
-  if (first.empty()) return poses;
-  std::vector<int> of_readings;
-  for (int row : first) of_readings.push_back(poses[row]);
-  return of_readings;
-}
-
-// Bootstrap interval of mean(a) - mean(b): poses are drawn with replacement, each with all its
-// readings.
-std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::vector<double>& b,
-                                       const std::vector<int>& pose, const TraceOptions& options) {
-  const int poses = 1 + *std::max_element(pose.begin(), pose.end());
-  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, 2);  // sum of differences, readings
-  for (size_t k = 0; k < a.size(); ++k)
-    by_pose.row(pose[k]) += Eigen::RowVector2d(a[k] - b[k], 1);
-  const Eigen::MatrixXd sums = drawn_sums(by_pose, options.bootstrap, options.seed);
-  const Eigen::VectorXd means = sums.col(0).cwiseQuotient(sums.col(1));
-  return percentile_interval({means.begin(), means.end()}, poses);
 }
 
 // Bootstrap interval of reducible_removed. The floor of replicates is drawn too, by the normal law
@@ -153,6 +132,19 @@ Stage stage_of(size_t k, const Training& training, const std::vector<Calibration
   return stage;
 }
 
+// The sequence of models, the applied arm last. `why_geometry`: why the last one of the search is
+// the geometry again; or empty.
+void set_stages(const Training& training, const Campaign& held_out, const std::string& why_geometry,
+                LoopResult& result) {
+  for (size_t k = 0; k < training.errors.size(); ++k)
+    result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
+  if (!why_geometry.empty()) result.stages.back().name = "geometric, as " + why_geometry;
+  if (!result.applied) return;
+  Stage& stage = result.applied->stage;
+  if (held_out.rows() > 0) stage.held_out = errors_of(result.applied->fit.robot, held_out);
+  result.stages.push_back(stage);
+}
+
 // 99 % quantile of the mean error of a perfect model, as a factor of the floor: with n held-out
 // readings and f degrees of freedom of the floor, 1 + 2.33 sqrt(cv^2 (1 + v^2) / n + 1 / 2f). cv:
 // standard deviation over mean of the length of a normal error: 0.42 in three axes, 0.76 in one. v:
@@ -214,24 +206,15 @@ int poses_to_hold_out(const Training& training, const LoopResult& result) {
   return std::max(1, static_cast<int>(std::ceil(needed)) - result.training_poses);
 }
 
-// Of an effect; `without`: the model without it, `with`: the errors with it.
-HeldOutGain gain_over(const Robot& without, const std::vector<double>& with,
-                      const Campaign& held_out, const TraceOptions& options) {
-  const std::vector<double> errors = evaluate(without, held_out).reading_errors();
-  return {summarize(errors).mean - summarize(with).mean,
-          paired_bootstrap(errors, with, poses_of_readings(held_out), options)};
-}
-
 // Errors before and after on the held-out poses, and the held-out gain of each effect.
 // Errors count all of `held_out`, gains those that are `sound`.
 void set_held_out(const Training& training, const Campaign& held_out, const Campaign& sound,
                   const TraceOptions& options, LoopResult& result) {
-  const std::vector<int> poses = poses_of_readings(held_out);
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).reading_errors();
   const std::vector<double> named = evaluate(result.trace.fit.robot, held_out).reading_errors();
   result.after_named = summarize(named).mean;
   if (const auto alone = arm_alone(result_of(result).robot, *training.sound))
-    result.after_arm = summarize(evaluate(*alone, held_out).reading_errors()).mean;
+    result.after_arm = mean_reading_error(*alone, held_out);
   result.errors_after =
       result.applied ? evaluate(result.applied->fit.robot, held_out).reading_errors() : named;
   const auto worst = std::ranges::max_element(result.errors_after) - result.errors_after.begin();
@@ -246,59 +229,12 @@ void set_held_out(const Training& training, const Campaign& held_out, const Camp
   if (reducible > 0)
     result.reducible_removed = std::clamp(
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
-  result.removed_ci95 = removed_ci95(result, poses, options);
-  result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
+  result.removed_ci95 = removed_ci95(result, poses_of_readings(held_out), options);
+  result.gain_ci95 = gain_of(result.errors_before, result.errors_after, held_out, options).ci95;
   const std::vector<double> with = evaluate(result.trace.fit.robot, sound).reading_errors();
   for (const Robot& without : training.without_effect)
-    result.gains.push_back(gain_over(without, with, sound, options));
-}
-
-double standard_error(const std::array<double, 2>& ci95) {
-  constexpr double kErrorsIn95 = 3.92;
-  return (ci95[1] - ci95[0]) / kErrorsIn95;
-}
-
-// Whether a model predicts held-out poses worse than another: by a standard error, and by so much
-// that it matters.
-bool is_worse(const std::vector<double>& before, const std::vector<double>& after,
-              const std::array<double, 2>& gain_ci95) {
-  const double gain = summarize(before).mean - summarize(after).mean;
-  return gain < -standard_error(gain_ci95) &&
-         summarize(after).mean > kCountsAsWorse * summarize(before).mean;
-}
-
-bool is_better(const HeldOutGain& gain) { return gain.position > standard_error(gain.ci95); }
-
-// The effects that were found, if held-out poses are predicted worse with them.
-std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Campaign& held_out,
-                                            const TraceOptions& options) {
-  const std::vector<Effect>& effects = trace.fit.robot.effects;
-  const size_t declared = trace.stages.front().robot.effects.size();
-  if (effects.size() == declared || held_out.rows() == 0) return std::nullopt;
-  const std::vector<double> before =
-      evaluate(trace.stages.front().robot, held_out).reading_errors();
-  const std::vector<double> after = evaluate(trace.fit.robot, held_out).reading_errors();
-  const auto gain = paired_bootstrap(before, after, poses_of_readings(held_out), options);
-  if (!is_worse(before, after, gain)) return std::nullopt;
-  RejectedModel rejected{{}, summarize(after).mean, gain};
-  if (!trace.effects.empty()) rejected.p_value = trace.effects.front().evidence.p_value;
-  for (const TracedEffect& traced : trace.effects)
-    rejected.effects.push_back(describe(traced.effect));
-  for (size_t k = declared; k < effects.size() - trace.effects.size(); ++k)
-    rejected.effects.push_back(describe(effects[k]));
-  return rejected;
-}
-
-// Whether all that the search left in the model are effects that their prior alone holds, and
-// held-out poses are not predicted better with them, by a standard error. Nothing else speaks for
-// them, and an arm without them would become worse.
-bool is_against_held(const TraceResult& trace, const Campaign& held_out,
-                     const TraceOptions& options) {
-  const bool has_held =
-      std::ssize(trace.fit.robot.effects) > std::ssize(trace.stages.front().robot.effects);
-  if (!has_held || !trace.effects.empty() || held_out.rows() == 0) return false;
-  const std::vector<double> with = evaluate(trace.fit.robot, held_out).reading_errors();
-  return !is_better(gain_over(trace.stages.front().robot, with, held_out, options));
+    result.gains.push_back(
+        gain_of(evaluate(without, sound).reading_errors(), with, sound, options));
 }
 
 // Whether a camera or a board moved among the images, and no effect explains it: none of time, nor
@@ -314,103 +250,36 @@ bool something_moved(const Campaign& given, const Training& training) {
   return explanation_of_rest(fit, *training.sound).has_value();
 }
 
-// Whether the training poses alone say too little for an effect: it entered because something is
-// missing, but by chance others would, too.
-bool is_weak(const TracedEffect& traced, const TraceOptions& options) {
-  return traced.evidence.p_value > options.significance_without_lack_of_fit;
-}
-
-// Whether held-out poses support an effect as far as it needs that: a weak one without a listed
-// cause by a standard error, a weak one with a cause at all.
-bool is_supported(const TracedEffect& traced, const HeldOutGain& gain,
-                  const TraceOptions& options) {
-  if (gain.denied()) return false;
-  if (!is_weak(traced, options)) return true;
-  return traced.in_words.empty() ? is_better(gain) : gain.position >= 0;
-}
-
-// Of the found effects that held-out poses deny in position, or weak ones that they do not support,
-// and that they do not support in orientation, the one that raises the error most. Where other
-// causes explain as much as one that is not weak, held-out poses deny its name, not that something
-// is there.
-std::optional<size_t> worst_effect(const Training& training, const Campaign& held_out,
-                                   const TraceOptions& options) {
-  const Robot& model = training.trace.fit.robot;
-  const std::vector<double> with = evaluate(model, held_out).reading_errors();
-  const auto turn = [&](const Robot& robot) {
-    const auto errors = errors_of(robot, held_out).orientation;
-    return errors ? errors->mean : 0;
-  };
-  std::optional<size_t> worst;
-  double least = std::numeric_limits<double>::infinity();
-  for (size_t k = 0; k < training.trace.effects.size(); ++k) {
-    const TracedEffect& traced = training.trace.effects[k];
-    if (traced.effect.family) continue;  // not shown alone
-    if (is_undecided(traced) && !is_weak(traced, options)) continue;
-    const Robot& without = training.without_effect[k];
-    const HeldOutGain gain = gain_over(without, with, held_out, options);
-    if (is_supported(traced, gain, options) || gain.position >= least ||
-        turn(without) > turn(model))
-      continue;
-    least = gain.position;
-    worst = k;
-  }
-  return worst;
-}
-
-// Leaves out found effects that held-out poses deny, the worst first.
-void leave_out_worse(JudgedTraining& judged, const Campaign& held_out, const Catalogue& catalogue,
-                     const TraceOptions& options, LoopResult& result) {
-  if (held_out.rows() == 0) return;
-  Training& training = judged.training;
-  const Campaign& sound = *training.sound;
-  while (const std::optional<size_t> worst = worst_effect(training, held_out, options)) {
-    result.without_gain.push_back(describe(training.trace.effects[*worst].effect));
-    leave_out_effect(training, *worst, options);
-  }
-  if (result.without_gain.empty()) return;
-  const CalibrationResult& fit = training.trace.fit;
-  judged.random =
-      judged.instrument_errs
-          ? random_effects_beside(without_laws(fit, sound), sound, &catalogue, judged.wandering)
-          : random_effects_beside(fit, sound, nullptr, judged.wandering);
-}
-
-// Mean held-out error with the effects of this campaign alone.
-double left_of_readings(const Robot& all, const Campaign& held_out) {
-  return summarize(evaluate(all, in_order_of_visits(held_out)).reading_errors()).mean;
-}
-
-// Whether held-out poses speak for random effects. Where joints err more than the instrument does,
-// as rounded angles do, the few held-out poses are predicted better by chance: then by a standard
-// error. Beside random errors of the instrument the arm need not predict better than beside a law.
-bool speak_for(const Robot& applied, const JudgedTraining& judged, const Campaign& held_out,
-               const TraceOptions& options) {
-  const std::vector<double> after = evaluate(applied, held_out).reading_errors();
-  const HeldOutGain gain = gain_over(judged.training.trace.fit.robot, after, held_out, options);
-  const double before = summarize(after).mean + gain.position;
-  if (judged.instrument_errs) return summarize(after).mean <= kCountsAsWorse * before;
-  return judged.random.joints_err ? is_better(gain) : gain.position >= 0;
+// Why the result is the geometry, though there are effects; empty if it is not, or if there are
+// none. Sets `result.rejected`.
+std::string why_geometry_alone(const TraceResult& trace, const Campaign& held_out,
+                               const TraceOptions& options, LoopResult& result) {
+  if (trace.stages.size() == 1) return "";
+  if (result.angles_read_early) return "the angles were not read at standstill";
+  if (result.moved) return "something moved among the images";
+  result.rejected = rejected_model(trace, held_out, options);
+  if (result.rejected) return "the effects predict worse";
+  if (is_against_held(trace, held_out, options)) return "what priors alone hold predicts no better";
+  return "";
 }
 
 // Sets the applied arm, unless held-out poses speak against random effects.
 void set_applied(const JudgedTraining& judged, const Campaign& held_out,
                  const TraceOptions& options, LoopResult& result) {
   const RandomEffects& random = judged.random;
+  if (random.lasting.empty() && random.of_campaign.empty()) return;
   const Campaign timed = in_order_of_visits(*judged.training.sound);
   CalibrationResult all = beside(
       judged.instrument_errs ? without_laws(judged.training.trace.fit, *judged.training.sound)
                              : judged.training.trace.fit,
       timed, random);
   if (!random.of_campaign.empty() && held_out.rows() > 0 && held_out.source == timed.source)
-    result.after_readings = left_of_readings(all.robot, held_out);
+    result.after_readings = mean_reading_error(all.robot, in_order_of_visits(held_out));
   if (random.lasting.empty()) return;
   AppliedArm applied{
       without_campaign(std::move(all), timed, random), {}, random.groups, judged.instrument_errs};
   const Robot& robot = applied.fit.robot;
-  if (held_out.rows() > 0) {
-    if (!speak_for(robot, judged, held_out, options)) return;
-  }
+  if (held_out.rows() > 0 && !speak_for(robot, judged, held_out, options)) return;
   applied.stage.name = "+ what the arm does besides, without a name";
   applied.stage.parameters = static_cast<int>(applied.fit.names.size());
   applied.stage.training = training_errors(robot, judged.training);
@@ -431,12 +300,9 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
   if (held_out.rows() > 0) {
     const Campaign sound = sound_held_out(held_out, result);
     raised = judge_held_out(training, sound, result);
-    const auto mean_of = [](const Robot& robot, const Campaign& readings) {
-      return summarize(evaluate(robot, readings).reading_errors()).mean;
-    };
-    result.after_sound = mean_of(result.trace.fit.robot, sound);
-    after = mean_of(result_of(result).robot, held_out);
-    nominal = mean_of(result.nominal, held_out);
+    result.after_sound = mean_reading_error(result.trace.fit.robot, sound);
+    after = mean_reading_error(result_of(result).robot, held_out);
+    nominal = mean_reading_error(result.nominal, held_out);
   }
   const int readings = held_out.readings();
   const double of_noise = highest_of_floor(result.noise, readings, held_out);
@@ -535,23 +401,33 @@ void set_parts(LoopResult& result) {
     result.parts.push_back({group.name + ", without a name", group.of_arm, group.position});
 }
 
-}  // namespace
-
-std::string describe(const Effect& effect) {
-  return to_string(effect.parameter) + " follows " + to_string(effect.driver) + " (" +
-         to_string(effect.shape) + ")";
+void set_counts(const Campaign& training, const Campaign& held_out, LoopResult& result) {
+  result.of_touches = training.has_touches();
+  result.of_images = training.has_pixels_only();
+  result.of_distances = training.reads_one_number() && !result.of_touches;
+  result.training_poses = count_poses(training);
+  result.rows = training.readings() + held_out.readings();
 }
+
+// The curves of found effects, and the effects that a prior alone holds. `given`: the robot that
+// was.
+void set_effects(const Robot& given, const Campaign& training, LoopResult& result) {
+  const std::vector<Effect>& effects = result.trace.fit.robot.effects;
+  const size_t first = effects.size() - result.trace.effects.size();
+  for (size_t k = first; k < effects.size(); ++k)
+    result.curves.push_back(
+        effect_curve(result.trace.fit, training, k, result.trace.bootstrap_draws));
+  result.held.assign(effects.begin() + given.effects.size(), effects.begin() + first);
+}
+
+}  // namespace
 
 LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& all_held_out,
                       const Catalogue& catalogue, const TraceOptions& options,
                       bool angles_read_early) {
   require_known_sessions(given, all_held_out);
   LoopResult result;
-  result.of_touches = given.has_touches();
-  result.of_images = given.has_pixels_only();
-  result.of_distances = given.reads_one_number() && !result.of_touches;
-  result.training_poses = count_poses(given);
-  result.rows = given.readings() + all_held_out.readings();
+  set_counts(given, all_held_out, result);
   JudgedTraining judged = judged_training(
       robot, given, all_held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
   Training& training = judged.training;
@@ -561,52 +437,28 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.held_out_poses = count_poses(judged_held_out);
   set_excluded_rows(training, given, result);
   set_gross_held_out(training, judged_held_out, result);
-  std::optional<Campaign> without_blunders;
-  const Campaign& held_out =
-      result.are_blunders
-          ? without_blunders.emplace(without_gross(judged_held_out, result.gross_held_out))
-          : judged_held_out;
+  const Campaign held_out =
+      result.are_blunders ? without_gross(judged_held_out, result.gross_held_out) : judged_held_out;
   result.moved = something_moved(given, training);
   result.common_backlash = common_backlash(robot.chain, training.trace.effects);
   result.angles_read_early = angles_read_early || result.common_backlash;
-  const bool geometry_alone = result.moved || result.angles_read_early;
-  const bool has_effects = training.trace.stages.size() > 1;
-  if (!geometry_alone) result.rejected = rejected_model(training.trace, held_out, options);
-  const bool against_held = !result.rejected && is_against_held(training.trace, held_out, options);
-  if (result.rejected || (geometry_alone && has_effects) || against_held)
-    fall_back_to_geometry(judged);
+
+  const std::string why_geometry = why_geometry_alone(training.trace, held_out, options, result);
+  if (why_geometry.empty())
+    result.without_gain = leave_out_worse(judged, held_out, catalogue, options);
   else
-    leave_out_worse(judged, held_out, catalogue, options, result);
-  if (!geometry_alone && (!judged.random.lasting.empty() || !judged.random.of_campaign.empty()))
-    set_applied(judged, held_out, options, result);
+    fall_back_to_geometry(judged);
+  if (!result.moved && !result.angles_read_early) set_applied(judged, held_out, options, result);
   result.wandering = judged.wandering;
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
-  for (size_t k = 0; k < training.errors.size(); ++k)
-    result.stages.push_back(stage_of(k, training, result.trace.stages, judged_held_out));
   result.nominal = training.nominal;
-  if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
-  if (against_held)
-    result.stages.back().name = "geometric, as what priors alone hold predicts no better";
-  if (result.moved && has_effects)
-    result.stages.back().name = "geometric, as something moved among the images";
-  if (result.angles_read_early && has_effects)
-    result.stages.back().name = "geometric, as the angles were not read at standstill";
-  if (result.applied) {
-    Stage& stage = result.applied->stage;
-    if (held_out.rows() > 0) stage.held_out = errors_of(result.applied->fit.robot, judged_held_out);
-    result.stages.push_back(stage);
-  }
-  set_parts(result);
   set_excluded_rows(training, given, result);
+  set_stages(training, judged_held_out, why_geometry, result);
+  set_parts(result);
   set_floor(training, held_out, result);
+  set_effects(robot, *training.sound, result);
 
-  const std::vector<Effect>& effects = result.trace.fit.robot.effects;
-  const size_t declared = effects.size() - result.trace.effects.size();
-  for (size_t k = 0; k < result.trace.effects.size(); ++k)
-    result.curves.push_back(effect_curve(result.trace.fit, *training.sound, declared + k,
-                                         result.trace.bootstrap_draws));
-  result.held.assign(effects.begin() + robot.effects.size(), effects.begin() + declared);
   set_pattern(result);
   result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
   if (result.wandering.empty())
@@ -627,36 +479,6 @@ Campaign judged_readings(const LoopResult& result, const Campaign& held_out) {
 
 const CalibrationResult& result_of(const LoopResult& result) {
   return result.applied ? result.applied->fit : result.trace.fit;
-}
-
-FitToAll fit_to_all(const Robot& given, const LoopResult& result, const Campaign& all,
-                    const Catalogue& catalogue) {
-  const CalibrationResult& judged = result.trace.fit;
-  // Geometry alone is that of calibrate(). Near a fit of few poses its law of readings would stay
-  // as it was there, as would that of the two parts of readings among which something moved.
-  const bool is_geometry =
-      judged.robot.effects.size() == given.effects.size() && judged.set.by_small_angles.empty();
-  const bool anew = result.moved || result.angles_read_early || is_geometry;
-  FitToAll to_all{{}, find_gross_poses(anew ? given : judged.robot, all), all};
-  if (!to_all.gross_poses.empty()) to_all.sound = without_gross(all, to_all.gross_poses);
-  CalibrationOptions near;
-  near.start_near(judged);
-  to_all.fit = anew ? calibrate(given, to_all.sound)
-                    : calibrate(judged.robot, to_all.sound, judged.set, near);
-  if (!result.applied) return to_all;
-  const bool instrument_errs = result.applied->instrument_errs;
-  const CalibrationResult lawless =
-      instrument_errs ? without_laws(to_all.fit, to_all.sound) : to_all.fit;
-  const RandomEffects random = random_effects_beside(
-      lawless, to_all.sound, instrument_errs ? &catalogue : nullptr, result.wandering);
-  if (random.lasting.empty()) return to_all;
-  CalibrationResult applied = applied_arm(lawless, to_all.sound, random);
-  // Random effects hold as they were judged, or not at all.
-  const auto mean = [&](const CalibrationResult& fit) {
-    return errors_of(fit.robot, to_all.sound).position.mean;
-  };
-  if (mean(applied) <= kCountsAsWorse * mean(to_all.fit)) to_all.fit = std::move(applied);
-  return to_all;
 }
 
 }  // namespace armtrue

@@ -71,9 +71,6 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
     std::vector<TracedEffect> effects;
     bool is_judged = true;  // not if all its readings lie at a step
   };
-  const auto mean_error = [](const Robot& model, const Campaign& poses) {
-    return summarize(evaluate(model, poses).reading_errors()).mean;
-  };
   for_ordered_blocks<OuterFold>(
       folds, 1,
       [&](int fold, int) {
@@ -85,8 +82,8 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
         const TraceResult found_here = trace(robot, training, catalogue, of_fold);
         const Campaign judged =
             without_rows(held_out, rows_at_steps(found_here, training, held_out));
-        return OuterFold{mean_error(found_here.stages.front().robot, judged),
-                         mean_error(found_here.fit.robot, judged), found_here.effects,
+        return OuterFold{mean_reading_error(found_here.stages.front().robot, judged),
+                         mean_reading_error(found_here.fit.robot, judged), found_here.effects,
                          judged.rows() > 0};
       },
       [&](const OuterFold& result) {

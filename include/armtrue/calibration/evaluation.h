@@ -37,6 +37,9 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 /// Evaluation::position alone, in a seventh of the memory.
 std::vector<double> position_errors(const Robot& robot, const Campaign& campaign);
 
+/// Mean of Evaluation::reading_errors() [m]. The campaign has rows.
+double mean_reading_error(const Robot& robot, const Campaign& campaign);
+
 /// Errors along one axis, with their sign.
 struct AxisErrors {
   char axis;                          ///< x, y or z of R_A, or l of lengths
