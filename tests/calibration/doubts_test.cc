@@ -83,6 +83,10 @@ TEST(LeftOutTogether, AContactOrAnAnchorIsNamed) {
   }
   EXPECT_THAT(left_out_together(touches, lines),
               HasSubstr("in 12 of 60 poses readings of the contact 'cube'"));
+  touches.contact_names = {"laser:socket", "laser:cube/left", "probe:cube/right"};
+  EXPECT_THAT(left_out_together(touches, lines),
+              HasSubstr("in 12 of 60 poses readings of the contact 'cube'"))
+      << "by whichever beam";
   Campaign wires = sixty_poses();
   wires.target.clear();
   wires.target_names.clear();
