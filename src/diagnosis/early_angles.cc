@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "armtrue/kinematics/evaluator.h"
@@ -19,16 +20,11 @@ namespace armtrue {
 namespace {
 
 // What each joint still had to go, in units of c: rows x joints.
-struct WayToGo {
-  Eigen::MatrixXd of_joints;
-  bool is_share;  // of the last motion
-};
-
-WayToGo by_arrival(const Campaign& readings, Eigen::Index joints) {
+Eigen::MatrixXd by_arrival(const Campaign& readings, Eigen::Index joints) {
   Eigen::MatrixXd signs(readings.rows(), joints);
   for (int row = 0; row < readings.rows(); ++row)
     for (Eigen::Index j = 0; j < joints; ++j) signs(row, j) = readings.arrival[row][j];
-  return {signs, false};
+  return signs;
 }
 
 // Motions of all visits that led to the readings, some of them, by line of the file.
@@ -51,13 +47,21 @@ std::map<int, JointVector> last_motions(const Campaign& all, const Campaign& rea
   return motions;
 }
 
-WayToGo by_last_motion(const Campaign& readings, const Campaign& all, Eigen::Index joints) {
+Eigen::MatrixXd by_last_motion(const Campaign& readings, const Campaign& all, Eigen::Index joints) {
   const std::map<int, JointVector> motions = last_motions(all, readings);
   Eigen::MatrixXd ways = Eigen::MatrixXd::Zero(readings.rows(), joints);
   for (int row = 0; row < readings.rows(); ++row)
     if (const auto found = motions.find(readings.line[row]); found != motions.end())
       ways.row(row) = found->second.transpose();
-  return {ways, true};
+  return ways;
+}
+
+// Joints that arrive together: at one moment before, the way left is as the whole way over its
+// time, and the joint that moves most gives the time.
+Eigen::MatrixXd by_speed(Eigen::MatrixXd motions) {
+  for (auto motion : motions.rowwise())
+    if (const double most = motion.cwiseAbs().maxCoeff(); most > 0) motion /= most;
+  return motions;
 }
 
 // Sag of each joint under weights that the links beyond it carry: torques about the joint of a
@@ -107,26 +111,31 @@ FitEquations beside(FitEquations equations, const Eigen::MatrixXd& columns) {
   return equations;
 }
 
+// The equations of each joint's zero times its way to go.
+Eigen::MatrixXd columns_of(const Eigen::MatrixXd& ways, const FitEquations& equations,
+                           const KinematicChain& chain) {
+  Eigen::MatrixXd each = equations.columns;
+  for (int j = 0; j < each.cols(); ++j)
+    each.col(j) = joint_link(chain, j).sign * times_of_rows(equations.columns.col(j), ways.col(j));
+  return each;
+}
+
 struct Early {
   double score = 0, value = 0;  // fall of BIC; c
   long joints = 0;              // that show it
-  bool is_share = false;
-  bool are_alike = false;  // within a quarter; else of one sign
 };
 
-Early explain(const WayToGo& way, const FitEquations& equations, const KinematicChain& chain,
-              double poses) {
-  constexpr double kHalf = 0.5, kQuarter = 0.25, kDeviations = 3;
-  Eigen::MatrixXd each = equations.columns;
-  for (int j = 0; j < each.cols(); ++j)
-    each.col(j) =
-        joint_link(chain, j).sign * times_of_rows(equations.columns.col(j), way.of_joints.col(j));
+// Nothing if one c falls short of `rival`, the fall of BIC by a backlash of each joint.
+Early explain(const Eigen::MatrixXd& each, const FitEquations& equations, double poses,
+              double rival) {
+  constexpr double kQuarter = 0.25, kDeviations = 3;
   const Eigen::MatrixXd common = each.rowwise().sum();
   const JointFit one = fit_beside(common, equations), own = fit_beside(each, equations);
   const double c = one.value[0];
   const double freedom = poses * equations.row_size - static_cast<double>(equations.basis.cols());
-  Early early{fall_of_bic(one, equations, poses, 1), c, 0, way.is_share};
-  if (early.score < kClearFall || freedom < 1) return {};
+  const double score = fall_of_bic(one, equations, poses, 1);
+  if (score < std::max({kClearFall, rival, fall_of_bic(own, equations, poses, 1)}) || freedom < 1)
+    return {};
 
   // The scatter of the c_j: readings of one pose count as one.
   const Eigen::MatrixXd left = each - equations.basis * (equations.basis.transpose() * each);
@@ -135,28 +144,16 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   const double variance = equations.residual.squaredNorm() * (1 - own.share) / freedom;
   const Eigen::MatrixXd covariance =
       variance * Eigen::LDLT<Eigen::MatrixXd>(gram).solve(identity(gram.rows()));
-  long alike = 0, unlike = 0, go_on = 0, stay_behind = 0;
+  long alike = 0, unlike = 0;
   for (Eigen::Index j = 0; j < own.value.size(); ++j) {
     const double clear = kDeviations * std::sqrt(covariance(j, j));
     const double apart = std::abs(own.value[j] - c), near = kQuarter * std::abs(c);
     alike += apart < near && clear < near;
     unlike += apart > std::max(near, clear);
-    go_on += own.value[j] > clear;
-    stay_behind += own.value[j] < -clear;
   }
   constexpr long kFewestJoints = 3;
-  const auto are_most = [&](long count) {
-    return count >= kFewestJoints && 2 * count > own.value.size();
-  };
-  if (are_most(alike) && unlike == 0 && early.score >= fall_of_bic(own, equations, poses, 1)) {
-    early.joints = alike;
-    early.are_alike = true;
-  } else if (are_most(go_on) && stay_behind == 0 && c > 0 && one.share > kHalf * own.share) {
-    early.joints = go_on;
-  } else {
-    return {};
-  }
-  return early;
+  if (alike < kFewestJoints || 2 * alike <= own.value.size() || unlike > 0) return {};
+  return {score, c, alike};
 }
 
 }  // namespace
@@ -175,19 +172,26 @@ std::optional<std::string> find_early_angles(const PlainFit& fit, const Campaign
   const Eigen::MatrixXd sag = sag_columns(equations, robot, readings);
   equations = beside(std::move(equations), sag);
   const double poses = fit.poses();
+  const Eigen::MatrixXd motions = by_last_motion(readings, all, joints);
+  const Eigen::MatrixXd signs = columns_of(by_arrival(readings, joints), equations, robot.chain);
+  const double backlash = fall_of_bic(fit_beside(signs, equations), equations, poses, 1);
   Early best;
-  for (const WayToGo& way : {by_arrival(readings, joints), by_last_motion(readings, all, joints)})
-    if (const Early early = explain(way, equations, robot.chain, poses); early.score > best.score)
-      best = early;
+  std::string much;
+  const auto look = [&](const Eigen::MatrixXd& columns, double unit, std::string_view in_words) {
+    const Early early = explain(columns, equations, poses, backlash);
+    if (early.score <= best.score) return;
+    best = early;
+    much = fmt::format("{:.2g} {}", std::abs(early.value) / unit, in_words);
+  };
+  look(signs, kDegree, "deg");
+  look(columns_of(motions, equations, robot.chain), 0.01, "% of their last motion");
+  look(columns_of(by_speed(motions), equations, robot.chain), kDegree,
+       "deg of the joint that moves most");
   if (best.score <= 0) return std::nullopt;
-  const std::string much =
-      best.is_share ? fmt::format("{:.2g} % of their last motion", 100 * std::abs(best.value))
-                    : fmt::format("{:.2g} deg", std::abs(best.value) / kDegree);
   return fmt::format(
       "the joint angles look as if they were not read at standstill: {} of {} joints {} the angles "
-      "that are logged by {}{}, which no backlash does{}: read the angles when the arm stands",
-      best.joints, joints, best.value > 0 ? "went on from" : "stay behind", much,
-      best.are_alike ? "" : " in the mean", best.are_alike ? " alike" : "");
+      "that are logged by {}, which no backlash does alike: read the angles when the arm stands",
+      best.joints, joints, best.value > 0 ? "went on from" : "stay behind", much);
 }
 
 }  // namespace armtrue

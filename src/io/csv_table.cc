@@ -27,8 +27,18 @@ std::string stem(const std::string& name) {
   return lower_case(name.substr(0, name.rfind('_')));
 }
 
+// q1deg and Q1 [deg] are q1_deg.
+bool are_alike(const std::string& a, const std::string& b) {
+  const auto letters = [](std::string name) {
+    std::erase_if(name, [](unsigned char c) { return c < 0x80 && !std::isalnum(c); });
+    return lower_case(name);
+  };
+  return letters(a) == letters(b);
+}
+
 // Q3 is nearer to q3_deg than q1_deg is, which is another joint's column.
 int distance_without_unit(const std::string& a, const std::string& b) {
+  if (are_alike(a, b)) return 0;
   const auto number = [](std::string name) {
     std::erase_if(name, [](unsigned char c) { return !std::isdigit(c); });
     return name;
@@ -250,7 +260,7 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::
         });
     const bool is_slip = nearest != candidates.end() && may_be_a_slip(*nearest, name);
     // In an export a name that is near may have another unit.
-    if (is_slip && (!is_export || lower_case(*nearest) == lower_case(name))) {
+    if (is_slip && (!is_export || are_alike(*nearest, name))) {
       remedy = "; is '" + *nearest + "' meant to be '" + name + "'?";
       break;
     }

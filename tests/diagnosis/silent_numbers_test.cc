@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -249,7 +250,18 @@ Campaign with_early_angles(double way, int n = 1) {
   return campaign;
 }
 
-// The same, when each still had this share of its last motion to go.
+// Each gear has its own backlash, and its joint leads (factor 1) or lags (-1).
+Campaign with_backlash_of_all_joints(double factor) {
+  constexpr std::array<double, 6> kOfJoint{1.1e-4, 1.3e-4, 5e-5, 7e-5, 2e-4, 1.2e-4};  // rad
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row)
+    for (size_t j = 0; j < kOfJoint.size(); ++j)
+      campaign.q[row][static_cast<Eigen::Index>(j)] -=
+          factor * kOfJoint[j] * campaign.arrival[row][j];
+  return campaign;
+}
+
+// Angles of a moment when each joint still had this share of its last motion to go.
 Campaign with_a_share_to_go(double share) {
   const Campaign stood = in_order_of_visits(tutorial());
   Campaign campaign = stood;
@@ -460,6 +472,12 @@ TEST(SilentNumbers, EqualReadingsOfACoarseInstrumentAreNoCopies) {
 
 TEST(SilentNumbers, RightReadingsHaveNoFindings) {
   EXPECT_THAT(all_findings(spindle(), tutorial()), IsEmpty());
+}
+
+TEST(SilentNumbers, BacklashOfAllJointsIsNoEarlyReading) {
+  for (const double factor : {-1.0, 1.0, 3.0})
+    EXPECT_THAT(all_findings(spindle(), with_backlash_of_all_joints(factor)),
+                Not(Contains(HasSubstr("standstill"))));
 }
 
 // The gears of a wrist move one joint with another; the robot file does not say so, or otherwise.

@@ -56,6 +56,9 @@ TEST(PathIo, RefusesTimeThatDoesNotIncrease) {
 TEST(PathIo, NamesMissingColumns) {
   expect_error("t,x_mm,y_mm,z_mm\n0,1,2,3\n", "missing column 't_s'");
   expect_error("t_s,x_mm,y_mm,z_mm,q1_deg\n0,1,2,3,4\n", "'q2_deg', 'q3_deg'");
+  for (const std::string written : {"xmm", "x mm", "X [mm]", "x-mm"})
+    expect_error("t_s," + written + ",y_mm,z_mm\n0,1,2,3\n",
+                 "is '" + written + "' meant to be 'x_mm'?");
 }
 
 // A correction of a column that does not hold the position is none.
