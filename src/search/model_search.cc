@@ -317,7 +317,7 @@ bool ModelSearch::may_be_knock(int k) {
 // at no time. For a load, the common sign and the ratio of the compliances are evidence for the
 // weaker axes, too.
 bool ModelSearch::is_half_shown(int k) {
-  // Of a campaign. The time of a step that is just clear enough to be found (a fall of 30) lies within
+  // Of the readings. The time of a step that is just clear enough to be found (a fall of 30) lies within
   // 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no event.
   constexpr double kOneTime = 0.1;
   const Candidate& chosen = model_.chosen()[k];
@@ -329,8 +329,9 @@ bool ModelSearch::is_half_shown(int k) {
   const std::optional<std::array<double, 2>> at = step_ci95(model_, campaign_, k);
   if (!at || chosen.effect.driver.kind != DriverKind::time) return false;
   if (may_be_knock(k)) return true;
-  const auto [first, last] = std::ranges::minmax(campaign_.time_s);
-  return std::min((*at)[1], last) - std::max((*at)[0], first) > kOneTime * (last - first);
+  const auto within = std::ranges::count_if(
+      campaign_.time_s, [&](double t) { return t > (*at)[0] && t < (*at)[1]; });
+  return static_cast<double>(within) > kOneTime * campaign_.rows();
 }
 
 bool ModelSearch::may_enter(const Candidate& candidate) const {
