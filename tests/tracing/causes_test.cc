@@ -70,6 +70,21 @@ TEST(Crash, BendsOneLinkInItsParametersAtOneTime) {
   }
 }
 
+// It lies between two readings, and twelve hours between these make it no less one event.
+TEST(Crash, IsOneEventInABreakOfTheReadings) {
+  constexpr double kBreak = 12 * 3600;  // s
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 41;
+  HiddenCampaign campaign(kNominal, "crash", 0.12, plan);
+  for (Campaign* part : {&campaign.training, &campaign.held_out})
+    for (double& t : part->time_s)
+      if (t > campaign.written.truth.step_at_s) t += kBreak;
+  const LoopResult result = close_loop(read_robot(kNominal).robot, campaign.training,
+                                       campaign.held_out, read_catalogue(kCatalogue), {});
+  EXPECT_TRUE(has(result, "bent link")) << listed(result);
+  EXPECT_EQ(result.verdict, Verdict::closed);
+}
+
 // Behind parallel axes a turn about the next one, against that about the one before, is the shift
 // across the link.
 TEST(Crash, BendsALinkBetweenParallelAxes) {
