@@ -17,6 +17,7 @@ namespace {
 constexpr double kMinForceToNoise = 3;        // ratio of RMS; below it a force is unknown
 constexpr double kRelativeRank = 1e-6;        // of a force's RMS: less is rounding
 constexpr double kMinOwnStep = 0.05;          // share of a step that the other steps do not explain
+constexpr double kLeastExtent = 0.1;          // of the path, over its longest
 constexpr double kMinDirectionChange = 1e-3;  // of the 2 of a reversal: a filter rounds to less
 
 double rms(const Eigen::MatrixXd& values) {
@@ -24,10 +25,11 @@ double rms(const Eigen::MatrixXd& values) {
                    static_cast<double>(std::max<Eigen::Index>(values.size(), 1)));
 }
 
-// The regressors of the deviation without force: a constant, and half the direction of each axis
-// that reverses, so that its coefficient is a whole step.
+// The regressors of the deviation without force: a constant; the places of the tool, from their
+// mean, along the directions in which the path extends; and half the direction of each axis that
+// reverses, so that its coefficient is a whole step.
 struct Unforced {
-  Eigen::MatrixXd columns;  // n x (1 + steps)
+  Eigen::MatrixXd columns;  // n x (1 + places + steps)
   std::vector<ReversalStep> steps;
 };
 
@@ -38,9 +40,22 @@ Eigen::MatrixXd unexplained(const Eigen::MatrixXd& columns, const Eigen::MatrixX
   return values - columns * normal.ldlt().solve(columns.transpose() * values);
 }
 
-Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
-  Unforced result{Eigen::MatrixXd::Ones(n, 1), {}};
+// Positions (3 x n) from their mean, along the principal directions in which they extend.
+Eigen::MatrixXd places_from_mean(const Eigen::Matrix3Xd& place) {
+  if (place.cols() == 0) return {};
+  const Eigen::Matrix3Xd apart = place.colwise() - place.rowwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(apart * apart.transpose());
+  const Eigen::Vector3d& power = solver.eigenvalues();
+  const Eigen::Index extends = (power.array() > kLeastExtent * kLeastExtent * power[2]).count();
+  return apart.transpose() * solver.eigenvectors().rightCols(extends);
+}
+
+Unforced unforced(const ForceRecord& record) {
+  const Eigen::MatrixXd& direction = record.direction;
+  const Eigen::MatrixXd places = places_from_mean(record.place);
+  Unforced result{Eigen::MatrixXd::Ones(record.deviation.cols(), 1 + places.cols()), {}};
   Eigen::MatrixXd& columns = result.columns;
+  if (places.cols() > 0) columns.rightCols(places.cols()) = places;
   for (Eigen::Index axis = 0; axis < direction.rows(); ++axis) {
     const Eigen::VectorXd row = direction.row(axis).transpose();
     if (row.maxCoeff() - row.minCoeff() < kMinDirectionChange) continue;
@@ -51,7 +66,8 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
       result.steps.push_back({{axis}, {}});
       continue;
     }
-    const auto steps = columns.rightCols(columns.cols() - 1);
+    if (result.steps.empty()) continue;
+    const auto steps = columns.rightCols(std::ssize(result.steps));
     Eigen::Index most_like = 0;
     (steps.transpose() * column)
         .cwiseAbs()
@@ -65,7 +81,7 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
 // Fewer samples than twice the unknowns.
 bool has_too_few_samples(const ForceRecord& record) {
   const Eigen::Index n = record.deviation.cols();
-  return n == 0 || n < 2 * (3 + unforced(record.direction, n).columns.cols());
+  return n == 0 || n < 2 * (3 + unforced(record).columns.cols());
 }
 
 // One axis of the deviation, and of the errors that all its samples share (n x number of errors).
@@ -130,8 +146,10 @@ std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
   return directions;
 }
 
-// Fills rank, condition, compliance, offset and steps of a law, given its directions.
-void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, ForceLaw& law) {
+// Fills rank, condition, compliance, offset and steps of a law, given its directions. Returns the
+// deviation without force, 3 x n.
+Eigen::Matrix3Xd fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside,
+                                ForceLaw& law) {
   Eigen::Matrix3Xd known(3, 0);
   for (const ForceDirection& d : law.directions) {
     const double noise = record.force_noise.cwiseProduct(d.direction).norm();
@@ -144,9 +162,11 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
   const Eigen::MatrixXd force = record.force.transpose() * known;
   const Eigen::Matrix3d covariance = record.force_noise.cwiseAbs2().asDiagonal();
   const Eigen::MatrixXd noise = known.transpose() * covariance * known;
+  Eigen::Matrix3Xd without_force(3, record.deviation.cols());
   for (size_t a = 0; a < 3; ++a) {
     const Eigen::Index axis = a;
-    const Regression fit = regress(force, noise, beside, deviation_along(record, axis));
+    const AxisDeviation deviation = deviation_along(record, axis);
+    const Regression fit = regress(force, noise, beside, deviation);
     auto coefficient = fit.coefficients.begin();
     for (int i = 0; i < law.rank; ++i, ++coefficient) {
       ForceDirection& d = law.directions[i];
@@ -154,37 +174,34 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
       (*d.compliance)[a] = *coefficient;
       law.compliance.row(axis) += coefficient->value * d.direction.transpose();
     }
-    law.offset[a] = *coefficient++;
+    law.offset[a] = *coefficient;
+    coefficient = fit.coefficients.end() - std::ssize(law.reversals);
     for (ReversalStep& reversal : law.reversals) reversal.step[a] = *coefficient++;
+    without_force.row(axis) =
+        (deviation.value - fit.residual).transpose() - law.compliance.row(axis) * record.force;
   }
+  return without_force;
 }
 
 }  // namespace
 
 ForceLaw force_law(const ForceRecord& record) {
   const Eigen::Index n = record.deviation.cols();
-  const bool has_directions = record.direction.rows() > 0;
-  if (record.force.cols() != n || (has_directions && record.direction.cols() != n))
+  const auto fits = [&](const auto& samples) { return samples.size() == 0 || samples.cols() == n; };
+  if (record.force.cols() != n || !fits(record.place) || !fits(record.direction))
     throw std::invalid_argument("force law: sizes disagree");
   if (has_too_few_samples(record)) throw std::invalid_argument("force law: too few samples");
-  const Unforced beside = unforced(record.direction, n);
+  const Unforced beside = unforced(record);
   ForceLaw law;
   for (Eigen::Index a = 0; a < 3; ++a)
     law.axis[a] = line(record.force.row(a).transpose(), record.force_noise[a], beside.columns,
                        deviation_along(record, a));
   law.directions = principal_directions(record, beside.columns);
   law.reversals = beside.steps;
-  fit_compliance(record, beside.columns, law);
-  if (law.rank > 0) {
-    Eigen::Matrix3Xd forced = record.deviation;
-    for (size_t a = 0; a < 3; ++a) {
-      const Eigen::Index axis = a;
-      forced.row(axis).array() -= law.offset[a].value;
-      for (int s = 0; s < std::ssize(law.reversals); ++s)
-        forced.row(axis) -= law.reversals[s].step[a].value * beside.columns.col(s + 1).transpose();
-    }
-    law.magnitude = line_through_origin(record.force.colwise().norm(), forced.colwise().norm());
-  }
+  const Eigen::Matrix3Xd without_force = fit_compliance(record, beside.columns, law);
+  if (law.rank > 0)
+    law.magnitude = line_through_origin(record.force.colwise().norm(),
+                                        (record.deviation - without_force).colwise().norm());
   return law;
 }
 
@@ -250,6 +267,7 @@ std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& pr
   record.deviation = moving(deviation.whole);
   record.force = moving(deviation.force);
   record.force_noise = deviation.engagement.noise * std::sqrt(filter.noise_share());
+  record.place = moving(wanted);
   record.direction = moving(motion_directions(axes));
   for (const Eigen::Matrix3Xd& error :
        clock_errors(programmed, deviation.time, deviation.clock_covariance))

@@ -24,6 +24,11 @@ struct ForceRecord {
   /// RMS noise of `force` per axis [N], after the low pass (find_engagement() measures it in air).
   /// It would shrink every k by its share of the power of the force; force_law() corrects for that.
   Eigen::Vector3d force_noise = Eigen::Vector3d::Zero();
+  /// Position of the tool [m], through the same low pass. An arm's geometry makes it deviate by
+  /// what changes slowly over the work space: a constant and a linear function of the position.
+  /// Where the force follows the position, they cannot be separated and the intervals widen. No
+  /// columns: the geometry is exact.
+  Eigen::Matrix3Xd place;
   /// Sign of motion of each joint or axis that may have backlash, one row each
   /// (motion_directions()), after the same low pass as the deviation. No rows: no backlash.
   Eigen::MatrixXd direction;
@@ -36,9 +41,9 @@ struct ForceRecord {
 struct ForceLine {
   /// Empty if the force is not larger than its noise, or the deviation is zero.
   std::optional<Estimate> k;
-  /// 1 - |residual|^2 / |d|^2, with d the deviation after subtraction of the fitted constant and
-  /// steps (for a line through the origin: the whole deviation). The share of d that the force
-  /// explains.
+  /// 1 - |residual|^2 / |d|^2, with d the deviation after subtraction of the fitted constant,
+  /// places and steps (for a line through the origin: the whole deviation). The share of d that the
+  /// force explains.
   double r2 = 0;
 };
 
@@ -60,9 +65,9 @@ struct ReversalStep {
 /// The result of force_law().
 struct ForceLaw {
   std::array<ForceLine, 3> axis;  ///< deviation x on force x, y on y, z on z
-  /// |deviation - offset - reversals| on |force|, through the origin. The interval takes offset,
-  /// reversals and clock as exact. The noise of the deviation is not corrected for: it lengthens
-  /// |deviation| by (its variance across) / (2 |deviation|).
+  /// |deviation - offset - places - reversals| on |force|, through the origin. The interval takes
+  /// all of them and the clock as exact. The noise of the deviation is not corrected for: it
+  /// lengthens |deviation| by (its variance across) / (2 |deviation|).
   ForceLine magnitude;
   std::array<ForceDirection, 3> directions;  ///< strongest first
   /// Sum over the known directions of compliance * direction' [m/N]. This is the whole compliance
@@ -70,17 +75,17 @@ struct ForceLaw {
   Eigen::Matrix3d compliance = Eigen::Matrix3d::Zero();
   int rank = 0;          ///< number of known directions
   double condition = 1;  ///< strongest over weakest known direction
-  /// Deviation without force, at the mean of `direction` [m]; the samples in air show it. The seed
-  /// paper sets it to zero, and so takes an offset of the frame or half a backlash for an effect of
-  /// the force.
+  /// Deviation without force, at the mean of `place` and `direction` [m]; the samples in air show
+  /// it. The seed paper sets it to zero, and so takes an offset of the frame or half a backlash for
+  /// an effect of the force.
   std::array<Estimate, 3> offset;
   std::vector<ReversalStep> reversals;
 };
 
-/// Fits deviation = offset + compliance * force + sum of steps * direction / 2 by least squares,
-/// with intervals for autocorrelated residuals (regress_autocorrelated()). The offset is free
-/// because the zero of a backlash is unknown. Throws std::invalid_argument if sizes disagree or
-/// there are fewer samples than twice the unknowns.
+/// Fits deviation = offset + gradient * place + compliance * force + sum of steps * direction / 2
+/// by least squares, with intervals for autocorrelated residuals (regress_autocorrelated()). The
+/// offset is free because the zero of a backlash is unknown. Throws std::invalid_argument if sizes
+/// disagree or there are fewer samples than twice the unknowns.
 ForceLaw force_law(const ForceRecord& record);
 
 /// y = k x over all entries of two matrices, such as predicted and measured deviation (3 x n).
