@@ -294,6 +294,46 @@ TEST(FormError, AVibrationIsNoNoise) {
   }
 }
 
+// What stands at one place for 20 to 100 ms, in each pass: a spike, or a step at a corner, which
+// fades. Its power lies far above the form, where it counted as noise.
+TEST(FormError, IntervalCoversSparseForms) {
+  std::mt19937_64 random(11);
+  const Path path = through({{0, 0, 0}, {0.15, 0, 0}, {0.15, 0.15, 0}});
+  const int part = thinned(4);
+  const double wider = std::sqrt(part);
+  constexpr double kPeriod = 0.01, kSide = 0.15 / 0.027, kAside = 5e-6;
+  for (const bool fades : {false, true})
+    for (const double size : {0.05e-3, 0.1e-3, 0.26e-3, 0.8e-3}) {
+      Runs runs;
+      for (const double lasts : {0.02, 0.05, 0.1})
+        for (const double noise : {0.005e-3, 0.02e-3})
+          for (int k = 0; k < 80 / part; ++k) {
+            std::vector<Path> records;
+            double square = 0, count = 0;
+            for (int pass = 0; pass <= k % 2; ++pass) {
+              Path& record = records.emplace_back(
+                  record_aside(random, path, Eigen::Vector3d::Constant(kAside), noise, kPeriod));
+              for (Eigen::Index i = 0; i < record.samples(); ++i) {
+                const double in_motion = record.time[i] - 1;
+                const double since = in_motion - (fades ? kSide : 1.3 * kSide);
+                const double there = since <= 0 ? 0
+                                     : fades    ? std::exp(-since / lasts)
+                                                : static_cast<double>(since < lasts);
+                record.position(2, i) += size * there;
+                if (in_motion < 0 || in_motion > 2 * kSide) continue;
+                square += kAside * kAside + std::pow(kAside + size * there, 2);
+                ++count;
+              }
+            }
+            runs.add(form_error(path, records), std::sqrt(square / count));
+          }
+      std::printf("%s of %.2f mm: bias %.1f %%, coverage %.1f %%\n", fades ? "step" : "spike",
+                  1e3 * size, 100 * runs.bias(), 100 * runs.coverage());
+      EXPECT_LT(std::abs(runs.bias()), 0.03 * wider) << fades << " " << size;
+      EXPECT_NEAR(runs.coverage(), 0.95, 0.02 * wider) << fades << " " << size;
+    }
+}
+
 TEST(FormError, HoldsAGoalOnlyIfTheIntervalSaysSo) {
   EXPECT_EQ((FormError{0.04e-3, {0.03e-3, 0.05e-3}}.holds(0.05e-3)), true);
   EXPECT_EQ((FormError{0.06e-3, {0.051e-3, 0.07e-3}}.holds(0.05e-3)), false);

@@ -9,6 +9,7 @@
 #include "armtrue/path/mirror/mirror_options.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/intervals.h"
+#include "armtrue/statistics/summary.h"
 #include "path/mirror/corners.h"
 #include "path/mirror/mean_deviation.h"
 
@@ -25,6 +26,9 @@ constexpr double kStandsOut = 1e-3;       // chance of as much power in a band b
 // this share of n. With covariances 6, -4 and 1: 36 / (36 + 2 (16 + 1)).
 constexpr double kEfficiencyOfDifferences = 0.514;
 constexpr double kHardlyUncertain = 0.1;  // of the square of the bands below
+constexpr double kShortest = 0.5 / kHighest;  // [s]: what lasts longer is in the form
+constexpr double kNoChance = 1e-3;            // that noise stands out anywhere in a pass
+constexpr double kMayBelong = 0.1;            // chance of as much in a sample beside
 
 // The first `count` coefficients of the orthonormal cosine transform of each row.
 Eigen::Matrix2Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix2Xd>& samples,
@@ -71,6 +75,12 @@ class FormSpectrum {
  public:
   void begin_pass() { passes_.emplace_back(); }
 
+  // What stands out at `count` samples, which add() has without it: the difference of the squares.
+  void add_outstanding(double power, double count) {
+    outstanding_ += power;
+    outstanding_count_ += count;
+  }
+
   // A deviation across the path in one piece.
   void add(const Eigen::Ref<const Eigen::Matrix2Xd>& across, double period) {
     const double duration = period * static_cast<double>(across.cols());
@@ -89,7 +99,9 @@ class FormSpectrum {
     const Noise above{0, bands_.size(), noise_ / noise_count_, noise_count_};
     const std::vector<Noise> slow = slow_noise(above);
     const std::vector<Noise> noises = slow.empty() ? std::vector{above} : slow;
-    double least_biased = 0, power = 0, square = 0, crossing = 0;
+    const double of_sample = above_.count > 0 ? above_.power / above_.count : above.variance();
+    const double apart = (outstanding_ - outstanding_count_ * of_sample) / samples_;
+    double least_biased = apart, power = 0, square = apart, crossing = 0;
     for (const Noise& noise : noises) {
       for (size_t b = noise.first; b < noise.end; ++b) {
         const Band& band = bands_[b];
@@ -108,7 +120,7 @@ class FormSpectrum {
     const auto squared_ci95 = not_negative_ci95(square, [&](double truth) {
       double variance = 4 * truth * along / samples_;
       for (const Noise& noise : noises) variance += of_noise(noise, noise.first, noise.end);
-      const double times = slow.empty() ? pooled(above, power, truth, along) : 1;
+      const double times = slow.empty() ? pooled(above, power, truth - apart, along) : 1;
       return times * std::sqrt(variance);
     });
     FormError error;
@@ -141,13 +153,14 @@ class FormSpectrum {
     return sum;
   }
 
-  // If this is the truth, the bands of the form show the noise as well, by their weight (score).
+  // If this is the truth of the bands, they show the noise as well, by their weight (score).
   // Over the noise that is seen above them.
   double pooled(const Noise& above, double power, double truth, double along) const {
     const double squares = above.mean.squaredNorm();
     if (squares == 0) return 1;
     double count = 0;
     for (const Band& band : bands_) count += band.count;
+    truth = std::max(0.0, truth);
     const double weight = count * count / (4 * truth * along * samples_ + 2 * count * squares);
     const double weight_above = above.count / (2 * squares);
     const double shown = std::max(0.0, (power - truth * samples_) / count);
@@ -255,6 +268,7 @@ class FormSpectrum {
 
   Eigen::Matrix2d noise_ = Eigen::Matrix2d::Zero();  // of z z'
   double noise_count_ = 0, samples_ = 0;
+  double outstanding_ = 0, outstanding_count_ = 0;
   Band above_;                                     // all that the form does not have
   double differences_ = 0, difference_count_ = 0;  // squares of second differences, as of a sample
   std::vector<Band> bands_;
@@ -282,28 +296,110 @@ std::vector<AxesAcross> axes_across(const Eigen::Matrix3Xd& tangent) {
   return all;
 }
 
+// Median of each row in a window of `half` samples on either side.
+Eigen::Matrix2Xd running_median(const Eigen::Ref<const Eigen::Matrix2Xd>& samples,
+                                Eigen::Index half) {
+  Eigen::Matrix2Xd result(2, samples.cols());
+  for (Eigen::Index i = 0; i < samples.cols(); ++i) {
+    const Eigen::Index first = std::max<Eigen::Index>(0, i - half);
+    const Eigen::Index count = std::min(samples.cols(), i + half + 1) - first;
+    for (Eigen::Index axis = 0; axis < 2; ++axis) {
+      const Eigen::RowVectorXd near = samples.row(axis).segment(first, count);
+      result(axis, i) = median({near.begin(), near.end()});
+    }
+  }
+  return result;
+}
+
+// Mean of normal squares from all but the tenth of them that is largest.
+double usual_square(const Eigen::RowVectorXd& values) {
+  constexpr double kShare = 0.9, kOfAll = 0.6231;
+  Eigen::RowVectorXd squares = values.cwiseAbs2();
+  const auto count =
+      static_cast<Eigen::Index>(std::ceil(kShare * static_cast<double>(values.size())));
+  std::nth_element(squares.begin(), squares.begin() + count - 1, squares.end());
+  return squares.head(count).mean() / kOfAll;
+}
+
+// Squares of each sample over the usual ones of the pass, or of these two seconds if they are
+// larger.
+Eigen::VectorXd over_usual(const Eigen::Matrix2Xd& samples, double period) {
+  constexpr double kNear = 2;  // [s]
+  const Eigen::Index n = samples.cols();
+  const Eigen::Index length = std::clamp<Eigen::Index>(std::lround(kNear / period), 1, n);
+  Eigen::VectorXd over = Eigen::VectorXd::Zero(n);
+  for (const auto& row : samples.rowwise()) {
+    const double of_all = usual_square(row);
+    for (Eigen::Index first = 0; first < n; first += length) {
+      const double near = usual_square(row.segment(std::min(first, n - length), length));
+      const Eigen::Index count = std::min(length, n - first);
+      if (std::max(of_all, near) > 0)
+        over.segment(first, count) +=
+            row.segment(first, count).cwiseAbs2().transpose() / std::max(of_all, near);
+    }
+  }
+  return over;
+}
+
+// Which samples stand out, alone or as the mean of neighbours, with those beside that may belong to
+// them.
+std::vector<bool> outstanding(const Eigen::Matrix2Xd& apart, double period) {
+  const Eigen::Index n = apart.cols();
+  std::vector<bool> stands(n);
+  if (n == 0) return stands;
+  const double most = -2 * std::log(kNoChance / static_cast<double>(n));
+  const Eigen::VectorXd alone = over_usual(apart, period);
+  for (Eigen::Index length = 1; length < n; length *= 2) {
+    if (length > 1 && static_cast<double>(length) * period > kShortest) break;
+    Eigen::Matrix2Xd mean = Eigen::Matrix2Xd::Zero(2, n - length + 1);
+    for (Eigen::Index k = 0; k < length; ++k) mean += apart.middleCols(k, mean.cols());
+    const Eigen::VectorXd over = over_usual(mean, period);
+    for (Eigen::Index i = 0; i < over.size(); ++i)
+      if (over[i] > most) std::fill_n(stands.begin() + i, length, true);
+  }
+  const double belongs = -2 * std::log(kMayBelong);
+  for (Eigen::Index i = 1; i < n; ++i)
+    if (stands[i - 1] && alone[i] > belongs) stands[i] = true;
+  for (Eigen::Index i = n - 1; i > 0; --i)
+    if (stands[i] && alone[i - 1] > belongs) stands[i - 1] = true;
+  return stands;
+}
+
 // Adds a pass. A corner begins a piece: there a deviation jumps from side to side, and a jump has
-// power above the form. A side with one sample stays with the next one.
+// power above the form. A side with one sample stays with the next one. What stands out at a place
+// for a short time has its power far above the form, where it would count as noise.
 void add_pass(const Path& programmed, const Eigen::Matrix3Xd& tangent,
               const std::vector<Corner>& corners, const std::vector<AxesAcross>& axes,
               const Path& pass, FormSpectrum& spectrum) {
   const AcrossInMotion across = across_in_motion(programmed, tangent, pass);
   spectrum.begin_pass();
   const double period = median_period(pass);
-  Eigen::Matrix2Xd moving(2, across.deviation.cols());
-  Eigen::Index begin = 0;
+  const Eigen::Index n = across.deviation.cols();
+  Eigen::Matrix2Xd moving(2, n);
+  std::vector<Eigen::Index> begins{0};
   size_t corner = 0;
-  for (Eigen::Index i = 0; i < moving.cols(); ++i) {
+  for (Eigen::Index i = 0; i < n; ++i) {
     const auto nearest = across.nearest[static_cast<size_t>(i)];
     bool turned = false;
     for (; corner < corners.size() && corners[corner].last < nearest; ++corner) turned = true;
-    if (turned && i - begin > 1) {
-      spectrum.add(moving.middleCols(begin, i - begin), period);
-      begin = i;
-    }
+    if (turned && i - begins.back() > 1) begins.push_back(i);
     moving.col(i) = axes[static_cast<size_t>(nearest)].transpose() * across.deviation.col(i);
   }
-  spectrum.add(moving.rightCols(moving.cols() - begin), period);
+  begins.push_back(n);
+  Eigen::Matrix2Xd usual(2, n);
+  for (size_t k = 1; k < begins.size(); ++k) {
+    const Eigen::Index begin = begins[k - 1], length = begins[k] - begin;
+    usual.middleCols(begin, length) =
+        running_median(moving.middleCols(begin, length), std::lround(2 * kShortest / period));
+  }
+  const std::vector<bool> stands = outstanding(moving - usual, period);
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (stands[i]) {
+      spectrum.add_outstanding(moving.col(i).squaredNorm() - usual.col(i).squaredNorm(), 1);
+      moving.col(i) = usual.col(i);
+    }
+  for (size_t k = 1; k < begins.size(); ++k)
+    spectrum.add(moving.middleCols(begins[k - 1], begins[k] - begins[k - 1]), period);
 }
 
 }  // namespace

@@ -52,6 +52,12 @@ struct FormError {
 /// (p < 0.001), or if the standard deviation of its noise is below a tenth of the square of the
 /// bands below: noise of bands without form would bias the root of a small square.
 ///
+/// What stands out at a place for at most 0.16 s, such as a spike or the end of a step at a corner,
+/// has its power far above these frequencies, too, and would count as noise. It is taken off first,
+/// and its square, less the noise of its samples, is added to form^2: samples that differ from the
+/// median of 0.64 s about them, alone or as the mean of 2, 4, .. neighbours, by more than noise
+/// does anywhere in a pass (p < 0.001), and those beside that differ by more than nine of ten do.
+///
 /// The noise from sample to sample is that of second differences, sum of |x_{i-1} - 2 x_i +
 /// x_{i+1}|^2 / 6. `faster` is the excess of the coefficients above the form over it (p < 0.001).
 ///
