@@ -222,31 +222,65 @@ std::optional<TurnedRecord> find_turn(const Eigen::Matrix3Xd& position,
   return TurnedRecord{turned, median({in_motion.along.begin(), in_motion.along.end()})};
 }
 
+// How the path stretches in the directions in which it extends, less for one direction than for
+// another: what an arm does as easily as a stretch alike in all of them. Columns for the part along
+// the path, whose directions are `tangent`; `off`: positions from their mean.
+Eigen::MatrixXd unlike_stretches(const Eigen::Matrix3Xd& off, const Eigen::Matrix3Xd& tangent) {
+  constexpr double kExtends = 0.01;  // of the squared extents
+  const auto extents = directions(off);
+  const Index count =
+      (extents.singularValues().array() > kExtends * extents.singularValues()[0]).count();
+  const Eigen::MatrixXd axes = extents.matrixU().leftCols(count).transpose();
+  const Eigen::MatrixXd place = axes * off, way = axes * tangent;
+  Eigen::MatrixXd columns(off.cols(), count * (count + 1) / 2 - 1);
+  Index column = 0;
+  for (Index i = 0; i < count; ++i)
+    for (Index k = i + 1; k < count; ++k) {
+      columns.col(column++) =
+          (way.row(i).cwiseProduct(place.row(k)) + way.row(k).cwiseProduct(place.row(i)));
+      if (k == i + 1)
+        columns.col(column++) =
+            (way.row(i).cwiseProduct(place.row(i)) - way.row(k).cwiseProduct(place.row(k)));
+    }
+  return columns;
+}
+
+// A scale is alike in all directions. It is told if it leaves little but noise, and explains far
+// more beside stretches that differ between directions than these do beside it.
 std::optional<double> find_scale(const Eigen::Matrix3Xd& position,
                                  const Eigen::Matrix3Xd& deviation,
-                                 const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time) {
-  constexpr double kLeastScale = 5e-3, kMostLeft = 1.0 / 3;
+                                 const Eigen::Matrix3Xd& velocity, const Eigen::VectorXd& time,
+                                 double noise) {
+  constexpr double kLeastScale = 5e-3, kMostLeft = 0.25, kTimesUnlike = 2;
   std::vector<Index> moving;
   for (Index k = 0; k < velocity.cols(); ++k)
     if (!velocity.col(k).isZero(0)) moving.push_back(k);
   if (std::ssize(moving) < kFewestOfShape) return std::nullopt;
   const AlongPath path = along_path(position, deviation, velocity.colwise().normalized(), moving);
-  const Eigen::Vector3d middle = position.rowwise().mean();
-  Eigen::MatrixXd columns(path.along.size(), 9);
-  for (Index row = 0; row < path.along.size(); ++row) {
-    const Index k = moving[row];
-    const double speed = velocity.col(k).norm();
-    columns.row(row) << path.columns.row(row), speed, speed * (time[k] - time.mean()),
-        velocity.col(k).dot(position.col(k) - middle) / speed;
-  }
-  const auto left_by = [&](const Eigen::MatrixXd& some) {
-    return rms_along(path.along - some * solved(some, path.along));
+  const Eigen::Matrix3Xd off = position(Eigen::all, moving).colwise() - position.rowwise().mean();
+  const Eigen::Matrix3Xd way = velocity(Eigen::all, moving).colwise().normalized();
+  const Eigen::VectorXd speed = velocity(Eigen::all, moving).colwise().norm().transpose();
+  Eigen::MatrixXd known(path.along.size(), 8);
+  known << path.columns, speed, speed.cwiseProduct((time(moving).array() - time.mean()).matrix());
+  Eigen::VectorXd solution;
+  const auto left_beside = [&](const Eigen::MatrixXd& more) {
+    Eigen::MatrixXd columns(known.rows(), known.cols() + more.cols());
+    columns << known, more;
+    solution = solved(columns, path.along);
+    return (path.along - columns * solution).squaredNorm();
   };
-  const double scale = solved(columns, path.along)[8];
-  if (std::abs(scale) < kLeastScale ||
-      left_by(columns) > kMostLeft * left_by(columns.leftCols<8>()))
+  const Eigen::MatrixXd unlike = unlike_stretches(off, way);
+  const Eigen::VectorXd alike = way.cwiseProduct(off).colwise().sum().transpose();
+  Eigen::MatrixXd both(unlike.rows(), unlike.cols() + 1);
+  both << unlike, alike;
+  const double noises = static_cast<double>(path.along.size()) * noise * noise;
+  const double before = left_beside(Eigen::MatrixXd(known.rows(), 0)) - noises;
+  const double by_both = left_beside(both), by_unlike = left_beside(unlike);
+  const double by_scale = left_beside(alike);
+  if (std::abs(solution[8]) < kLeastScale || by_scale - noises > kMostLeft * before ||
+      by_unlike - by_both < kTimesUnlike * (by_scale - by_both))
     return std::nullopt;
-  return scale;
+  return solution[8];
 }
 
 std::optional<OpenRecord> find_open(const Path& programmed, const Eigen::Matrix3Xd& deviation,
@@ -511,7 +545,10 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
                         ? std::nullopt
                         : find_open(programmed, deviation, velocity, straight, good);
   const auto pause = find_pause(programmed, without(measured, bad));
-  const auto scaled = aside || step ? std::nullopt : find_scale(wanted, deviation, velocity, time);
+  const auto scaled = aside || step
+                          ? std::nullopt
+                          : find_scale(wanted, deviation, velocity, time,
+                                       noise_of_samples(without(measured, bad)).value_or(0));
   RecordDoubts doubts{aside,
                       step,
                       rigid,
