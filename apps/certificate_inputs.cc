@@ -42,8 +42,9 @@ void add_certificate_options(Command& command, CertificateArguments& arguments) 
   command.add_input("Measured poses, each visited several times");
   command.add_output(ProductKind::document);
   command.add_new_sessions();
-  command.file("--robot", arguments.robot, "The robot whose predictions are the commanded poses")
-      .required();
+  Option robot = command.file("--robot", arguments.robot,
+                              "The robot whose predictions are the commanded poses; without it "
+                              "--path alone is certified");
   command
       .file("--about", arguments.about,
             "Robot, operator, date, instrument and its errors (armtrue-about/1)")
@@ -51,15 +52,18 @@ void add_certificate_options(Command& command, CertificateArguments& arguments) 
   command
       .option("--tolerance-mm", arguments.tolerance_mm,
               "Largest AP allowed; exit with 3 unless AP and its uncertainty stay below it")
-      .check(above_zero());
+      .check(above_zero())
+      .needs(robot);
   command
       .option("--cube", arguments.cube,
               "Names of the five poses of the standard's cube [P1,P2,P3,P4,P5, if all are there]")
-      .check(five_names());
+      .check(five_names())
+      .needs(robot);
   command
       .option("--refit", arguments.refit,
               "Fit these first, such as base,tool for a robot in another set-up")
-      .check(set_up_only());
+      .check(set_up_only())
+      .needs(robot);
   Option path =
       command.file("--path", arguments.path,
                    "Commanded path: path accuracy of its recorded passes is certified too");
@@ -80,8 +84,7 @@ void add_certificate_options(Command& command, CertificateArguments& arguments) 
   command.add_columns(kMeasuredPoseColumns);
 }
 
-std::optional<PathFigures> certified_path(Command& command, const CertificateArguments& arguments) {
-  if (arguments.path.empty()) return std::nullopt;
+PathFigures certified_path(Command& command, const CertificateArguments& arguments) {
   const PathFile commanded = command.read_path(arguments.path);
   refuse_corrected(commanded,
                    "the path as it should be as --path: AT is the distance of the tool from "

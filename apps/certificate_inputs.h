@@ -20,9 +20,9 @@ struct CertificateArguments {
 
 void add_certificate_options(Command& command, CertificateArguments& arguments);
 
-/// Accuracy of the path that the passes ran; nothing without --path. Throws InputError for files
-/// that are no programmed path or no record.
-std::optional<PathFigures> certified_path(Command& command, const CertificateArguments& arguments);
+/// Accuracy of the path that the passes ran. Throws InputError for files that are no programmed
+/// path or no record.
+PathFigures certified_path(Command& command, const CertificateArguments& arguments);
 
 /// Runs `work`, and adds the name of the file to its errors.
 template <typename Work>

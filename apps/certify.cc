@@ -42,8 +42,18 @@ void warn_of_criteria(app::Command& command, const app::CertificateArguments& ar
 
 int conclude(app::Command& command, const Certificate& certificate) {
   const auto mm = [](double value, double expanded) -> std::string {
-    return as_known(value / kMillimetre, expanded / kMillimetre);
+    return fixed_text(value / kMillimetre,
+                      decimals_of_figure(value / kMillimetre, expanded / kMillimetre));
   };
+  for (const std::string& note : certificate.notes) command.tell(note + "\n");
+  if (certificate.path) {
+    const PathFigures& path = *certificate.path;
+    const double of_at = certificate.path_budget->expanded;
+    command.report(fmt::format(
+        "AT {} mm, its uncertainty {} mm{}\n", mm(path.at, of_at), mm(of_at, of_at),
+        path.rt ? ", RT " + mm(*path.rt, path.rt_expanded().value_or(of_at)) + " mm" : ""));
+  }
+  if (!certificate.has_poses()) return app::kSuccess;
   const double expanded = certificate.budget.expanded;
   const int decimals = decimals_shown(certificate);
   const std::string figures =
@@ -55,14 +65,6 @@ int conclude(app::Command& command, const Certificate& certificate) {
                   fixed_text(certificate.all.ap.value / kMillimetre, decimals),
                   fixed_text(expanded / kMillimetre, decimals), rounded(certificate.budget.k),
                   mm(certificate.all.rp.value, certificate.all.rp_expanded().value_or(expanded)));
-  for (const std::string& note : certificate.notes) command.tell(note + "\n");
-  if (certificate.path) {
-    const PathFigures& path = *certificate.path;
-    const double of_at = certificate.path_budget->expanded;
-    command.report(fmt::format(
-        "AT {} mm, its uncertainty {} mm{}\n", mm(path.at, of_at), mm(of_at, of_at),
-        path.rt ? ", RT " + mm(*path.rt, path.rt_expanded().value_or(of_at)) + " mm" : ""));
-  }
   if (!certificate.decision || *certificate.decision == Decision::pass) {
     command.report(figures + "\n");
     return app::kSuccess;
@@ -71,12 +73,9 @@ int conclude(app::Command& command, const Certificate& certificate) {
   return app::kNotReached;
 }
 
-int run(app::Command& command, const app::CertificateArguments& arguments) {
-  const RobotFile file = command.read_robot(arguments.robot);
+Certificate certificate_of_poses(app::Command& command, const app::CertificateArguments& arguments,
+                                 const RobotFile& file, const About& about) {
   Robot robot = file.robot;
-  const About about = command.read_about(arguments.about);
-  std::optional<CertifiedValues> before;
-  if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
   const Campaign campaign = command.read_campaign(command.input, robot, app::Command::Copies::keep);
   if (campaign.has_pixels())
     throw InputError(campaign.source +
@@ -105,11 +104,33 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
     app::warn_of_all(command, {options.hidden.words});
     robot = refit_to_sound(robot, campaign, refit);
   }
-  options.path = app::certified_path(command, arguments);
+  if (!arguments.path.empty()) options.path = app::certified_path(command, arguments);
   const Evaluation evaluation = evaluate(robot, campaign);
   app::warn_of_all(command, {contradiction_of_uncertainty(robot, campaign, evaluation)});
-  const Certificate certificate = app::about_file(
+  Certificate certificate = app::about_file(
       campaign.source, [&] { return certify(robot, campaign, evaluation, about, options); });
+  for (const std::string& doubt : certificate.doubts) command.warn(campaign.source + ": " + doubt);
+  return certificate;
+}
+
+Certificate certificate_of_path(app::Command& command, const app::CertificateArguments& arguments,
+                                const About& about) {
+  if (command.input != "-")
+    throw app::UsageError("'" + command.input +
+                          "': poses need --robot, whose predictions are the commanded poses");
+  return certify_path(about, app::certified_path(command, arguments));
+}
+
+int run(app::Command& command, const app::CertificateArguments& arguments) {
+  if (arguments.robot.empty() && arguments.path.empty())
+    throw app::UsageError("give --robot and visited poses, or --path and --pass, or all of them");
+  std::optional<RobotFile> file;
+  if (!arguments.robot.empty()) file = command.read_robot(arguments.robot);
+  const About about = command.read_about(arguments.about);
+  std::optional<CertifiedValues> before;
+  if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
+  const Certificate certificate = file ? certificate_of_poses(command, arguments, *file, about)
+                                       : certificate_of_path(command, arguments, about);
   if (before && before->date > about.date)
     command.warn(fmt::format(
         "{}: is of {}, younger than these readings of {} ({}): before and now look exchanged; give "
@@ -119,13 +140,13 @@ int run(app::Command& command, const app::CertificateArguments& arguments) {
   if (before)
     comparison = app::about_file(arguments.against,
                                  [&] { return compare(*before, values_of(certificate)); });
-  for (const std::string& doubt : certificate.doubts) command.warn(campaign.source + ": " + doubt);
   for (const std::string& doubt : doubts_of(about)) command.warn(arguments.about + ": " + doubt);
-  if (const std::string doubt = doubt_of_type(about.type, robot.name); !doubt.empty())
-    command.warn(arguments.about + ": " + doubt);
-  if (const std::string doubt = before ? doubt_of_type(before->type, robot.name) : "";
-      !doubt.empty())
-    command.warn(arguments.against + ": " + doubt);
+  const auto warn_of_type = [&](const std::string& source, const std::string& type) {
+    const std::string doubt = file ? doubt_of_type(type, certificate.robot) : "";
+    if (!doubt.empty()) command.warn(source + ": " + doubt);
+  };
+  warn_of_type(arguments.about, about.type);
+  if (before) warn_of_type(arguments.against, before->type);
   if (const std::string doubt = comparison ? doubt_of_poses(*comparison) : ""; !doubt.empty())
     command.warn(arguments.against + ": " + doubt);
   std::vector<Product> products;

@@ -84,7 +84,10 @@ void add_notes_on_visits(const CampaignFigures& found, Certificate& certificate)
         mixed));
 }
 
-void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
+void add_path(const PathFigures& path, double range, Certificate& certificate) {
+  certificate.path = path;
+  certificate.path_budget = budget_of(certificate.about.stated, path.scatter, path.passes, range,
+                                      std::nullopt, path.at_of_scatter, path.at_of_frame);
   std::vector<std::string>& notes = certificate.notes;
   if (path.passes < kStandardPathCycles)
     notes.push_back(fmt::format("ISO 9283 asks for {} cycles of a path; there {}.",
@@ -268,14 +271,23 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
                     options.refitted,
                     std::isfinite(with_hidden) ? fmt::format("{:.3g} mm", with_hidden / kMillimetre)
                                                : "anything"));
-  certificate.path = options.path;
-  if (certificate.path) {
-    certificate.path_budget =
-        budget_of(about.stated, certificate.path->scatter, certificate.path->passes, range,
-                  std::nullopt, certificate.path->at_of_scatter, certificate.path->at_of_frame);
-    add_notes_on_path(*certificate.path, certificate);
-  }
+  if (options.path) add_path(*options.path, range, certificate);
   certificate.poses = std::move(found.poses);
+  return certificate;
+}
+
+Certificate certify_path(const About& about, const PathFigures& path) {
+  Certificate certificate;
+  certificate.about = about;
+  certificate.notes.emplace_back(
+      "Of a recorded path alone: AP and RP of poses are not certified; they need poses that were "
+      "visited several times, and the robot.");
+  if (!about.range && about.stated.mpe_per_metre > 0)
+    certificate.notes.push_back(
+        fmt::format("The instrument is taken to have read over {:.3g} m, the farthest sample from "
+                    "the origin of its frame; if it stood elsewhere, state range_mm.",
+                    path.range));
+  add_path(path, about.range.value_or(path.range), certificate);
   return certificate;
 }
 
@@ -290,8 +302,12 @@ CertifiedValues values_of(const Certificate& certificate) {
   CertifiedValues values{
       certificate.about.serial, certificate.about.type, certificate.about.date, {}, {}};
   const double expanded = certificate.budget.expanded;
-  add_figures(certificate.all, expanded, "", values.figures);
+  if (certificate.has_poses()) add_figures(certificate.all, expanded, "", values.figures);
   if (certificate.cube) add_figures(*certificate.cube, expanded, "cube ", values.figures);
+  if (const auto& path = certificate.path) {
+    values.figures.push_back({"at", path->at, certificate.path_budget->expanded});
+    if (path->rt) values.figures.push_back({"rt", *path->rt, path->rt_expanded()});
+  }
   for (const PoseFigures& figures : certificate.poses)
     values.poses.push_back(
         {figures.pose, figures.ap, expanded, joint_columns(figures, certificate.joints)});

@@ -43,6 +43,8 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   figures.of_path = cross_normal_planes(commanded, commanded).sample.size();
   figures.at = found.at;
   figures.rt = found.rt;
+  for (const Path& pass : passes)
+    figures.range = std::max(figures.range, pass.position.colwise().norm().maxCoeff());
   figures.frame_is_fitted = clock.fit_frame;
   if (clock.fit_frame) figures.at_of_frame = at_of_frame(commanded, clocks.front());
   if (n < 2) return figures;

@@ -19,12 +19,21 @@ std::string mm_as_known(const std::optional<double>& value, double expanded) {
   return value ? mm_as_known(*value, expanded) : "";
 }
 
-std::string poses_line(const Certificate& certificate) {
+// A figure that is not zero does not read 0.
+std::string figure_mm(double value, double expanded) {
+  return expanded > 0 ? fixed_text(value / kMillimetre,
+                                   decimals_of_figure(value / kMillimetre, expanded / kMillimetre))
+                      : mm_as_known(value, expanded);
+}
+
+std::string conditions_line(const Certificate& certificate) {
   const About& about = certificate.about;
-  return paragraph("Commanded poses: predicted by " + escaped(certificate.robot) +
-                   (about.calibrated_until.empty() ? std::string(".")
-                                                   : ". Instrument calibrated until " +
-                                                         escaped(about.calibrated_until) + "."));
+  return paragraph((certificate.has_poses()
+                        ? "Commanded poses: predicted by " + escaped(certificate.robot) + ". "
+                        : std::string()) +
+                   (about.calibrated_until.empty()
+                        ? std::string()
+                        : "Instrument calibrated until " + escaped(about.calibrated_until) + "."));
 }
 
 Tone tone_of_decision(const Certificate& certificate) {
@@ -68,7 +77,7 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
   const auto add_length = [&](const char* name, const std::optional<Largest>& largest,
                               const std::optional<double>& own, double decimals_of) {
     if (largest)
-      rows.push_back({name, mm_as_known(largest->value, decimals_of), mm_as_known(own, decimals_of),
+      rows.push_back({name, figure_mm(largest->value, decimals_of), mm_as_known(own, decimals_of),
                       escaped(largest->pose)});
   };
   const auto add_angle = [&](const char* name, const std::optional<Largest>& largest) {
@@ -90,11 +99,11 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
 }
 
 std::string path_table(const PathFigures& path, const Budget& budget) {
-  std::vector<TableRow> rows{{"path accuracy AT, mm", mm_as_known(path.at, budget.expanded),
+  std::vector<TableRow> rows{{"path accuracy AT, mm", figure_mm(path.at, budget.expanded),
                               mm_as_known(budget.expanded, budget.expanded)}};
   const std::optional<double> of_rt = path.rt_expanded();
   if (path.rt)
-    rows.push_back({"path repeatability RT, mm", mm_as_known(*path.rt, of_rt.value_or(0)),
+    rows.push_back({"path repeatability RT, mm", figure_mm(*path.rt, of_rt.value_or(0)),
                     mm_as_known(of_rt, of_rt.value_or(0))});
   return "<h2>Path, recorded " + std::to_string(path.passes) + " times</h2>\n" +
          table({"largest of " + std::to_string(path.planes) + " planes", "value", "U"}, rows);
@@ -116,9 +125,10 @@ std::string poses_table(const std::vector<PoseFigures>& poses, double expanded) 
   const auto ap = [&](const std::optional<double>& value) { return mm_as_known(value, expanded); };
   const auto mm = [](const std::optional<double>& value) { return mm_as_known(value, 0); };
   for (const PoseFigures& figures : poses)
-    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), ap(figures.ap),
-                    ap(figures.ap_axes.x()), ap(figures.ap_axes.y()), ap(figures.ap_axes.z()),
-                    mm(figures.rp), mm(figures.vap), mm(figures.drift_ap), mm(figures.drift_rp)});
+    rows.push_back({escaped(figures.pose), std::to_string(figures.visits),
+                    figure_mm(figures.ap, expanded), ap(figures.ap_axes.x()),
+                    ap(figures.ap_axes.y()), ap(figures.ap_axes.z()), mm(figures.rp),
+                    mm(figures.vap), mm(figures.drift_ap), mm(figures.drift_rp)});
   return "<h2>Poses, mm</h2>\n" +
          table({"pose", "visits", "AP", "AP<sub>x</sub>", "AP<sub>y</sub>", "AP<sub>z</sub>", "RP",
                 "vAP", "drift of AP", "drift of RP"},
@@ -157,8 +167,8 @@ void add_notes(Page& page, const std::vector<std::string>& notes) {
 
 int decimals_shown(const Certificate& certificate) {
   constexpr int kMore = 3;
-  const double expanded = certificate.budget.expanded / kMillimetre;
-  const int decimals = expanded > 0 ? decimals_of_uncertainty(expanded) : kMore;
+  const int decimals = decimals_of_figure(certificate.all.ap.value / kMillimetre,
+                                          certificate.budget.expanded / kMillimetre);
   for (int more = 0; certificate.decision && more <= kMore; ++more)
     if (law_holds(certificate, decimals + more)) return decimals + more;
   return decimals;  // without a decision, or undecided for another reason, which the notes say
@@ -169,18 +179,20 @@ std::string certificate_page(const Certificate& certificate,
   const double expanded = certificate.budget.expanded;
   PageHead stated = head;
   stated.about = certificate.about;
-  Page page(stated, certificate.about.type, "Certificate of pose accuracy");
+  const bool has_poses = certificate.has_poses();
+  Page page(stated, certificate.about.type,
+            has_poses ? "Certificate of pose accuracy" : "Certificate of path accuracy");
   add_decision(page, certificate);
-  page.add(poses_line(certificate));
+  page.add(conditions_line(certificate));
   if (certificate.cube) page.add(figures_table("Poses of the cube", *certificate.cube, expanded));
-  page.add(figures_table("All poses", certificate.all, expanded));
+  if (has_poses) page.add(figures_table("All poses", certificate.all, expanded));
   if (certificate.path) page.add(path_table(*certificate.path, *certificate.path_budget));
   page.add(paragraph("After ISO 9283:1998; axes of the instrument's frame."));
-  page.add(budget_table("AP", certificate.budget));
+  if (has_poses) page.add(budget_table("AP", certificate.budget));
   if (certificate.path_budget) page.add(budget_table("AT", *certificate.path_budget));
   if (comparison) page.add(comparison_table(*comparison));
   add_notes(page, certificate.notes);
-  page.add(poses_table(certificate.poses, expanded));
+  if (has_poses) page.add(poses_table(certificate.poses, expanded));
   page.section("Files");
   page.add(page.inputs());
   page.add(

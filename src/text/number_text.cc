@@ -78,6 +78,11 @@ int decimals_of_uncertainty(double uncertainty) {
   return std::max(0, 1 - power);
 }
 
+int decimals_of_figure(double figure, double uncertainty) {
+  const int of_first_digit = figure > 0 ? decimals_of_uncertainty(figure) - 1 : 0;
+  return std::max(of_first_digit, uncertainty > 0 ? decimals_of_uncertainty(uncertainty) : 3);
+}
+
 NumberText fixed_text(double value, int decimals) {
   require_finite(value);
   const std::string text = fmt::format("{:.{}f}", with_ties_away(value), decimals);

@@ -56,6 +56,9 @@ TEST(NumberText, HasTheDecimalsOfItsUncertainty) {
   EXPECT_EQ(as_known(1234.6, 126), "1235");
   EXPECT_EQ(as_known(-0.0004, 0.08), "0.000");
   EXPECT_EQ(as_known(0.30004, 0), "0.3");
+  EXPECT_EQ(decimals_of_figure(0.30004, 20), 1);
+  EXPECT_EQ(decimals_of_figure(0.30004, 0.08122), 3);
+  EXPECT_EQ(decimals_of_figure(0, 20), 0);
   EXPECT_THROW(as_known(NAN, 0.1), InputError);
 }
 

@@ -36,7 +36,7 @@ struct CertificateOptions {
   std::optional<PathFigures> path;    ///< of a recorded path, if there is one
 };
 
-/// The figures and the conditions under which they are valid.
+/// The figures and the conditions under which they are valid. Of a path alone the rest is empty.
 struct Certificate {
   About about;
   std::string robot, refitted;
@@ -52,7 +52,12 @@ struct Certificate {
   std::vector<std::string> notes;  ///< sentences on the limits of the figures
   /// Contradictions within the readings, see doubts_of_visits(); also among the notes.
   std::vector<std::string> doubts;
+
+  bool has_poses() const { return !poses.empty(); }
 };
+
+/// Of a recorded path alone: AT and RT.
+Certificate certify_path(const About& about, const PathFigures& path);
 
 /// Throws std::invalid_argument, with a remedy, if no pose has two visits or a pose of the cube is
 /// not among those judged.
@@ -67,14 +72,14 @@ JointColumns joint_columns(const PoseFigures& figures, const std::vector<JointNa
 
 /// A value of a certificate with its expanded uncertainty [m].
 struct CertifiedValue {
-  std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, or the name of a pose
+  std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, `at`, `rt`, or the name of a pose
   double value = 0;
   std::optional<double> expanded;  ///< empty if the visits do not show it
   JointColumns joints{};           ///< of a pose; older certificates have none
 };
 
-/// The values of a certificate that a comparison uses: ap and rp of all poses and of the cube, and
-/// AP of each pose.
+/// The values of a certificate that a comparison uses: ap and rp of all poses and of the cube, at
+/// and rt of the path, and AP of each pose.
 struct CertifiedValues {
   std::string serial, type, date;
   std::vector<CertifiedValue> figures, poses;

@@ -30,6 +30,9 @@ struct PathFigures {
   /// Scatter of a pass, per axis [m]. Neighbouring planes share their errors, so it has the degrees
   /// of freedom of one plane, 2 (n - 1).
   Scatter scatter;
+  /// Farthest sample of a pass from the origin of its frame, where instruments stand that read in
+  /// their own frame [m].
+  double range = 0;
   bool frame_is_fitted = false;
   /// Standard uncertainty of the deviation in a plane by a fitted frame, in the plane and the
   /// direction where it is largest [m]: the frame takes up what of the deviation looks like a

@@ -15,7 +15,7 @@ std::string certificate_page(const Certificate& certificate,
                              const std::optional<Comparison>& comparison, const PageHead& head);
 
 /// How many decimals of a mm the largest AP and its U show: those of two significant digits of U,
-/// or up to three more where rounding would contradict the decision.
+/// more where AP would read 0, or up to three more where rounding would contradict the decision.
 int decimals_shown(const Certificate& certificate);
 
 }  // namespace armtrue

@@ -52,6 +52,10 @@ NumberText fixed_text(double value, int decimals);
 /// The value with the decimals of its uncertainty; rounded() if that is zero.
 NumberText as_known(double value, double uncertainty);
 
+/// The same, but of a figure above zero at least the first digit: it does not read 0 beside a large
+/// uncertainty.
+int decimals_of_figure(double figure, double uncertainty);
+
 /// The shortest decimal v with v * unit == si, so that a file with v reads back exactly. If
 /// rounding leaves no such v, the nearest one.
 NumberText number_text(double si, double unit);

@@ -123,6 +123,17 @@ void read_set(YamlMap map, const std::string& prefix, std::vector<CertifiedValue
   values.push_back(certified_value(map.map("rp_mm"), prefix + "rp"));
 }
 
+void read_path_figures(YamlMap map, std::vector<CertifiedValue>& values) {
+  const auto mm = [](YamlMap& from, const char* key) {
+    return not_negative(from, key) * kMillimetre;
+  };
+  YamlMap budget = map.map("budget");
+  values.push_back({"at", mm(map, "at_mm"), mm(budget, "expanded_mm")});
+  if (!map.has("rt_mm")) return;
+  values.push_back({"rt", mm(map, "rt_mm"), {}});
+  if (map.has("rt_expanded_mm")) values.back().expanded = mm(map, "rt_expanded_mm");
+}
+
 }  // namespace
 
 AboutFile read_about(const std::string& path) {
@@ -145,6 +156,8 @@ CertificateFile read_certificate(const std::string& path) {
   file.values.serial = robot.text("serial");
   file.values.type = robot.text("type", "");
   file.values.date = date_text(about, "date");
+  if (document.has("path")) read_path_figures(document.map("path"), file.values.figures);
+  if (document.has("path") && !document.has("all")) return file;
   read_set(document.map("all"), "", file.values.figures);
   if (document.has("cube")) read_set(document.map("cube"), "cube ", file.values.figures);
   YamlMap budget = document.map("budget");

@@ -142,16 +142,16 @@ Document write_certificate(const Certificate& certificate,
   YAML::Node root;
   root["format"] = "armtrue-certificate/1";
   root["provenance"] = provenance_node(provenance);
-  root["robot"] = certificate.robot;
+  if (certificate.has_poses()) root["robot"] = certificate.robot;
   root["about"] = about_node(certificate.about);
   if (certificate.tolerance)
     root["tolerance_mm"] = number_text(*certificate.tolerance, kMillimetre);
   if (certificate.decision) root["result"] = decision_name(*certificate.decision);
   if (!certificate.refitted.empty()) root["refitted"] = certificate.refitted;
   if (certificate.cube) root["cube"] = set_node(*certificate.cube, certificate.budget);
-  root["all"] = set_node(certificate.all, certificate.budget);
+  if (certificate.has_poses()) root["all"] = set_node(certificate.all, certificate.budget);
   if (certificate.path) root["path"] = path_node(*certificate.path, *certificate.path_budget);
-  root["budget"] = budget_node(certificate.budget);
+  if (certificate.has_poses()) root["budget"] = budget_node(certificate.budget);
   for (const PoseFigures& figures : certificate.poses)
     root["poses"].push_back(pose_node(figures, certificate.joints));
   root["notes"] = texts_node(certificate.notes);
