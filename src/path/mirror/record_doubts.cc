@@ -257,11 +257,13 @@ std::optional<double> find_scale(const Eigen::Matrix3Xd& position,
     if (!velocity.col(k).isZero(0)) moving.push_back(k);
   if (std::ssize(moving) < kFewestOfShape) return std::nullopt;
   const AlongPath path = along_path(position, deviation, velocity.colwise().normalized(), moving);
-  const Eigen::Matrix3Xd off = position(Eigen::all, moving).colwise() - position.rowwise().mean();
-  const Eigen::Matrix3Xd way = velocity(Eigen::all, moving).colwise().normalized();
-  const Eigen::VectorXd speed = velocity(Eigen::all, moving).colwise().norm().transpose();
+  const Eigen::Matrix3Xd place = position(Eigen::all, moving), moves = velocity(Eigen::all, moving);
+  const Eigen::Matrix3Xd off = place.colwise() - Eigen::Vector3d(position.rowwise().mean());
+  const Eigen::Matrix3Xd way = moves.colwise().normalized();
+  const Eigen::VectorXd speed = moves.colwise().norm().transpose();
+  const Eigen::VectorXd since = time(moving).array() - time.mean();
   Eigen::MatrixXd known(path.along.size(), 8);
-  known << path.columns, speed, speed.cwiseProduct((time(moving).array() - time.mean()).matrix());
+  known << path.columns, speed, speed.cwiseProduct(since);
   Eigen::VectorXd solution;
   const auto left_beside = [&](const Eigen::MatrixXd& more) {
     Eigen::MatrixXd columns(known.rows(), known.cols() + more.cols());
