@@ -338,6 +338,13 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
         passes.front().source +
         ": the tool deviates against the force on it, as no arm does: has an axis of the record or "
         "of the force the wrong sign? The correction would double the deviation");
+  if (const auto axes = exchanged_forces(programmed.path, result, options))
+    command.warn(
+        fmt::format("{}: the tool yields to f{}_n along {} and to f{}_n along {}, as no arm does: "
+                    "are these columns "
+                    "of the force exchanged?",
+                    passes.front().source, "xyz"[axes->second], "xyz"[axes->first],
+                    "xyz"[axes->first], "xyz"[axes->second]));
   if (options.executed && deviates_as_before(programmed.path, result, *options.executed))
     command.warn(
         passes.front().source +

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "armtrue/path/low_pass.h"
 #include "linear_algebra/decompositions.h"
@@ -78,13 +79,47 @@ std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::ve
   return found;
 }
 
+namespace {
+
+std::optional<ForceLaw> law_of_arm(const Path& programmed, const MirrorResult& result,
+                                   const MirrorOptions& options,
+                                   const std::array<Index, 3>& force_axes) {
+  PathDeviation deviation = options.executed
+                                ? from_executed(result.deviation, programmed, *options.executed)
+                                : result.deviation;
+  if (deviation.force.cols() == 0) return std::nullopt;
+  deviation.force = deviation.force(force_axes, Eigen::all).eval();
+  deviation.engagement.noise = deviation.engagement.noise(force_axes).eval();
+  return force_law(deviation, programmed, position_at(programmed, deviation.time),
+                   LowPass(options.order, result.cutoff, 1 / deviation.period));
+}
+
+}  // namespace
+
+std::optional<std::pair<Index, Index>> exchanged_forces(const Path& programmed,
+                                                        const MirrorResult& result,
+                                                        const MirrorOptions& options) {
+  constexpr double kTimesLess = 4, kMostUnexplained = 0.5;
+  const auto given = law_of_arm(programmed, result, options, {0, 1, 2});
+  if (!given) return std::nullopt;
+  const auto follows = [](const ForceLine& line) { return line.k && line.k->ci95[0] > 0; };
+  for (const auto& [a, b] : {std::pair<Index, Index>(0, 1), {0, 2}, {1, 2}}) {
+    std::array<Index, 3> axes{0, 1, 2};
+    std::swap(axes[a], axes[b]);
+    const auto other = law_of_arm(programmed, result, options, axes);
+    const auto explains = [&](Index axis) {
+      const double left = 1 - other->axis[axis].r2;
+      return follows(other->axis[axis]) && left < kMostUnexplained &&
+             kTimesLess * left < 1 - given->axis[axis].r2;
+    };
+    if (explains(a) && explains(b)) return std::pair(a, b);
+  }
+  return std::nullopt;
+}
+
 bool deviates_against_force(const Path& programmed, const MirrorResult& result,
                             const MirrorOptions& options) {
-  const PathDeviation deviation =
-      options.executed ? from_executed(result.deviation, programmed, *options.executed)
-                       : result.deviation;
-  const auto law = force_law(deviation, programmed, position_at(programmed, deviation.time),
-                             LowPass(options.order, result.cutoff, 1 / deviation.period));
+  const auto law = law_of_arm(programmed, result, options, {0, 1, 2});
   if (!law || !law->directions[0].compliance) return false;
   const ForceDirection& strongest = law->directions[0];
   double value = 0, variance = 0;

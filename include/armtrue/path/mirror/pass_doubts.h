@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "armtrue/path/mirror/mirror.h"
@@ -24,6 +25,13 @@ struct UnlikePass {
 /// records of the result, bad samples included.
 std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::vector<Path>& passes,
                                            const MirrorResult& result);
+
+/// Two axes of the force that look exchanged: along both the tool yields to the force of the other,
+/// which leaves less than a quarter of what the own force leaves of the deviation. Each law has one
+/// number for each axis. No arm yields so: its compliance is symmetric and positive.
+std::optional<std::pair<Eigen::Index, Eigen::Index>> exchanged_forces(const Path& programmed,
+                                                                      const MirrorResult& result,
+                                                                      const MirrorOptions& options);
 
 /// Whether the tool deviates against the force on it: the compliance along the strongest direction
 /// of the force is below zero by three standard deviations. As no arm does that, an axis of the
