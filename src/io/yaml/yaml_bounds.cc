@@ -4,8 +4,10 @@
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
 
+#include <algorithm>
 #include <map>
 #include <sstream>
+#include <string_view>
 #include <vector>
 
 #include "armtrue/text/input_error.h"
@@ -15,6 +17,8 @@ namespace armtrue {
 namespace {
 
 constexpr size_t kMaxYamlBytes = 64 << 20;
+constexpr std::ptrdiff_t kMaxYamlPiece =
+    100'000;  // bytes in one line without a sign that ends a value
 constexpr long kMaxYamlValues = 500'000;
 constexpr size_t kMaxYamlLevels = 50;
 
@@ -96,6 +100,21 @@ class BoundsHandler : public YAML::EventHandler {
   std::map<YAML::anchor_t, long> sizes_;
 };
 
+// The reader, and whoever compares a name with what is known, take seconds for each MB of a value.
+void check_pieces(const std::string& text, const std::string& file) {
+  const auto ends_value = [](char c) {
+    return std::string_view(",[]{}\r\n").find(c) != std::string_view::npos;
+  };
+  for (auto from = text.begin(); from != text.end();) {
+    const auto end = std::find_if(from, text.end(), ends_value);
+    if (end - from > kMaxYamlPiece)
+      throw InputError(
+          file + ":" + std::to_string(1 + std::count(text.begin(), from, '\n')) +
+          ": holds a value of more than 100 kB; no file of armtrue does: check its name");
+    from = end == text.end() ? end : end + 1;
+  }
+}
+
 // Where a document cannot be read further, with the line as it stands there.
 std::string near(const std::string& text, const YAML::Mark& mark) {
   std::istringstream lines(text);
@@ -119,6 +138,7 @@ std::string near(const std::string& text, const YAML::Mark& mark) {
 void check_yaml_bounds(const std::string& text, const std::string& file) {
   if (text.size() > kMaxYamlBytes)
     throw InputError(file + ": is larger than 64 MB; no file of armtrue is: check its name");
+  check_pieces(text, file);
   std::istringstream stream(text);
   BoundsHandler handler(file);
   try {
