@@ -75,6 +75,18 @@ class Sags {
     return best_of(columns, columns.cols());
   }
 
+  // The largest share of the squared residual that gravity along any one vector can explain:
+  // torques are linear in gravity, so those along three axes together explain no less.
+  double most_of_any() const {
+    Eigen::MatrixXd columns(equations_.residual.size(), 0);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::MatrixXd own = columns_along(Vector3d::Unit(axis));
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + own.cols());
+      columns.rightCols(own.cols()) = own;
+    }
+    return fit_beside(columns, equations_).share;
+  }
+
   // The largest fall of BIC by gravity along this unit vector, by harmonics of the angle of one
   // joint on a parameter of its link or the next one, and by both.
   double best_rival(const Vector3d& direction) const {
@@ -173,6 +185,7 @@ std::optional<Suspicion> find_direction_of_gravity(const PlainFit& fit) {
   if (fit.readings.rows() == 0 || robot.gravity.norm() == 0 || robot.ground_link)
     return std::nullopt;
   const Sags sags(fit);
+  if (sags.by_masses() && sags.most_of_any() < kShareThatMatters) return std::nullopt;
   const Vector3d of_file = robot.gravity.normalized();
   Vector3d best = of_file;
   Sag found;
