@@ -13,11 +13,12 @@ import sys
 import yaml
 
 ROBOTS = {"krl": "kr10-r1100", "rapid": "irb6700-200-260", "fanuc": "r2000ic-165f"}
-STEP = 1e-6  # rad
+STEP, SMALLEST_STEP = 1e-6, 1e-13  # rad
 
 
 def product(a, b):
-    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+    columns = list(zip(*b))
+    return [[u * x + v * y + w * z + t * o for x, y, z, o in columns] for u, v, w, t in a]
 
 
 def unit():
@@ -41,13 +42,11 @@ def pose_of(links, q):
     pose, joints = unit(), iter(q)
     for link in links:
         turn = math.radians(link["theta_deg"]) + (next(joints) if link["joint"] == "revolute" else 0)
-        for step in (
-            rotation(0, math.radians(link["alpha_deg"])),
-            shift(link["d_mm"], 0, 0),
-            rotation(2, turn),
-            shift(0, 0, link["r_mm"]),
-        ):
-            pose = product(pose, step)
+        fixed = rotation(0, math.radians(link["alpha_deg"]))
+        fixed[0][3] = link["d_mm"]
+        moved = rotation(2, turn)
+        moved[2][3] = link["r_mm"]
+        pose = product(product(pose, fixed), moved)
     return pose
 
 
@@ -77,7 +76,10 @@ def joints_of(links, wanted, q):
         for j in range(6):
             moved = pose_of(links, [v + STEP * (k == j) for k, v in enumerate(q)])
             columns.append([v / STEP for v in difference(moved, here)])
-        q = [v + step for v, step in zip(q, solved(columns, difference(wanted, here)))]
+        steps = solved(columns, difference(wanted, here))
+        q = [v + step for v, step in zip(q, steps)]
+        if max(map(abs, steps)) < SMALLEST_STEP:
+            break
     return q
 
 
