@@ -2,13 +2,17 @@
 
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace armtrue {
+
+class FlowGraph;
 
 /// The order in which the statements of a program run, as far as its text says: routines, calls,
 /// branches, loops, jumps. It shows where a setting of the program (a tool, a frame) holds for
@@ -39,6 +43,7 @@ class ProgramFlow {
   };
   void add(Step step, size_t at, const std::string& name = "") {
     steps_.push_back({at, step, name});
+    graph_.reset();
   }
 
   static constexpr int kUncertain = std::numeric_limits<int>::min();
@@ -48,24 +53,30 @@ class ProgramFlow {
     bool operator==(const Setting&) const = default;
   };
 
-  /// The values of a setting by place.
+  /// The values of a setting by place. Only what is asked for is followed, against the ways, up to
+  /// the settings; mostly the text continues from one of them, and nothing is followed.
   class Values {
    public:
     /// kUncertain where it has several, or where nothing in the text leads.
     int at(size_t place) const;
 
    private:
-    friend class FlowOfValue;
-    friend class FlowOfVariables;
     friend class ProgramFlow;
-    int behind(size_t place) const;  // also that of no way that leads there
+    std::span<const Setting> settings_in(int node) const;
+    void find_changing() const;
+    int join_of_ways(int node) const;
+    void follow(int node) const;
 
-    int initial_ = 0;
-    std::vector<std::pair<size_t, int>> changes_;  // from this place on: this value
+    std::shared_ptr<const FlowGraph> graph_;
+    std::vector<Setting> settings_;  // in the order of the text
+    int initial_ = kUncertain;
+    // Once a place asked for them:
+    mutable std::optional<std::set<int>> changing_;  // routines, themselves or by their calls
+    mutable std::map<int, int> known_;               // nodes: the value where each begins
   };
   /// `initial`: the value with which the program begins. A routine that nothing here calls begins
   /// with it, or with what another one of these leaves.
-  Values follow(const std::vector<Setting>& settings, int initial) const;
+  Values follow(std::vector<Setting> settings, int initial = kUncertain) const;
 
   /// The ways between places, as a graph: of each node those from which the program comes to it.
   /// The first nodes are the places, then comes the begin of the program; the others are junctions.
@@ -80,74 +91,16 @@ class ProgramFlow {
   std::vector<std::pair<size_t, std::string>> calls_of_others() const;
 
  private:
-  friend class FlowOfValue;
-  friend class FlowOfVariables;
-  friend class WaysOfFlow;
+  friend class FlowGraph;
   struct Place {
     size_t at;
     Step step;
     std::string name;
   };
+  std::shared_ptr<const FlowGraph> graph() const;
+
   std::vector<Place> steps_;
-};
-
-/// Follows many variables through one program, whose values at its beginning nobody knows. A
-/// routine that changes a variable neither itself nor by its calls hands on the value with which it
-/// is called, so only the others are followed: the cost of a variable grows with the routines that
-/// change it and those that call them, not with the program. Mostly a variable is used where the
-/// text continues from its assignment; then nothing is followed.
-class FlowOfVariables {
- public:
-  /// `flow`: all its steps; it must outlive this.
-  explicit FlowOfVariables(const ProgramFlow& flow);
-
-  /// The values of one variable by place.
-  class Values {
-   public:
-    /// ProgramFlow::kUncertain where it has several, or where nothing in the text leads.
-    int at(size_t place) const;
-
-   private:
-    friend class FlowOfVariables;
-    std::optional<int> given_at(size_t place) const;
-    void follow() const;
-    bool is_followed(int routine) const;
-    int entry(int routine) const;
-
-    const FlowOfVariables* flow_ = nullptr;
-    std::vector<ProgramFlow::Setting> settings_;  // in the order of the text
-    // Once a place asked for them:
-    mutable bool is_known_ = false;
-    mutable std::vector<int> followed_;   // routines, in ascending order
-    mutable ProgramFlow::Values values_;  // in them
-    mutable std::map<int, int> entries_;  // of the others, as far as they were asked for
-  };
-  /// The values must not outlive this.
-  Values follow(std::vector<ProgramFlow::Setting> settings) const;
-
- private:
-  using Place = ProgramFlow::Place;
-  struct Routine {
-    std::string name;
-    std::vector<const Place*> steps{};  // but for its calls
-  };
-  struct Call {
-    const Place* step;
-    int caller;
-  };
-
-  int routine_at(size_t place) const;
-  std::vector<int> routines_to_follow(const std::vector<ProgramFlow::Setting>& settings) const;
-
-  const ProgramFlow& flow_;
-  std::vector<const Place*> steps_;  // in their order
-  std::vector<int> routine_behind_;  // of each step
-  std::vector<size_t> joins_;        // places to which a way may lead that is not the text before
-  std::vector<Routine> routines_;
-  std::map<std::string, std::vector<int>> named_;   // routines
-  std::map<std::string, std::vector<Call>> calls_;  // by the name that they call
-  std::vector<int> endless_;
-  bool is_simple_ = true;  // no calls without a name, no interrupts
+  mutable std::shared_ptr<const FlowGraph> graph_;  // of these steps, once it was asked for
 };
 
 }  // namespace armtrue

@@ -33,7 +33,7 @@ class RapidData {
 
   void read(const std::vector<Statement>& statements);
   /// How the program runs, once it is read; it must outlive this.
-  void set_flow(const ProgramFlow& flow) { flow_.emplace(flow); }
+  void set_flow(const ProgramFlow& flow) { flow_ = flow; }
 
   /// The point that an argument stands for; -1 and the reason if it cannot be followed. `depth`: of
   /// the displacements that it stands in.
@@ -113,7 +113,7 @@ class RapidData {
     std::vector<Change> changes;
     bool is_taken = false;  // a point that is followed takes its value
     bool is_lost = false;   // something else may change it, too, or it is an array
-    std::map<std::vector<size_t>, FlowOfVariables::Values> flows;  // by indices of changes
+    std::map<std::vector<size_t>, ProgramFlow::Values> flows;  // by indices of changes
   };
   using FramesOfMove = std::pair<int, int>;  // work object and tool, in RobotProgram::frames
   struct Offset {
@@ -225,7 +225,7 @@ class RapidData {
   RapidRoutines routines_;                                 // of all texts
   std::map<std::string, std::vector<Datum*>> procedures_;  // their parameters, by position
   RapidExternalAxes external_;
-  std::optional<FlowOfVariables> flow_;
+  std::optional<ProgramFlow> flow_;
 };
 
 }  // namespace armtrue

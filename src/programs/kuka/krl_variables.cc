@@ -27,11 +27,10 @@ bool is_whole(const KrlValue& value) {
 void KrlVariables::follow() {
   constexpr int kRounds = 8;  // more variables in a chain, of no real program, would take long
   bool is_changed = true;
-  flow_ = std::make_unique<FlowOfVariables>(steps_);
   for (auto& [name, variable] : variables_) note_what_stays(variable);
   for (int round = 0; is_changed && round < kRounds; ++round) {
     is_changed = false;
-    for (auto& [name, variable] : variables_) is_changed |= follow(name, *flow_, variable);
+    for (auto& [name, variable] : variables_) is_changed |= follow(name, variable);
   }
   for (auto& [name, variable] : variables_) note_what_is_stated(variable);
 }
@@ -62,8 +61,7 @@ void KrlVariables::note_what_stays(Variable& variable) const {
   variable.stays = stays;
 }
 
-bool KrlVariables::follow(const std::string& name, const FlowOfVariables& flow,
-                          Variable& variable) {
+bool KrlVariables::follow(const std::string& name, Variable& variable) {
   std::vector<int> set;
   for (const KrlChange& change : variable.changes) {
     const std::optional<KrlValue> value = set_by(name, change);
@@ -72,7 +70,7 @@ bool KrlVariables::follow(const std::string& name, const FlowOfVariables& flow,
   if (variable.is_followed && set == variable.set) return false;
   std::vector<ProgramFlow::Setting> settings;
   for (size_t i = 0; i < set.size(); ++i) settings.push_back({variable.changes[i].begin, set[i]});
-  variable.values = flow.follow(std::move(settings));
+  variable.values = steps_.follow(std::move(settings));
   variable.set = std::move(set);
   return variable.is_followed = true;
 }

@@ -79,7 +79,7 @@ class KrlVariables {
  private:
   struct Variable {
     std::vector<KrlChange> changes;
-    FlowOfVariables::Values values;
+    ProgramFlow::Values values;
     std::vector<int> set;  // by each change; of values_
     KrlValue declared;
     std::optional<KrlFdat> stays;  // of the declared FDAT: what no change alters
@@ -90,7 +90,7 @@ class KrlVariables {
     bool is_followed = false;
   };
 
-  bool follow(const std::string& name, const FlowOfVariables& flow, Variable& variable);
+  bool follow(const std::string& name, Variable& variable);
   void note_what_is_stated(Variable& variable) const;
   bool sets_coordinate(const KrlChange& change) const;
   std::optional<KrlValue> set_by(const std::string& name, const KrlChange& change) const;
@@ -107,7 +107,6 @@ class KrlVariables {
   std::string_view src_;
   const ProgramFlow steps_;
   bool has_external_ = true;
-  std::unique_ptr<FlowOfVariables> flow_;
   std::map<std::string, KrlValue> constants_;
   std::map<std::string, Variable> variables_;
   std::map<std::string, std::string> types_;

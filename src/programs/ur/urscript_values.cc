@@ -24,7 +24,7 @@ constexpr int kShifted = -2;        // a target that is in no frame, and not whe
 
 void UrValues::read(const std::vector<Statement>& statements, const UrStructure& structure) {
   scopes_ = structure.scopes;
-  flow_.emplace(structure.flow);
+  flow_ = structure.flow;
   for (const UrParameter& parameter : structure.parameters) {
     Variable& variable = variables_.declare(parameter.name, parameter.scope);
     variable.parameter = parameter.parameter;
@@ -110,7 +110,7 @@ const UrValues::Assignment* UrValues::assignment_at(Variable& variable, size_t a
       std::vector<ProgramFlow::Setting> settings;
       for (const Assignment& assignment : variable.assignments)
         settings.push_back({assignment.value.end, static_cast<int>(settings.size())});
-      variable.flow = flow_->follow(std::move(settings));
+      variable.flow = flow_.follow(std::move(settings));
     }
     const int value = variable.flow->at(at);
     if (value == ProgramFlow::kUncertain) return nullptr;

@@ -104,7 +104,7 @@ class UrValues {
   };
   struct Variable {
     std::vector<Assignment> assignments;
-    std::optional<FlowOfVariables::Values> flow;  // which of them holds, once it was asked for
+    std::optional<ProgramFlow::Values> flow;      // which of them holds, once it was asked for
     bool is_calculated = false;                   // its value is that of a call
     std::optional<RoutineParameter> parameter;    // that it is
     std::optional<Statement> handed;              // that stands for it
@@ -170,7 +170,7 @@ class UrValues {
   std::vector<ProgramFrame>& frames_;
   const KnownFrames& known_;
   Scopes scopes_;
-  std::optional<FlowOfVariables> flow_;
+  ProgramFlow flow_;
   ScopedNames<Variable> variables_;
   std::map<size_t, double> numbers_;  // by where the expressions begin
   int numbers_in_one_another_ = 0;    // that are being found
