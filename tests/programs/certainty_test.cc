@@ -1189,6 +1189,42 @@ TEST(Certainty, AFanucPointInTheActiveFrameNeedsItsNumber) {
   EXPECT_EQ(tool_of(program, 0), "UT[3]");
 }
 
+// What a program that is called, or that this calls, does to frames: where its text is there and
+// names none, they stay.
+TEST(Certainty, AFanucCallOfAProgramWithoutFramesKeepsThem) {
+  const Dialect& dialect = *find_dialect("fanuc");
+  const auto text = [](const std::string& name, const std::string& lines,
+                       const std::string& positions = "") {
+    return ProgramText{name + ".LS",
+                       "/PROG " + name + "\n/MN\n" + lines + "/POS\n" + positions + "/END\n"};
+  };
+  const auto frames_of_move = [&](const std::string& call, const std::string& of_a,
+                                  const std::string& of_b) {
+    const std::vector<ProgramText> own{
+        text("MAIN",
+             "1:  UFRAME_NUM=2 ;\n2:  UTOOL_NUM=3 ;\n3:  " + call +
+                 " ;\n4:L P[1] 9mm/sec FINE ;\n5:L P[2] 9mm/sec FINE ;\n",
+             fanuc_position(1, "UF : F, UT : F") + fanuc_position(2))};
+    const RobotProgram program =
+        parse_program(dialect, own, {}, TargetParts::pose,
+                      what_others_declare(dialect, own, {text("A", of_a), text("B", of_b)}));
+    std::vector<std::string> frames;
+    for (const ProgramTarget& target : program.targets)
+      if (target.line == 6)
+        frames = {program.frames.at(target.base).name, program.frames.at(target.tool).name};
+    return frames;
+  };
+  const std::string gripper = "1:  RO[1]=ON ;\n2:  PR[7]=LPOS ;\n", calls_b = "1:  CALL B ;\n";
+  for (const std::string& call : {"CALL A", "AUFRUF A(1)", "RUN A", "IF DI[1]=ON,CALL A"}) {
+    EXPECT_THAT(frames_of_move(call, gripper, ""), ElementsAre("UF[2]", "UT[3]")) << call;
+    EXPECT_THAT(frames_of_move(call, calls_b, gripper), ElementsAre("UF[2]", "UT[3]")) << call;
+    for (const std::string set : {"UFRAME_NUM=1", "UTOOL_NUM=1", "WKZ_NUM=1", "UTOOL[3]=PR[1]",
+                                  "IF (R[1]=1),UFRAME_NUM=R[1]", "$MNUFRAMENUM[1]=1", "CALL C"})
+      EXPECT_THAT(frames_of_move(call, calls_b, "1:  " + set + " ;\n"), ElementsAre())
+          << call << ", " << set;
+  }
+}
+
 TEST(Certainty, AFanucFrameThatTheProgramSetsIsNotKnownFromThereOn) {
   const std::string move = "L P[1] 9mm/sec FINE ;\n";
   const auto lines = [&](const std::string& moves) {

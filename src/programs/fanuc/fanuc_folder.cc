@@ -44,7 +44,7 @@ class FanucFolder : public FolderTexts {
 
  private:
   struct Program {
-    std::set<std::string> registers;  // that it assigns
+    std::set<std::string> values;  // that it sets
     std::set<std::string> calls;
   };
 
@@ -58,7 +58,8 @@ class FanucFolder : public FolderTexts {
     const std::string prog = cursor.take_name();
     if (prog.empty()) return;
     Program& named = programs_[prog];
-    named.registers.merge(fanuc_values_set_in(text, "PR"));
+    named.values.merge(fanuc_values_set_in(text, "PR"));
+    if (sets_fanuc_frames(text)) named.values.insert("UFRAME_NUM");
     named.calls.merge(calls_in(text));
   }
 
@@ -80,7 +81,7 @@ class FanucFolder : public FolderTexts {
       const auto program = programs_.find(open.back());
       open.pop_back();
       if (program == programs_.end()) return std::nullopt;
-      for (const std::string& name : program->second.registers) assignments += name + "=0\n";
+      for (const std::string& name : program->second.values) assignments += name + "=0\n";
       for (const std::string& next : program->second.calls)
         if (seen.insert(next).second) open.push_back(next);
     }

@@ -14,9 +14,10 @@ constexpr double kMost = 1000;
 }  // namespace
 
 FanucFrames::FanucFrames(std::string_view text, const std::vector<Statement>& statements,
-                         const ProgramFlow& flow, const FanucAssignments& registers)
+                         const ProgramFlow& flow, const FanucAssignments& registers,
+                         const FanucRegisters& listed)
     : registers_(registers) {
-  for (const Statement& statement : statements) read_statement(text, statement);
+  for (const Statement& statement : statements) read_statement(text, statement, listed);
   displaced_ = flow.follow(displacements_, 0);
   for (Kind* kind : {&frames_, &tools_}) {
     kind->active = flow.follow(kind->numbers, ProgramFlow::kUncertain);
@@ -35,21 +36,26 @@ FanucFrames::FanucFrames(std::string_view text, const std::vector<Statement>& st
 }
 
 // What a program that is called selects stays active.
-void FanucFrames::read_statement(std::string_view text, const Statement& statement) {
+void FanucFrames::read_statement(std::string_view text, const Statement& statement,
+                                 const FanucRegisters& listed) {
   // Touch Offset PR[32], Touch Offset End
   TextCursor words(text, statement.begin, statement.end);
   if (words.take_name() == "TOUCH" && words.take_name() == "OFFSET")
     displacements_.push_back({statement.begin, words.take_name() == "END" ? 0 : 1});
   each_fanuc_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
-    if (calls_fanuc_program(word)) calls_.push_back({at, ProgramFlow::kUncertain});
+    if (calls_fanuc_program(word)) {
+      if (!listed.may_set_frames(cursor.take_name())) return;
+      for (std::vector<ProgramFlow::Setting>* settings :
+           {&calls_, &frames_.numbers, &tools_.numbers})
+        settings->push_back({at, ProgramFlow::kUncertain});
+      return;
+    }
     for (const bool is_tool : {false, true}) {
       Kind& of_word = is_tool ? tools_ : frames_;
       if (word == (is_tool ? "TOOL_OFFSET" : "OFFSET") && at == statement.begin)
         read_condition(of_word, statement, cursor);
       const std::string name = is_tool ? "UTOOL" : "UFRAME", variable = "$MN" + name;
-      if (calls_fanuc_program(word))
-        of_word.numbers.push_back({at, ProgramFlow::kUncertain});
-      else if (word == name || word == variable)
+      if (word == name || word == variable)
         read_setting(of_word, false, at, statement, cursor);
       else if (word == name + "_NUM" || word == variable + "NUM")
         read_setting(of_word, true, at, statement, cursor);

@@ -13,12 +13,13 @@ namespace armtrue {
 
 /// Frames of a FANUC program as it runs: which user frame and tool are active (UFRAME_NUM,
 /// UTOOL_NUM), which it changes (UFRAME[..]=, UTOOL[..]=), and where moves are displaced (Touch
-/// Offset).
+/// Offset). A program that it calls may do the same, unless `listed` knows that it does not.
 class FanucFrames {
  public:
   /// `text`, `statements`: as of fanuc_flow(), which gives `flow`.
   FanucFrames(std::string_view text, const std::vector<Statement>& statements,
-              const ProgramFlow& flow, const FanucAssignments& registers);
+              const ProgramFlow& flow, const FanucAssignments& registers,
+              const FanucRegisters& listed);
 
   /// The number of the active frame or tool at a place; nothing if it is not certain.
   std::optional<int> active(bool is_tool, size_t at) const;
@@ -54,7 +55,8 @@ class FanucFrames {
     std::map<int, ProgramFlow::Values> changed;
   };
 
-  void read_statement(std::string_view text, const Statement& statement);
+  void read_statement(std::string_view text, const Statement& statement,
+                      const FanucRegisters& listed);
   void read_setting(Kind& kind, bool is_number, size_t at, const Statement& statement,
                     TextCursor cursor);
   void read_condition(Kind& kind, const Statement& statement, TextCursor cursor);

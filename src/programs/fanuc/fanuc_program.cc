@@ -104,7 +104,7 @@ class FanucReader : MoveReader {
     const ProgramFlow flow = fanuc_flow(part, statements);
     registers_.emplace(part, statements, flow, *listed_,
                        [&](double number) { return as_register(number); });
-    frames_.emplace(part, statements, flow, *registers_);
+    frames_.emplace(part, statements, flow, *registers_, *listed_);
     for (const Statement& statement : statements) read_statement(part, statement);
     for (const auto& [id, position] : positions_)
       if (position.point >= 0) program_.points[position.point].is_shared = position.is_shared;

@@ -71,7 +71,9 @@ FanucRegisters::FanucRegisters(const ProgramText* begin, const ProgramText* end)
       continue;
     }
     if (text->name.starts_with(kFanucCall)) {
-      changed_by_calls_[text->name.substr(kFanucCall.size())].note(text->text, "PR");
+      Call& call = calls_[text->name.substr(kFanucCall.size())];
+      call.registers.note(text->text, "PR");
+      call.sets_frames = sets_fanuc_frames(text->text);
       continue;
     }
     const std::string other = masked_fanuc(text->text);
@@ -143,6 +145,16 @@ std::set<std::string> fanuc_values_set_in(std::string_view program, std::string_
   return values;
 }
 
+bool sets_fanuc_frames(std::string_view program) {
+  bool sets = false;
+  each_fanuc_word(program, {0, 0, program.size()},
+                  [&](const std::string& word, size_t, const TextCursor&) {
+                    sets |= word == "CONDITION" || word.starts_with("UFRAME") ||
+                            word.starts_with("UTOOL") || word.starts_with("$MNU");
+                  });
+  return sets;
+}
+
 void FanucRegisters::Changes::note(std::string_view program, std::string_view kind) {
   for (const std::string& name : fanuc_values_set_in(program, kind)) {
     TextCursor inside(name, name.find('[') + 1, name.size());
@@ -169,8 +181,13 @@ const FanucRegister* FanucRegisters::find_frame(bool is_tool, double number) con
 }
 
 bool FanucRegisters::may_be_set_by(const std::string& program, double number) const {
-  const auto found = changed_by_calls_.find(program);
-  return found == changed_by_calls_.end() || found->second.contains(number);
+  const auto found = calls_.find(program);
+  return found == calls_.end() || found->second.registers.contains(number);
+}
+
+bool FanucRegisters::may_set_frames(const std::string& program) const {
+  const auto found = calls_.find(program);
+  return found == calls_.end() || found->second.sets_frames;
 }
 
 const FanucRegister* FanucRegisters::find(double number) const {

@@ -32,6 +32,9 @@ bool is_fanuc_listing(const std::string& text);
 /// registers, PR[1], PR[GP1:1,3:name]; of "UFRAME" user frames, of "UTOOL" tools.
 std::set<std::string> fanuc_values_set_in(std::string_view program, std::string_view kind);
 
+/// Whether such a program may select or set user frames or tools, or state conditions of offsets.
+bool sets_fanuc_frames(std::string_view program);
+
 /// The position registers of a controller, its user frames and tools, as listings have them.
 class FanucRegisters {
  public:
@@ -42,6 +45,8 @@ class FanucRegisters {
   const FanucRegister* find(double number) const;
   /// Whether a program that is called, or one that this calls, may assign a position register.
   bool may_be_set_by(const std::string& program, double number) const;
+  /// Whether such a program may do what sets_fanuc_frames() tells.
+  bool may_set_frames(const std::string& program) const;
   /// X Y Z W P R of a user frame or a tool; null if it is not listed.
   const FanucRegister* find_frame(bool is_tool, double number) const;
   /// Whether another program sets a user frame or a tool.
@@ -61,7 +66,11 @@ class FanucRegisters {
 
   Listed registers_, frames_, tools_;
   Changes changed_, changed_frames_, changed_tools_;
-  std::map<std::string, Changes> changed_by_calls_;
+  struct Call {
+    Changes registers;
+    bool sets_frames = false;
+  };
+  std::map<std::string, Call> calls_;  // by the programs that they call
 };
 
 }  // namespace armtrue
