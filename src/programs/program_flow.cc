@@ -145,6 +145,10 @@ void ProgramFlow::Values::follow(int node) const {
   }
 }
 
+bool ProgramFlow::leads_to(size_t place) const {
+  return graph()->runs(place == 0 ? 0 : graph()->node_at(place - 1));
+}
+
 // Nodes of the graph become junctions, and between those the places stand; then junctions with one
 // way to them are passed over.
 std::vector<std::vector<int>> ProgramFlow::ways(const std::vector<size_t>& places,

@@ -78,6 +78,9 @@ class ProgramFlow {
   /// with it, or with what another one of these leaves.
   Values follow(std::vector<Setting> settings, int initial = kUncertain) const;
 
+  /// Whether a way leads to a place. A step that stands there has not run yet.
+  bool leads_to(size_t place) const;
+
   /// The ways between places, as a graph: of each node those from which the program comes to it.
   /// The first nodes are the places, then comes the begin of the program; the others are junctions.
   /// A place to which nothing leads has none. A routine that nothing here calls begins with the

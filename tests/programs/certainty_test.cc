@@ -1189,6 +1189,26 @@ TEST(Certainty, AFanucPointInTheActiveFrameNeedsItsNumber) {
   EXPECT_EQ(tool_of(program, 0), "UT[3]");
 }
 
+TEST(Certainty, AFanucMoveToWhichNoJumpLeadsNeverRuns) {
+  const auto never_run = [](const std::string& between) {
+    const RobotProgram program =
+        fanuc("1:J P[2] 9% FINE ;\n2:  " + between + "3:L P[1] 9mm/sec FINE ;\n",
+              fanuc_position(1) + fanuc_position(2));
+    return program.targets.back().never_runs;
+  };
+  const std::string jump = "JMP LBL[2] ;\n", label = "  LBL[1:gripped] ;\n",
+                    end = "  LBL[2] ;\n  END ;\n";
+  EXPECT_TRUE(never_run(jump + end + label));
+  EXPECT_TRUE(never_run("JMP LBL[7] ;\n" + label));
+  EXPECT_TRUE(never_run("ABORT ;\n" + label));
+  EXPECT_FALSE(never_run("IF DI[1]=ON,JMP LBL[1] ;\n" + jump + end + label));
+  EXPECT_FALSE(never_run("WAIT DI[1]=ON TIMEOUT,LBL[1] ;\n" + jump + end + label));
+  EXPECT_FALSE(never_run("SELECT R[1]=1,JMP LBL[1] ;\n" + jump + end + label));
+  EXPECT_FALSE(never_run("JMP LBL[R[1]] ;\n" + label));
+  EXPECT_TRUE(never_run("JMP LBL[R[1]] ;\n"));
+  EXPECT_FALSE(never_run("IF DI[1]=ON,JMP LBL[2] ;\n" + label + "  LBL[2] ;\n"));
+}
+
 // What a program that is called, or that this calls, does to frames: where its text is there and
 // names none, they stay.
 TEST(Certainty, AFanucCallOfAProgramWithoutFramesKeepsThem) {

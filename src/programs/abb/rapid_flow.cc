@@ -92,6 +92,7 @@ class RapidFlowReader {
         flow_.add(Step::go_to, at, target.take_name());
       } else if (const auto step = block_step(word)) {
         flow_.add(*step, at);
+        if (*step == Step::jump) flow_.add(Step::stop, at);  // for certain
       } else if (word == "CALLBYVAR") {
         flow_.add(Step::call, at);
       } else if (routines_.contains(word)) {

@@ -39,7 +39,7 @@ class RapidReader : MoveReader {
       is_move_ = false;
       each_rapid_word(text_, statement,
                       [&](const std::string& word, size_t at, const TextCursor& cursor) {
-                        follow_way(word, at, cursor, statement);
+                        find_whether_it_runs(word, at, cursor);
                         return read_instruction(word, at, cursor, statement);
                       });
       read_late_move(statement);
@@ -47,8 +47,6 @@ class RapidReader : MoveReader {
     }
     follow_calls(calls_, of_parameters_, "its point is a parameter of the routine", *this);
     find_ways(flow_.steps);
-    is_dead_ = false;
-    is_called_ = true;
     for (const RapidData::Use& use : data_.finish())
       leave_move(use.line, "uses the point " + use.name + " in a way that is not followed",
                  use.may_move);
@@ -90,26 +88,15 @@ class RapidReader : MoveReader {
     }
   }
 
-  // After RETURN or a jump nothing runs until a label or a branch. A local routine is called in its
-  // module or never.
-  void follow_way(const std::string& word, size_t at, TextCursor cursor,
-                  const Statement& statement) {
+  // A local routine is called in its module or never.
+  void find_whether_it_runs(const std::string& word, size_t at, TextCursor cursor) {
     const bool is_local = std::exchange(word_before_, word) == "LOCAL";
     if (begins_rapid_routine(word)) {
       const std::string name = take_rapid_routine(word, cursor);
       is_called_ = !is_local || count_of(name) > 1 || text_.find("%\"") != std::string::npos ||
                    count_of("CALLBYVAR") > 0;
-      is_dead_ = false;
-    } else if (contains({"RETURN", "EXIT", "EXITCYCLE", "GOTO", "RAISE", "RETRY", "TRYNEXT"},
-                        word)) {
-      is_dead_ |= !is_conditional(statement.begin, at);
-    } else if (contains({"ELSE", "ELSEIF", "CASE", "DEFAULT", "ENDIF", "ENDTEST", "ENDFOR",
-                         "ENDWHILE", "ERROR", "UNDO", "BACKWARD"},
-                        word)) {
-      is_dead_ = false;
-    } else if (cursor.take(':') && cursor.next() != '=') {
-      is_dead_ = false;
     }
+    may_run_ = is_called_ && flow_.steps.leads_to(at);
   }
 
   int count_of(const std::string& name) {
@@ -137,7 +124,7 @@ class RapidReader : MoveReader {
     const RapidMove* const move = find_rapid_move(word);
     if (data_.hands_points_to(word) && cursor.next() != '(' && cursor.next() != ':')
       calls_.push_back({word, line_at(program_.texts[0].text, statement, at),
-                        data_.arguments_of_call(cursor, statement.end), !is_dead_ && is_called_});
+                        data_.arguments_of_call(cursor, statement.end), may_run_});
     if (!move && !is_other_rapid_move(word, cursor)) return false;
     if (cursor.next() == '(' || cursor.next() == ':' || (!move && cursor.done())) return false;
     const int line = line_at(program_.texts[0].text, statement, at);
@@ -154,7 +141,7 @@ class RapidReader : MoveReader {
   }
 
   void leave(int line, const std::string& reason) {
-    leave_move(line, reason, !is_dead_ && is_called_);
+    leave_move(line, reason, may_run_);
     is_left_ = true;
   }
 
@@ -176,8 +163,7 @@ class RapidReader : MoveReader {
       }
     if (const auto parameter = data_.parameter_at(arguments[0]); parameter && move.points == 1) {
       of_parameters_.push_back({*parameter, move_, line, target.kind, arguments[tool],
-                                arguments[tool - 1], work_object_, why_not,
-                                !is_dead_ && is_called_});
+                                arguments[tool - 1], work_object_, why_not, may_run_});
       is_left_ = true;
       return;
     }
@@ -255,8 +241,7 @@ class RapidReader : MoveReader {
     agreed->begin = argument.begin;
     agreed->end = argument.end;
     agreed->obstacle = "its point is handed to a routine";
-    is_dead_ = !may_run || !call.may_run;
-    is_called_ = true;
+    may_run_ = may_run && call.may_run;
     add_target(*agreed, point, false);
   }
 
@@ -365,7 +350,7 @@ class RapidReader : MoveReader {
   }
 
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
-    target.never_runs = is_dead_ || !is_called_;
+    target.never_runs = !may_run_;
     if (target.kind == TargetKind::cartesian) {
       target.configuration = configuration_of(program_.points[index]);
       target.configuration.continues = is_auxiliary;
@@ -412,7 +397,8 @@ class RapidReader : MoveReader {
   bool is_move_ = false;                     // the statement moves the arm
   bool is_left_ = false;                     // the move that is read is left alone
   bool follows_ = false;                     // the arm stands at the last target
-  bool is_dead_ = false, is_called_ = true;  // no way leads here; the routine may be called
+  bool is_called_ = true;                    // the routine, perhaps
+  bool may_run_ = true;                      // what is read; else no way leads to it
   std::string word_before_;
   std::map<std::string, int> words_;  // how often each stands in the text
 };

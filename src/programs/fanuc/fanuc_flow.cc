@@ -33,8 +33,11 @@ void add_steps(std::string_view text, const Statement& statement, ProgramFlow& f
         flow.add(Step::go_to, at, *name);
       else
         flow.add(Step::jump, at);
+      if (is_certain && !name) flow.add(Step::stop, at);  // LBL[R[1]]: elsewhere for certain
     } else if (is_first && (word == "ENDFOR" || word == "ENDIF")) {
       flow.add(Step::end_block, at);
+    } else if (is_first && (word == "END" || word == "ABORT")) {
+      flow.add(word == "END" ? Step::leave : Step::stop, at);
     } else if (is_first && word == "FOR") {
       flow.add(Step::loop, at);
     } else if (is_first && word == "ELSE" && cursor.next() != ',') {  // else of SELECT

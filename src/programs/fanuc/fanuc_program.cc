@@ -101,10 +101,10 @@ class FanucReader : MoveReader {
     listed_.emplace(program_.texts.data() + program_.own_texts,
                     program_.texts.data() + program_.texts.size());
     for (const Statement& statement : statements) read_uses(part, statement);
-    const ProgramFlow flow = fanuc_flow(part, statements);
-    registers_.emplace(part, statements, flow, *listed_,
+    flow_ = fanuc_flow(part, statements);
+    registers_.emplace(part, statements, flow_, *listed_,
                        [&](double number) { return as_register(number); });
-    frames_.emplace(part, statements, flow, *registers_, *listed_);
+    frames_.emplace(part, statements, flow_, *registers_, *listed_);
     for (const Statement& statement : statements) read_statement(part, statement);
     for (const auto& [id, position] : positions_)
       if (position.point >= 0) program_.points[position.point].is_shared = position.is_shared;
@@ -173,26 +173,23 @@ class FanucReader : MoveReader {
   void read_statement(const std::string& part, const Statement& statement) {
     TextCursor cursor(part, statement.begin, statement.end);
     const std::string word = take_fanuc_word(cursor);
-    if (word == "JMP" || word == "END" || word == "ABORT")
-      is_dead_ = true;
-    else if (word == "LBL" || word == "ELSE" || word == "ENDIF" || word == "ENDFOR")
-      is_dead_ = false;
     if (!is_move(word) || cursor.done() || moves_no_arm_) {
       follows_ = follows_ && stands_between_fanuc_moves(word);
       return;
     }
     is_left_ = false;
+    may_run_ = flow_.leads_to(statement.begin);
     const size_t targets = program_.targets.size();
     line_begin_ = line_begin(part, statement.begin);
     ends_at_target_ = true;
     read_move(part, statement, word);
     follows_ = ends_at_target_ && !is_left_ && program_.targets.size() > targets;
     for (size_t k = targets; k < program_.targets.size(); ++k)
-      program_.targets[k].never_runs = is_dead_;
+      program_.targets[k].never_runs = !may_run_;
   }
 
   void leave(int line, const std::string& reason) {
-    leave_move(line, reason, !is_dead_);
+    leave_move(line, reason, may_run_);
     is_left_ = true;
   }
 
@@ -666,6 +663,7 @@ class FanucReader : MoveReader {
   std::string text_;
   std::map<double, FanucPosition> positions_;
   std::vector<double> ids_of_points_;
+  ProgramFlow flow_;
   std::optional<FanucRegisters> listed_;
   std::optional<FanucAssignments> registers_;
   std::optional<FanucFrames> frames_;
@@ -673,7 +671,7 @@ class FanucReader : MoveReader {
   bool ends_at_target_ = true;  // the move that is read
   bool moves_no_arm_ = false;   // only other groups
   bool is_left_ = false;        // the move that is read is left alone
-  bool is_dead_ = false;        // behind a jump or the end, before another label
+  bool may_run_ = true;         // the move; else no way leads to it
   bool follows_ = false;        // the arm stands at the last target
 };
 

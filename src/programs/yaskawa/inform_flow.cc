@@ -30,8 +30,7 @@ std::optional<Step> block_step(const std::string& word) {
 
 }  // namespace
 
-ProgramFlow::Values follow_inform_shift(std::string_view text,
-                                        const std::vector<Statement>& statements) {
+InformFlow follow_inform(std::string_view text, const std::vector<Statement>& statements) {
   ProgramFlow flow;
   std::vector<ProgramFlow::Setting> shifts;
   for (const Statement& statement : statements) {
@@ -50,22 +49,17 @@ ProgramFlow::Values follow_inform_shift(std::string_view text,
     } else if (word == "JUMP") {
       const bool is_label = cursor.take('*');
       const std::string name = cursor.take_name();
-      if (is_conditional || !is_label)
+      if (is_conditional)
         flow.add(Step::jump, statement.begin);
       else
-        flow.add(Step::go_to, statement.begin, name);
+        flow.add(is_label ? Step::go_to : Step::leave, statement.begin, name);
     } else if (word == "RET" || word == "END") {
       flow.add(is_conditional ? Step::jump : Step::leave, statement.begin);
     } else if (word == "SFTON" || word == "SFTOF") {
       shifts.push_back({statement.begin, word == "SFTON" ? 1 : 0});
     }
   }
-  return flow.follow(shifts, 0);
-}
-
-bool joins_inform_ways(const std::string& word) {
-  const auto step = block_step(word);
-  return step == Step::alternative || step == Step::end_block;
+  return {flow, flow.follow(shifts, 0)};
 }
 
 }  // namespace armtrue

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -9,13 +8,12 @@
 
 namespace armtrue {
 
-/// Whether positions are shifted (SFTON), by place: 0, 1 or ProgramFlow::kUncertain. `statements`:
-/// the lines of //INST.
-ProgramFlow::Values follow_inform_shift(std::string_view text,
-                                        const std::vector<Statement>& statements);
+struct InformFlow {
+  ProgramFlow steps;
+  ProgramFlow::Values shift;  ///< whether positions are shifted (SFTON): 0, 1 or kUncertain
+};
 
-/// Whether what follows a word that begins a line is also reached by another way than from the line
-/// before: ELSE, ELSEIFEXP, DEFAULT, NEXT, ...
-bool joins_inform_ways(const std::string& word);
+/// How a job runs; `statements`: the lines of //INST.
+InformFlow follow_inform(std::string_view text, const std::vector<Statement>& statements);
 
 }  // namespace armtrue

@@ -80,7 +80,7 @@ class InformReader : MoveReader {
     positions_ = inform_positions(std::string_view(text_).substr(0, instructions),
                                   robot ? listing_.pulses_of(*robot) : nullptr);
     const std::vector<Statement> statements = inform_lines(text_, instructions);
-    shift_ = follow_inform_shift(text_, statements);
+    flow_ = follow_inform(text_, statements);
     for (const Statement& statement : statements) {
       note_inform_changes(text_, statement, true, changes_);
       if (!is_inform_move(first_word(text_, statement))) keep_positions(statement);
@@ -157,11 +157,10 @@ class InformReader : MoveReader {
   void read_statement(const Statement& statement) {
     TextCursor cursor(text_, statement.begin, statement.end);
     if (cursor.next() == '*') {
-      interrupt();
-      is_dead_ = false;
-      return;
+      return interrupt();
     }
     const std::string word = cursor.take_name();
+    may_run_ = flow_.steps.leads_to(statement.begin);
     if (is_inform_move(word)) return read_move(word, statement);
     if (is_other_inform_motion(word)) {
       leave(statement.line,
@@ -169,9 +168,6 @@ class InformReader : MoveReader {
       return interrupt();
     }
     if (!stands_between_inform_moves(word)) interrupt();
-    if (joins_inform_ways(word)) is_dead_ = false;
-    if ((word == "JUMP" || word == "RET" || word == "END") && !has_word(statement, "IF"))
-      is_dead_ = true;
   }
 
   // The arm may come to the next move from elsewhere.
@@ -180,14 +176,7 @@ class InformReader : MoveReader {
     follows_ = false;
   }
 
-  bool has_word(const Statement& statement, const char* wanted) const {
-    bool found = false;
-    each_word(text_, statement,
-              [&](const std::string& word, size_t, const TextCursor&) { found |= word == wanted; });
-    return found;
-  }
-
-  void leave(int line, const std::string& reason) { leave_move(line, reason, !is_dead_); }
+  void leave(int line, const std::string& reason) { leave_move(line, reason, may_run_); }
 
   // What the words of a move say.
   InformMove move_of(const std::string& word, const Statement& statement) const {
@@ -238,7 +227,7 @@ class InformReader : MoveReader {
       if (move.is_external && move.why_not.empty()) return;  // a station alone
       move.is_not_because("its point does not stand in the job");
     }
-    if (const int shift = shift_.at(statement.begin); shift != 0)
+    if (const int shift = flow_.shift.at(statement.begin); shift != 0)
       move.is_not_because(shift == 1 ? "its point is shifted (SFTON)"
                                      : "its point may be shifted (SFTON)");
     if (move.why_not.empty()) move.why_not = why_not_usable(move.position);
@@ -344,7 +333,7 @@ class InformReader : MoveReader {
     target.blend = move.blend;
     target.is_passed = !move.stops;
     target.turning = ArcTurning::perhaps_through_via;
-    target.never_runs = is_dead_;
+    target.never_runs = !may_run_;
     target.follows_target =
         motion == MotionKind::arc || (move.follows && motion != MotionKind::joint);
     if (position.kind == InformPosition::Kind::pose) {
@@ -419,13 +408,13 @@ class InformReader : MoveReader {
   const std::string text_;
   InformListing listing_;
   std::map<std::string, InformPosition> positions_;
-  ProgramFlow::Values shift_;
+  InformFlow flow_;
   InformChanges changes_;         // of variables, and of frames and tools
   std::set<std::string> kept_;    // positions that must stay
   bool calls_ = false;            // jobs that are not there
   std::vector<InformMove> arcs_;  // MOVC one after the other
   bool starts_arc_ = false;       // the arm stands at the end of an arc that FPT ended
-  bool is_dead_ = false;          // behind a jump or the end, before another label
+  bool may_run_ = true;           // the statement; else no way leads to it
   bool follows_ = false;          // the arm stands at the last target
 };
 
