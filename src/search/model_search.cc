@@ -317,8 +317,9 @@ bool ModelSearch::may_be_knock(int k) {
 // at no time. For a load, the common sign and the ratio of the compliances are evidence for the
 // weaker axes, too.
 bool ModelSearch::is_half_shown(int k) {
-  // Of the readings. The time of a step that is just clear enough to be found (a fall of 30) lies within
-  // 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no event.
+  // Of the readings. The time of a step that is just clear enough to be found (a fall of 30) lies
+  // within 11 / (4 * 30) of the readings (Hansen, Econometrica 68, 2000); what takes longer is no
+  // event.
   constexpr double kOneTime = 0.1;
   const Candidate& chosen = model_.chosen()[k];
   if (!chosen.only_together) return false;
@@ -329,8 +330,8 @@ bool ModelSearch::is_half_shown(int k) {
   const std::optional<std::array<double, 2>> at = step_ci95(model_, campaign_, k);
   if (!at || chosen.effect.driver.kind != DriverKind::time) return false;
   if (may_be_knock(k)) return true;
-  const auto within = std::ranges::count_if(
-      campaign_.time_s, [&](double t) { return t > (*at)[0] && t < (*at)[1]; });
+  const auto within = std::ranges::count_if(campaign_.time_s,
+                                            [&](double t) { return t > (*at)[0] && t < (*at)[1]; });
   return static_cast<double>(within) > kOneTime * campaign_.rows();
 }
 
